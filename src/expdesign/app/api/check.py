@@ -20,6 +20,7 @@ from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.chain.recordings.pose_columns import with_targets
 from expdesign.chain.recordings.reader import recordings_from_table, require_measured
 from expdesign.chain.recordings.recordings import Recordings
+from expdesign.counted import counted
 from expdesign.errors import InputError
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.identify import identify as identify_recordings
@@ -96,7 +97,11 @@ class CheckedRobot(Checked):
     @property
     def summary(self) -> str:
         """What it is, in one sentence."""
-        return check_texts.robot_summary(self.robot, self.condition)
+        robot = self.robot
+        return (
+            f"{robot.kind} `{robot.name}` with {counted(len(robot.stiffness), 'actuator')} is usable "
+            f"(scaled condition number {self.condition:.3g} at its reference pose)."
+        )
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -119,35 +124,19 @@ class CheckedRobot(Checked):
 
 
 @dataclass(frozen=True, repr=False)
-class CheckedModel(Checked):
-    """An identified model that can be used.
+class CheckedModel(CheckedRobot):
+    """An identified model that can be used, with its robot.
 
     Attributes:
         model: the model.
-        robot: whose model it is.
     """
 
     model: Model
-    robot: CheckedRobot
-
-    @property
-    def details(self) -> list[str]:
-        """Which leg or joint is which: a line for each of them."""
-        return self.robot.details
-
-    def page(self) -> "Page":
-        """The robot, drawn with its numbers."""
-        return self.robot.page()
 
     @property
     def summary(self) -> str:
         """What it is, in one sentence."""
-        return check_texts.model_summary(len(self.model.chain.effects), self.robot.summary)
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """What is doubtful about it."""
-        return self.robot.remarks
+        return f"identified model with {counted(len(self.model.chain.effects), 'effect')} of a {super().summary}"
 
 
 @dataclass(frozen=True, repr=False)
@@ -211,9 +200,8 @@ class CheckedSweep(Checked):
     @property
     def summary(self) -> str:
         """What it asks for, in one sentence."""
-        return check_texts.sweep_summary(
-            len(self.runs), list(dict.fromkeys(key for run in self.runs for key in run.values))
-        )
+        keys = dict.fromkeys(key for run in self.runs for key in run.values)
+        return f"sweep of {counted(len(self.runs), 'run')} over {', '.join(keys)}"
 
 
 @dataclass(frozen=True, repr=False)
@@ -281,9 +269,9 @@ def check(
         problem = problem_of(file)
         return CheckedProblem(problem, feasibility(problem), purpose=purpose)
     if isinstance(file, RobotFile):
-        return _robot(file.robot, file.document.source, purpose)
+        return CheckedRobot(*_usable(file.robot, file.document.source), purpose=purpose)
     if isinstance(file, Model):
-        return CheckedModel(file, _robot(file.chain.robot, file.source, purpose), purpose=purpose)
+        return CheckedModel(*_usable(file.chain.robot, file.source), file, purpose=purpose)
     if not isinstance(file, str | Path):
         what = f"a `{type(file).__name__}` cannot be checked"
         raise InputError(what, remedy="Give a path, or what `load`, `load_robot` or `load_model` returned.")
@@ -294,14 +282,14 @@ def check(
     kind = kind_of(document.content)
     if kind == "identified model":
         model = model_from_document(document)
-        return CheckedModel(model, _robot(model.chain.robot, str(path), purpose), purpose=purpose)
+        return CheckedModel(*_usable(model.chain.robot, str(path)), model, purpose=purpose)
     if kind == "sweep":
         from expdesign.app.sweeps.runs import sweep_runs  # noqa: PLC0415 (of sweeps alone)
         from expdesign.app.sweeps.store import computed_by_text  # noqa: PLC0415
 
         return CheckedSweep(sweep_runs(document, computed_by_text()), purpose=purpose)
     if kind == "robot":
-        return _robot(robot_from_document(document), str(path), purpose)
+        return CheckedRobot(*_usable(robot_from_document(document), str(path)), purpose=purpose)
     if kind == "run configuration" or (isinstance(document.content, dict) and "schema_version" in document.content):
         problem = checked_problem(document)
         return CheckedProblem(problem, feasibility(problem), purpose=purpose)
@@ -309,11 +297,12 @@ def check(
     raise InputError("neither a robot nor a run configuration", where=str(path), remedy=remedy)
 
 
-def _robot(robot: Robot, source: str, purpose: Purpose) -> CheckedRobot:
+def _usable(robot: Robot, source: str) -> tuple[str, Robot, float]:
+    """The file, the robot and the scaled condition number at its reference pose, where that can be used."""
     say(robot_findings(robot), source)
     reference = robot.reference_configuration()
     require_regular(robot, reference, f"{source}, reference pose")
-    return CheckedRobot(source, robot, float(robot.jacobians(reference).condition), purpose=purpose)
+    return source, robot, float(robot.jacobians(reference).condition)
 
 
 def _recordings(
