@@ -12,7 +12,7 @@ from expdesign.report import words
 from expdesign.report.check_texts import coverage_sentence, diagnosed_fit_sentences
 from expdesign.report.diagnosis_record import located
 from expdesign.report.remark_texts import sentences
-from expdesign.report.stiffness import added_physics, stiffness_lines
+from expdesign.report.stiffness import added_physics, diagnosed_stiffness, stiffness_lines
 
 VERDICTS = {
     "consistent": "These recordings show no missing physics.",
@@ -35,7 +35,7 @@ def terminal_lines(result: Diagnosis, at_targets: Sequence[str] = ()) -> list[st
         f"{one.sentence} (probability {probability_text(one.probability, 2)}){_instead(one)}" for one in result.findings
     ]
     if added_physics(result):
-        lines += ["With this physics in the model:", *stiffness_lines(result)]
+        lines += ["With this physics in the model:", *stiffness_lines(diagnosed_stiffness(result), result.robot)]
     lines += diagnosed_fit_sentences(result)
     lines += [coverage_sentence(result.errors.coverage)] if np.isfinite(result.errors.coverage) else []
     return [*lines, *at_targets, *([MEASURE_NEXT] if result.rival is not None else [])]

@@ -27,7 +27,8 @@ from expdesign.estimation.identify import identify as identify_recordings
 from expdesign.estimation.remarks import Implausible
 from expdesign.io.output import json_text
 from expdesign.mechanics.elastostatics.calibration import Calibration
-from expdesign.report.identification_record import identification_record, stiffness_unit
+from expdesign.report.identification_record import identification_record
+from expdesign.report.stiffness import stiffness_unit
 
 if TYPE_CHECKING:  # most recordings are identified without targets, and need not wait for planning
     from expdesign.app.api.configuration import Config
@@ -79,7 +80,7 @@ class IdentificationResult(RecordedResult):
         interval = self.result.stiffness
         columns = {"estimate": interval.estimate, "low": interval.low, "high": interval.high}
         frame = pd.DataFrame(columns, index=pd.Index(self.result.robot.actuators, name="actuator"))
-        frame["unit"] = stiffness_unit(self.result)
+        frame["unit"] = stiffness_unit(self.result.robot)
         return frame
 
     @property
