@@ -88,4 +88,4 @@ def _measurements(result: Identification) -> list[dict[str, Any]]:
     """The rows of the frame; of long recordings those that are flagged."""
     frame = measurement_frame(result)
     listed = frame if len(frame) <= MOST_ROWS else frame[frame["outlier"]]
-    return [dict(zip(listed, row, strict=True)) for row in listed.astype(object).to_numpy().tolist()]
+    return [dict(zip(map(str, listed.columns), row, strict=True)) for row in listed.astype(object).to_numpy().tolist()]

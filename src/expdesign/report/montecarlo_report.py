@@ -109,7 +109,8 @@ def _criteria_table(result: Repeated) -> DataTable:
     rows = []
     for cause in result.drawn:
         found, predicted = result.criterion(cause)
-        rows.append([cause, *map(float, (found.value, found.standard_error, predicted)), result.criterion_score(cause)])
+        numbers = (float(found.value), float(found.standard_error), predicted)
+        rows.append([cause, *numbers, result.criterion_score(cause)])
     frame = pd.DataFrame(rows, columns=["criterion", "rms", "standard_error", "predicted", "z"])
     return framed("criteria", caption, frame, shown)
 

@@ -73,8 +73,11 @@ def stiffness_table(frame: pd.DataFrame, robot: Robot, about: str) -> DataTable:
 
 def stiffness_lines(frame: pd.DataFrame, robot: Robot) -> list[str]:
     """The same for a terminal."""
-    rows = zip(_units(robot), frame.itertuples(index=False), strict=True)
-    return [f"{row.actuator}: {row.stiffness:.4g} {unit} ({_interval(row.low, row.high)})" for unit, row in rows]
+    values = zip(*(frame[name].tolist() for name in ("actuator", "stiffness", "low", "high")), strict=True)
+    return [
+        f"{name}: {estimate:.4g} {unit} ({_interval(low, high)})"
+        for unit, (name, estimate, low, high) in zip(_units(robot), values, strict=True)
+    ]
 
 
 def _interval(low: float, high: float) -> str:

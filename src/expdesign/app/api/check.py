@@ -10,7 +10,7 @@ import pandas as pd
 from expdesign.app.api.configuration import checked_problem, problem_of
 from expdesign.app.api.inputs import RobotFile, RobotInput, purpose_of, robot_of
 from expdesign.app.api.recorded import referenced, say_unknown_columns
-from expdesign.app.api.result import FolderResult, PathLike
+from expdesign.app.api.result import FolderResult, PathLike, Result
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.assurance.plausibility.robot import robot_findings
@@ -28,7 +28,7 @@ from expdesign.io.kinds import kind_of
 from expdesign.io.table import is_table_name, read_table
 from expdesign.io.written import Purpose
 from expdesign.io.yaml_reader import read_yaml
-from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot, RobotSection
 from expdesign.mechanics.robots.robot_file import robot_from_document
 from expdesign.planning.feasibility import Feasibility, feasibility, random_designs
 from expdesign.planning.problem import DesignProblem
@@ -75,7 +75,7 @@ class Checked(FolderResult):
         Raises:
             InputError: there is none in what was checked.
         """
-        remedy = "Give a robot, a model or a run configuration, or leave --out out."
+        remedy = "Give a robot, a model or a run configuration; of others no page is made."
         where = ", ".join(self.purpose.inputs)
         raise InputError("there is no robot to draw in this file", where=where, remedy=remedy)
 
@@ -176,7 +176,7 @@ class CheckedProblem(Checked):
         problem = self.problem
         if problem.space.discrete.all():
             what = "every variable of the design is fixed or discrete, so that there are no gradients to check"
-            remedy = "Leave --gradients out, or give a variable an interval."
+            remedy = "Give a variable an interval."
             raise InputError(what, where=problem.source, remedy=remedy)
         decisions = random_designs(problem)
         # Two of those that identify everything; where there is none, the table says that nothing was evaluated.
@@ -222,7 +222,7 @@ class CheckedRecordings(Checked):
     def summary(self) -> str:
         """What they hold and, with a robot, what they identify."""
         if self.recordings is None:
-            return f"{self.structure} Give the robot (--robot ROBOT.yaml) to see what they identify."
+            return f"{self.structure} Give the robot (argument `robot`) to see what they identify."
         if self.identification is None:
             return self.structure
         return f"{self.structure} {check_texts.identified_summary(self.identification)}"
@@ -236,7 +236,7 @@ class CheckedRecordings(Checked):
 
 
 def check(
-    file: PathLike | RobotFile | Model | DesignProblem | RunSection,
+    file: PathLike | RobotFile | RobotSection | Model | DesignProblem | RunSection | Result,
     robot: RobotInput | None = None,
     *,
     shared_reference: bool | None = None,
@@ -244,8 +244,8 @@ def check(
     """Read a robot, a configuration, a sweep or recordings, and say what is wrong or not identifiable.
 
     Args:
-        file: a robot, a model, a configuration or a sweep (YAML), or recordings (CSV). In Python also what `load` and
-            the functions like it read.
+        file: a robot, a model, a configuration or a sweep (YAML), or recordings (CSV). In Python also an
+            object, or a model.
         robot: robot (YAML) that recordings are of.
         shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
             say.
@@ -268,13 +268,15 @@ def check(
     if isinstance(file, DesignProblem | RunSection):
         problem = problem_of(file)
         return CheckedProblem(problem, feasibility(problem), purpose=purpose)
-    if isinstance(file, RobotFile):
+    if isinstance(file, RobotFile | RobotSection):
+        file = robot_of(file)
         return CheckedRobot(*_usable(file.robot, file.document.source), purpose=purpose)
+    file = (file.as_model() or file) if isinstance(file, Result) else file
     if isinstance(file, Model):
         return CheckedModel(*_usable(file.chain.robot, file.source), file, purpose=purpose)
     if not isinstance(file, str | Path):
         what = f"a `{type(file).__name__}` cannot be checked"
-        raise InputError(what, remedy="Give a path, or what `load`, `load_robot` or `load_model` returned.")
+        raise InputError(what, remedy="Give a path, an object, a model, or what `load` returned.")
     path = Path(file)
     if is_table_name(path):
         return _recordings(path, robot, purpose, shared_reference=shared_reference)

@@ -23,7 +23,7 @@ from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
 from expdesign.diagnosis.law_findings import curves
 from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.result import Diagnosis
-from expdesign.errors import ArgumentError, InputError
+from expdesign.errors import ArgumentError
 from expdesign.io.output import csv_text, json_text
 from expdesign.report.diagnosis_record import diagnosis_record
 
@@ -180,7 +180,7 @@ def diagnose(
     if series < 1:
         raise ArgumentError(f"{series} is not a number of series", argument="series", remedy="Use at least 1.")
     if isinstance(without, str):
-        raise InputError("identifiers of physics are a list", where="without", remedy=f"Write [{without!r}].")
+        raise ArgumentError("identifiers of physics are a list", argument="without", remedy=f"Write [{without!r}].")
     machine = robot_of(robot)
     problem = problem_at(targets, machine, confirmed=other_robot)
     if problem is not None:
