@@ -12,7 +12,9 @@ from expdesign.errors import ExpdesignError
 
 SOURCES = Path(xd.__file__).parent
 _OPTION = re.compile(r"(?<!var)[( `]--[a-z]")
-_COMMAND = re.compile(r"expdesign [a-z]+ |wrote \(`--out`|`--out` filled|dask worker|    --conceal |--plant equ")
+_COMMAND = re.compile(
+    r"expdesign [a-z]+ |wrote \(`--out`|`--out` filled|dask worker| --targets {|    --conceal |--plant equ"
+)
 """Where an option stands in a command that is named, which is the same for everybody."""
 
 
