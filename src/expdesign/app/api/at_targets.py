@@ -4,21 +4,20 @@ Most recordings are identified without targets, and need not wait for planning.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import NOISE, UncertaintyBudget
 from expdesign.assurance.acceptance.decision import Decision, acceptance_record, sentences
 from expdesign.assurance.acceptance.fitted import FittedModel
-from expdesign.assurance.acceptance.left_out import decided_by
-from expdesign.assurance.model_error.planned import meir_of_problem
-from expdesign.assurance.model_error.recorded import HiddenByRecordings, hidden_by
-from expdesign.assurance.model_error.statement import AccuracyStatement, given_variances, hidden_record, hidden_sentence
-from expdesign.chain.recordings.recordings import Recordings
+from expdesign.assurance.acceptance.left_out import decided_by, left_out_by
+from expdesign.assurance.model_error.recorded import Shown, shown_by
+from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.whitening import Whitening
+from expdesign.planning.criteria.targets import GivenVariances
 from expdesign.planning.problem import DesignProblem
 
 if TYPE_CHECKING:
@@ -27,8 +26,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class AtTargets:
-    """What recordings, and the model that they determined, say at the targets of a configuration.
+class StatedAtTargets:
+    """What is said of the targets of a configuration.
 
     Attributes:
         configuration: its path.
@@ -39,14 +38,14 @@ class AtTargets:
 
     configuration: str
     acceptance: Decision
-    hidden: HiddenByRecordings | None = None
+    hidden: WhatIsHidden | None = None
     accuracy: AccuracyStatement | None = None
 
     @property
     def hidden_sentence(self) -> str | None:
         """What may still be hidden, in words."""
-        hidden = self.hidden
-        return None if hidden is None else hidden_sentence(hidden.physics, hidden.freedom, self.accuracy)
+        stated = self.accuracy or self.hidden
+        return None if stated is None else stated.sentence
 
     @property
     def lines(self) -> list[str]:
@@ -59,7 +58,7 @@ class AtTargets:
         """What a document says of it."""
         record: dict[str, Any] = {"acceptance": acceptance_record(self.acceptance)}
         if self.hidden is not None:
-            record["hidden"] = hidden_record(self.hidden.physics, self.hidden.freedom, "these recordings")
+            record["hidden"] = self.hidden.record
             record["accuracy"] = None if self.accuracy is None else self.accuracy.record
         return record
 
@@ -68,64 +67,68 @@ class AtTargets:
         from expdesign.report.error_budget import acceptance_section  # noqa: PLC0415 (slow to import)
         from expdesign.report.hidden_physics import recordings_section  # noqa: PLC0415 (slow to import)
 
-        hidden = (
-            [] if self.hidden is None else [recordings_section(self.hidden, self.hidden_sentence if in_words else None)]
-        )
+        said = self.hidden_sentence if in_words else None
+        hidden = [] if self.hidden is None else [recordings_section(self.hidden, said)]
         return [acceptance_section(self.acceptance, of), *hidden]
 
 
-def accept_identified(problem: DesignProblem, result: Identification) -> Decision:
-    """Whether an identified robot is accepted at the targets of a configuration; not decided where it is refuted."""
-    noise, recorded = result.noise, result.recordings.rows(result.fitted)
-    whitening = Whitening(noise.deviations, references=recorded.references)
-    degrees = min((group.dof for group in noise.groups), default=float("inf"))
-    model = FittedModel(result.fit, recorded, whitening, float(degrees))
-    return decided_by(problem, model, refuted=result.goodness.refuted)
-
-
-def accept_diagnosed(problem: DesignProblem, result: "Diagnosis") -> Decision:
-    """Whether the robot is accepted at the targets of a configuration with the model that was found.
-
-    Nothing is decided where that model is no explanation of the recordings.
-    """
-    sample = result.names.sample.restricted(~result.predictive.outliers)
-    counts, recorded = sample.counts, result.recordings.rows(sample.counts)
-    whitening = sample.whitening.rows(counts)
-    degrees = float("inf") if result.noise.known else float(max(result.after.dof, 1))
-    model = FittedModel(result.known.seen_by(counts), recorded, whitening, degrees)
-    remedy = "record what separates the explanations, or look at the place that is named"
-    return decided_by(problem, model, refuted=result.refuted, remedy=remedy)
-
-
-def identified_at_targets(problem: DesignProblem, result: Identification) -> AtTargets:
-    """What an identification says at the targets; what may be hidden where the configuration asks for MEIR."""
-    decision = accept_identified(problem, result)
-    if meir_of_problem(problem) is None:
-        return AtTargets(problem.source, decision)
-    return with_hidden(problem, result.recordings.rows(result.fitted), result.noise.deviations, decision)
-
-
-def with_hidden(
-    problem: DesignProblem, recordings: Recordings, deviations: FloatArray, decision: Decision
-) -> AtTargets:
-    """A decision with what recordings may hide at the targets, and the accuracy to expect.
+class AtTargets:
+    """A model at the targets of a configuration.
 
     Args:
         problem: with the targets.
-        recordings: that the model explains.
-        deviations: standard deviations of the readings.
-        decision: with the budget of the model at the targets.
+        model: as its recordings determined it.
+        refuted: whether they refute it, so that nothing is decided.
+        remedy: what to do then.
     """
-    meir = meir_of_problem(problem)
-    hidden = hidden_by(problem, recordings, deviations, None if meir is None else meir.assumptions)
-    return AtTargets(problem.source, decision, hidden, _accuracy(problem, decision.budget, hidden))
+
+    def __init__(
+        self, problem: DesignProblem, model: FittedModel, refuted: bool, remedy: str = "run `expdesign diagnose`"
+    ) -> None:
+        self.problem, self.model, self.refuted, self.remedy = problem, model, refuted, remedy
+
+    @classmethod
+    def identified(cls, problem: DesignProblem, result: Identification) -> "AtTargets":
+        """An identified robot; not decided where it is refuted."""
+        noise, recorded = result.noise, result.recordings.rows(result.fitted)
+        whitening = Whitening(noise.deviations, references=recorded.references)
+        degrees = min((group.dof for group in noise.groups), default=float("inf"))
+        return cls(problem, FittedModel(result.fit, recorded, whitening, float(degrees)), result.goodness.refuted)
+
+    @classmethod
+    def diagnosed(cls, problem: DesignProblem, result: "Diagnosis") -> "AtTargets":
+        """The model that a diagnosis found; nothing is decided where it is no explanation of the recordings."""
+        sample = result.names.sample.restricted(~result.predictive.outliers)
+        counts, recorded = sample.counts, result.recordings.rows(sample.counts)
+        whitening = sample.whitening.rows(counts)
+        degrees = float("inf") if result.noise.known else float(max(result.after.dof, 1))
+        model = FittedModel(result.known.seen_by(counts), recorded, whitening, degrees)
+        remedy = "record what separates the explanations, or look at the place that is named"
+        return cls(problem, model, result.refuted, remedy)
+
+    @cached_property
+    def _left_out(self) -> Shown | None:
+        return None if self.refuted else left_out_by(self.problem, self.model)
+
+    @cached_property
+    def decision(self) -> Decision:
+        """Whether the robot is accepted."""
+        return decided_by(self.problem, self.model, self._left_out, refuted=self.refuted, remedy=self.remedy)
+
+    def stated(self, *, hidden: bool) -> StatedAtTargets:
+        """What is said of it; with `hidden`, what recordings that the base model explains may hide as well."""
+        if not hidden:
+            return StatedAtTargets(self.problem.source, self.decision)
+        shown = None if self.model.fit.chain.effects else self._left_out
+        found = (shown or shown_by(self.problem, self.model.recordings, self.model.whitening)).hidden()
+        accuracy = _accuracy(self.problem, self.decision.budget, found)
+        return StatedAtTargets(self.problem.source, self.decision, found, accuracy)
 
 
-def _accuracy(
-    problem: DesignProblem, budget: UncertaintyBudget, hidden: HiddenByRecordings
-) -> AccuracyStatement | None:
+def _accuracy(problem: DesignProblem, budget: UncertaintyBudget, hidden: WhatIsHidden) -> AccuracyStatement | None:
     parts = {True: np.zeros(budget.tolerance.shape), False: np.zeros(budget.tolerance.shape)}
     for each in budget.contributions:
         parts[each.name == NOISE] += each.deviation**2
-    variances = given_variances(problem.targets, np.sqrt(parts[True]), np.sqrt(parts[False]))
-    return AccuracyStatement.of(variances, hidden.physics, hidden.freedom, "these recordings")
+    matters = problem.targets.importance > 0.0
+    noise, load_errors = (np.where(matters, parts[kind], 0.0) for kind in (True, False))
+    return AccuracyStatement.of(GivenVariances(problem.targets, noise, load_errors), hidden)

@@ -205,13 +205,14 @@ def diagnose(
     )
     at_targets = None
     if problem is not None:
-        from expdesign.app.api.at_targets import AtTargets, accept_diagnosed, with_hidden  # noqa: PLC0415 (of targets)
+        from expdesign.app.api.at_targets import AtTargets  # noqa: PLC0415 (of targets)
 
-        at_targets = AtTargets(problem.source, accept_diagnosed(problem, result))
+        found = AtTargets.diagnosed(problem, result)
+        at_targets = found.stated(hidden=False)
         if result.verdict == "consistent" and not result.ended:
             told("looking for what may still be hidden")
             try:
-                at_targets = with_hidden(problem, measured, result.noise.deviations, at_targets.acceptance)
+                at_targets = found.stated(hidden=True)
             except KeyboardInterrupt:
                 if not interruptible:
                     raise

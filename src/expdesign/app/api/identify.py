@@ -200,9 +200,10 @@ def identify(
     result = with_doubts(result)
     at_targets = None
     if problem is not None:
-        from expdesign.app.api.at_targets import identified_at_targets  # noqa: PLC0415 (of targets)
+        from expdesign.app.api.at_targets import AtTargets  # noqa: PLC0415 (of targets)
+        from expdesign.assurance.model_error.meir import meir_of_problem  # noqa: PLC0415 (of targets)
 
-        at_targets = identified_at_targets(problem, result)
+        at_targets = AtTargets.identified(problem, result).stated(hidden=meir_of_problem(problem) is not None)
     goodness = result.goodness
     model = recorded_model(
         result.fit,

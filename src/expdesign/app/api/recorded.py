@@ -23,7 +23,7 @@ from expdesign.errors import InputError
 from expdesign.io.tables_in_units import synonym
 
 if TYPE_CHECKING:  # most recordings have no targets, and need not wait for planning
-    from expdesign.app.api.at_targets import AtTargets
+    from expdesign.app.api.at_targets import StatedAtTargets
     from expdesign.app.api.configuration import Config
     from expdesign.assurance.acceptance.decision import Decision
     from expdesign.planning.problem import DesignProblem
@@ -46,7 +46,7 @@ class RecordedResult(FolderResult):
 
     robot: RobotFile
     model: Model
-    at_targets: "AtTargets | None" = field(default=None, kw_only=True)
+    at_targets: "StatedAtTargets | None" = field(default=None, kw_only=True)
 
     def as_model(self) -> Model:
         """The model that was found."""
