@@ -10,7 +10,6 @@ from expdesign.probabilities import probability_text
 from expdesign.report import words
 from expdesign.report.arm_section import accuracy_lines, arm_sections
 from expdesign.report.blocks import (
-    HERE,
     Block,
     Definitions,
     KeyFigure,
@@ -18,6 +17,7 @@ from expdesign.report.blocks import (
     NextSteps,
     PageSection,
     Sentences,
+    model_steps,
 )
 from expdesign.report.check_texts import coverage_sentence, fit_sentences
 from expdesign.report.identification_record import rms
@@ -162,18 +162,7 @@ def _next_steps(result: Identification, robot_file: str, configuration: str) -> 
     targets = f" --targets {config}" if configuration else ""
     return NextSteps(
         [
-            (
-                "Predict deflections anywhere (model.yaml lies beside this page).",
-                f"expdesign predict {HERE}model.yaml points.csv --out predicted.csv",
-            ),
-            (
-                "Find commands that reach targets under load.",
-                f"expdesign compensate {HERE}model.yaml targets.csv --out commands.csv",
-            ),
-            (
-                "Measure compensated poses, and certify what is attained.",
-                f"expdesign verify {HERE}model.yaml check.csv --config {config} --out verified",
-            ),
+            *model_steps(result.recordings.source, configuration),
             (
                 "If the model does not fit, find out why.",
                 f"expdesign diagnose {robot} {recordings}{targets} --out diagnosed",
