@@ -13,8 +13,7 @@ from tests.design.problems import HEXAPOD, problem
 import expdesign as xd
 from expdesign.assurance.acceptance.decision import Decision, acceptance_record, sentences
 from expdesign.assurance.model_error.left_out import left_out, offsets
-from expdesign.assurance.model_error.meir import Meir
-from expdesign.assurance.model_error.recorded import recorded_sensitivities
+from expdesign.assurance.model_error.recorded import shown_by
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.models.effect_entry import effect_classes
 from expdesign.errors import InputError
@@ -159,11 +158,9 @@ def test_the_odds_of_what_is_hidden_are_those_of_integrating_over_its_size() -> 
         e for kind in effect_classes() for e in kind.candidates(fit.chain.robot, rows) if e.physics == "leg_coupling"
     ]
     physics = left_out(effects, rows, Assumptions())
-    meir = Meir(case, Assumptions(), physics)
     whitening = Whitening(identified.result.noise.deviations, references=rows.references)
-    every = np.ones(len(rows), dtype=bool)
-    base, directions = recorded_sensitivities(fit.chain.robot, rows, physics, whitening, every)
-    shown = directions * meir.deviations
+    found = shown_by(case, rows, whitening, Assumptions(physics=frozenset({"leg_coupling"})))
+    base, shown = found.base, found.directions
     shown = shown - base @ np.linalg.lstsq(base, shown, rcond=None)[0]
     residuals, start = fit.residuals.ravel(), offsets(physics)
     generator = np.random.default_rng(1)

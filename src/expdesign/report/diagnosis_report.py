@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.assurance.acceptance.decision import Decision
-from expdesign.assurance.model_error.recorded import HiddenByRecordings
+from expdesign.assurance.model_error.statement import WhatIsHidden
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.probabilities import probability_text
@@ -39,7 +39,7 @@ MOST_MODELS = 60
 
 def diagnosis_report(
     result: Diagnosis,
-    hidden: HiddenByRecordings | None = None,
+    hidden: WhatIsHidden | None = None,
     hidden_sentence: str | None = None,
     accepted: Decision | None = None,
 ) -> Page:

@@ -3,10 +3,13 @@
 import numpy as np
 import pandas as pd
 
-from expdesign.assurance.model_error.meir import Meir
-from expdesign.assurance.model_error.planned import hidden_by_plan, meir_of_problem
-from expdesign.assurance.model_error.recorded import HiddenByRecordings
-from expdesign.assurance.model_error.statement import AccuracyStatement, HiddenPhysics, sentence
+from expdesign.assurance.model_error.meir import Meir, meir_of_problem
+from expdesign.assurance.model_error.statement import (
+    AccuracyStatement,
+    HiddenPhysics,
+    WhatIsHidden,
+    hidden_by_plan,
+)
 from expdesign.planning.front import Front, non_dominated
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
@@ -21,15 +24,12 @@ _CHEAP = 0.05
 
 def hidden_section(problem: DesignProblem, front: Front) -> PageSection | None:
     """The section about the recommended design, or None where the configuration asks for no MEIR."""
-    meir = meir_of_problem(problem)
-    if meir is None:
+    meir, assessment = meir_of_problem(problem), problem.assessed(front.decisions[[front.recommended]])
+    hidden = hidden_by_plan(problem, assessment, "the recommended plan")
+    if meir is None or hidden is None:
         return None
-    assessment = problem.assessed(front.decisions[[front.recommended]])
-    physics, freedom = hidden_by_plan(meir, assessment)
-    if not physics:
-        return None
-    stated = AccuracyStatement.of(assessment, physics, freedom, "the recommended plan")
-    texts = [sentence(physics[0], freedom, "the recommended plan") if stated is None else stated.sentence]
+    physics, stated = hidden.physics, AccuracyStatement.of(assessment, hidden)
+    texts = [(stated or hidden).sentence]
     cheap = cheapest_sentence(front)
     if cheap is not None:
         texts.append(cheap)
@@ -57,7 +57,7 @@ def noticed_by(
     return found
 
 
-def recordings_section(found: HiddenByRecordings, stated: str | None = None) -> PageSection:
+def recordings_section(found: WhatIsHidden, stated: str | None = None) -> PageSection:
     """The section about recordings that the model explains; `stated` is their accuracy in words, if it is said here."""
     said = [] if stated is None else [Sentences([stated])]
     blocks: list[Block] = [*said, hidden_figure(found.physics), hidden_table(found.physics)]

@@ -24,8 +24,7 @@ from expdesign.report.diagnosis_record import diagnosis_record
 
 if TYPE_CHECKING:  # most recordings are diagnosed without targets, and need not wait for planning
     from expdesign.app.api.configuration import Config
-    from expdesign.assurance.model_error.recorded import HiddenByRecordings
-    from expdesign.assurance.model_error.statement import AccuracyStatement
+    from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden
     from expdesign.report.page import Page
 
 NEXT_PLAN = "plan-next.csv"
@@ -63,7 +62,7 @@ class DiagnosisResult(FolderResult):
     result: Diagnosis
     model: Model
     series: int
-    hidden: "HiddenByRecordings | None" = None
+    hidden: "WhatIsHidden | None" = None
     accuracy: "AccuracyStatement | None" = None
     acceptance: Decision | None = None
 
@@ -107,20 +106,15 @@ class DiagnosisResult(FolderResult):
         if self.acceptance is not None:
             record["acceptance"] = acceptance_record(self.acceptance)
         if hidden is not None:
-            from expdesign.assurance.model_error.statement import hidden_record  # noqa: PLC0415 (of targets)
-
-            record["hidden"] = hidden_record(hidden.physics, hidden.freedom, "these recordings")
+            record["hidden"] = hidden.record
             record["accuracy"] = None if self.accuracy is None else self.accuracy.record
         return record
 
     @property
     def hidden_sentence(self) -> str | None:
         """What may still be hidden, in words."""
-        if self.hidden is None:
-            return None
-        from expdesign.assurance.model_error.statement import hidden_sentence  # noqa: PLC0415 (of targets)
-
-        return hidden_sentence(self.hidden.physics, self.hidden.freedom, self.accuracy)
+        stated = self.accuracy or self.hidden
+        return None if stated is None else stated.sentence
 
     @property
     def lines(self) -> list[str]:
@@ -229,13 +223,14 @@ def diagnose(
     )
     accepted, hidden, accuracy = None, None, None
     if problem is not None:
-        from expdesign.app.api.at_targets import accept_diagnosed, hidden_at_targets  # noqa: PLC0415 (of targets)
+        from expdesign.app.api.at_targets import AtTargets  # noqa: PLC0415 (of targets)
 
-        accepted = accept_diagnosed(problem, result)
+        at_targets = AtTargets.diagnosed(problem, result)
+        accepted = at_targets.decision
         if result.verdict == "consistent" and not result.ended:
             told("looking for what may still be hidden")
             try:
-                hidden, accuracy = hidden_at_targets(problem, measured, result.noise.deviations, accepted)
+                hidden, accuracy = at_targets.hidden
             except KeyboardInterrupt:
                 if not interruptible:
                     raise

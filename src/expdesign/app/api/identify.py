@@ -26,8 +26,7 @@ from expdesign.report.identification_record import identification_record, stiffn
 
 if TYPE_CHECKING:  # most recordings are identified without targets, and need not wait for planning
     from expdesign.app.api.configuration import Config
-    from expdesign.assurance.model_error.recorded import HiddenByRecordings
-    from expdesign.assurance.model_error.statement import AccuracyStatement
+    from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden
     from expdesign.report.page import Page
 
 SMALLEST_PRIOR = 1e-6
@@ -56,7 +55,7 @@ class IdentificationResult(FolderResult):
     model: Model
     acceptance: Decision | None = None
     configuration: str = ""
-    hidden: "HiddenByRecordings | None" = None
+    hidden: "WhatIsHidden | None" = None
     accuracy: "AccuracyStatement | None" = None
 
     @property
@@ -115,18 +114,13 @@ class IdentificationResult(FolderResult):
 
     def page(self) -> "Page":
         """The report."""
-        from expdesign.assurance.model_error.statement import hidden_sentence  # noqa: PLC0415 (of targets)
         from expdesign.report.error_budget import acceptance_section  # noqa: PLC0415 (slow to import)
         from expdesign.report.hidden_physics import recordings_section  # noqa: PLC0415 (slow to import)
         from expdesign.report.identification_report import identification_report  # noqa: PLC0415 (slow to import)
 
         further = [] if self.acceptance is None else [acceptance_section(self.acceptance, "the identified robot")]
         if self.hidden is not None:
-            further.append(
-                recordings_section(
-                    self.hidden, hidden_sentence(self.hidden.physics, self.hidden.freedom, self.accuracy)
-                )
-            )
+            further.append(recordings_section(self.hidden, (self.accuracy or self.hidden).sentence))
         return identification_report(self.result, self.robot.document.source, self.configuration, further)
 
     def files(self, folder: Path = Path()) -> dict[str, str]:
@@ -223,10 +217,13 @@ def identify(
     result = with_doubts(result)
     accepted, hidden, accuracy = None, None, None
     if problem is not None:
-        from expdesign.app.api.at_targets import accept_identified, hidden_by_identified  # noqa: PLC0415 (of targets)
+        from expdesign.app.api.at_targets import AtTargets  # noqa: PLC0415 (of targets)
+        from expdesign.assurance.model_error.meir import meir_of_problem  # noqa: PLC0415 (of targets)
 
-        accepted = accept_identified(problem, result)
-        hidden, accuracy = hidden_by_identified(problem, result, accepted) or (None, None)
+        at_targets = AtTargets.identified(problem, result)
+        accepted = at_targets.decision
+        if meir_of_problem(problem) is not None:
+            hidden, accuracy = at_targets.hidden
     goodness = result.goodness
     model = recorded_model(
         result.fit,
