@@ -20,7 +20,6 @@ from expdesign.chain.component import Component
 from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.sight import Sight
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, last_part, readings_of
-from expdesign.diagnosis.dispersion import dispersion
 from expdesign.diagnosis.evidence.columns import Dense
 from expdesign.diagnosis.evidence.dictionary import Atom, law_of
 from expdesign.diagnosis.evidence.options import EVIDENCE
@@ -330,16 +329,16 @@ class _Model:
         stability = shares_of([one.group.kind for one in found], kept)
         return Groups(
             fit=result, found=tuple(found), before=rms(before), after=rms(errors),
-            widening=self._widening(state, result), noise=self.noise, aside=aside, stability=stability,
+            widening=self._widening(state), noise=self.noise, aside=aside, stability=stability,
             few=_few_suffice(state, blocks), sight=self.sight,
         )  # fmt: skip
 
-    def _widening(self, state: Present, result: Fit) -> Widening:
+    def _widening(self, state: Present) -> Widening:
         """With which left-out readings are as far from their predictions as stated.
 
         What a left-out block does not determine is in the variance of its prediction, so that blocks of time, from
-        which the groups have to extrapolate, do not widen what they predict between rows that they have seen. Where
-        they leave more than the stated noise and rows are alike, each of B blocks is one error:
+        which the groups have to extrapolate, do not widen what they predict between rows that they have seen. What
+        is between the groups and the machine is alike within a block, so that B blocks show it B times:
         t_(B−1)·√(1 + 1/B) takes the place of a normal quantile.
         """
         blocks, noise = self.problem.blocks, float(np.sqrt(state.noise_variance))
@@ -348,9 +347,8 @@ class _Model:
         judged = LeftOut(errors, errors, blocks)
         inflation = judged.inflation(variances)
         further = noise * max(judged.surprise(variances, inflation), 1.0)
-        if noise > 1.0 and dispersion(result.residuals, self.sample).correlation > OPTIONS.alike:
-            count = max(len(np.unique(blocks)), 2)
-            further *= float(student_t.ppf(0.975, count - 1)) * float(np.sqrt(1.0 + 1.0 / count)) / NORMAL_95
+        count = max(len(np.unique(blocks)), 2)
+        further *= float(student_t.ppf(0.975, count - 1)) * float(np.sqrt(1.0 + 1.0 / count)) / NORMAL_95
         moved = rms(self.settled.unwhitened(whitened)) / rms(whitened)
         return Widening(further * moved, further * float(np.sqrt(inflation)))
 
