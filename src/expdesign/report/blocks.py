@@ -4,6 +4,7 @@ Each block is plain data; `blocks.html` has one macro for each kind, and escapes
 a page's script fills in again (when another design is chosen, say) is found by its `id`.
 """
 
+import re
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,6 +16,8 @@ from markupsafe import Markup
 from expdesign.io.output import csv_text
 from expdesign.report.words import UNDETERMINED
 
+_BOUND = re.compile(r"(below|above) \d")
+"""How a cell begins that is a number."""
 _UNBROKEN = 30
 """Characters of a cell that stay in one line."""
 
@@ -147,8 +150,9 @@ class DataTable(Block):
 
     def look(self, column: int) -> Markup:
         """Class of a column's cells: words are set flush left rather than as numbers, and sentences are broken."""
-        cells = [row[column] for row in self.rows]
-        if not any(cell[:1].isalpha() and cell != UNDETERMINED for cell in cells):
+        cells = [row[column] for row in self.rows if row[column]]
+        words = sum(cell[:1].isalpha() and cell != UNDETERMINED and not _BOUND.match(cell) for cell in cells)
+        if 2 * words <= len(cells):  # a number now and then is only said to be none
             return Markup()
         return Markup(' class="text long"' if max(map(len, cells)) > _UNBROKEN else ' class="text"')
 
