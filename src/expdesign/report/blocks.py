@@ -1,12 +1,12 @@
 """What a section of a report page is made of.
 
-Each block is plain data; `blocks.html` has one macro per block, named by `kind`, and escapes every text. A block that
+Each block is plain data; `blocks.html` has one macro for each kind, and escapes every text. A block that
 a page's script fills in again (when another design is chosen, say) is found by its `id`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any
 
 import pandas as pd
 from markupsafe import Markup
@@ -20,16 +20,18 @@ _UNBROKEN = 30
 
 @dataclass(frozen=True)
 class Block:
-    """One piece of a section."""
+    """One piece of a section; `blocks.html` draws it by the name of its class."""
 
-    kind: ClassVar[str]
+    @property
+    def kind(self) -> str:
+        """Name of its class."""
+        return type(self).__name__
 
 
 @dataclass(frozen=True)
 class Paragraph(Block):
     """Text. With `live`, a screen reader announces it whenever a script changes it."""
 
-    kind: ClassVar[str] = "paragraph"
     text: str
     id: str = ""
     live: bool = False
@@ -39,7 +41,6 @@ class Paragraph(Block):
 class Subheading(Block):
     """A heading inside a section."""
 
-    kind: ClassVar[str] = "subheading"
     text: str
     id: str = ""
 
@@ -48,7 +49,6 @@ class Subheading(Block):
 class Sentences(Block):
     """A list of sentences."""
 
-    kind: ClassVar[str] = "sentences"
     items: Sequence[str]
     id: str = ""
 
@@ -67,7 +67,6 @@ class KeyFigure:
 class KeyFigures(Block):
     """A row of numbers worth reading first."""
 
-    kind: ClassVar[str] = "key_figures"
     items: Sequence[KeyFigure]
 
 
@@ -75,7 +74,6 @@ class KeyFigures(Block):
 class Definitions(Block):
     """Terms with what they mean or their values, in pairs."""
 
-    kind: ClassVar[str] = "definitions"
     items: Sequence[tuple[str, str]]
 
 
@@ -83,7 +81,6 @@ class Definitions(Block):
 class NextSteps(Block):
     """What to do, in order: each a sentence and the command for it (or an empty text)."""
 
-    kind: ClassVar[str] = "steps"
     items: Sequence[tuple[str, str]]
 
 
@@ -112,7 +109,6 @@ class DataTable(Block):
         tall: whether the table scrolls inside a box instead of taking its full height.
     """
 
-    kind: ClassVar[str] = "data_table"
     id: str
     caption: str
     columns: Sequence[str]
@@ -145,6 +141,33 @@ def table_of(
     return DataTable(id, caption, columns, rows, Download(filename, csv_text(data)), tall=tall)
 
 
+def framed(
+    id: str,
+    caption: str,
+    frame: pd.DataFrame,
+    shown: Mapping[str, str | Callable[[Any], str]],
+    *,
+    rows: Sequence[int] | None = None,
+    tall: bool = False,
+) -> DataTable:
+    """A table that shows a frame, whose CSV is the frame.
+
+    Args:
+        id: of the table; its CSV is named like it.
+        caption: of the table.
+        frame: in SI units.
+        shown: by the heading of each column, the column of the frame, or the cell of a row (of `itertuples`).
+        rows: that are shown; all if left out.
+        tall: whether the table scrolls inside a box.
+    """
+    listed = frame if rows is None else frame.iloc[list(rows)]
+    cells = [
+        [str(getattr(row, cell)) if isinstance(cell, str) else cell(row) for cell in shown.values()]
+        for row in listed.itertuples()
+    ]
+    return table_of(id, caption, list(shown), cells, frame, tall=tall)
+
+
 @dataclass(frozen=True)
 class Figure(Block):
     """A plotly figure.
@@ -160,7 +183,6 @@ class Figure(Block):
         filename: of the picture, without extension.
     """
 
-    kind: ClassVar[str] = "figure"
     id: str
     title: str
     plot: Mapping[str, Any]
@@ -184,7 +206,6 @@ class Option:
 class Selector(Block):
     """A labelled choice; with `step`, buttons to the previous and next entry stand beside it."""
 
-    kind: ClassVar[str] = "selector"
     id: str
     label: str
     options: Sequence[Option]
@@ -195,7 +216,6 @@ class Selector(Block):
 class Buttons(Block):
     """Buttons that a page's script acts on: pairs of id and text."""
 
-    kind: ClassVar[str] = "buttons"
     items: Sequence[tuple[str, str]]
 
 
@@ -203,7 +223,6 @@ class Buttons(Block):
 class SideBySide(Block):
     """Two columns on a wide screen, one below the other on a narrow one."""
 
-    kind: ClassVar[str] = "side_by_side"
     left: Sequence[Block]
     right: Sequence[Block]
 

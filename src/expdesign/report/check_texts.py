@@ -11,7 +11,6 @@ import numpy as np
 from expdesign.counted import counted
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.remarks import IdleActuators
-from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.feasibility import Feasibility
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
@@ -64,24 +63,6 @@ _FEW = 0.01
 """Share of reachable poses below which the units of `experiment.poses` are probably wrong."""
 
 
-def robot_summary(robot: Robot, condition: float) -> str:
-    """That a robot can be used.
-
-    Args:
-        robot: the robot.
-        condition: scaled condition number at its reference configuration.
-    """
-    return (
-        f"{robot.kind} `{robot.name}` with {counted(len(robot.stiffness), 'actuator')} is usable "
-        f"(scaled condition number {condition:.3g} at its reference pose)."
-    )
-
-
-def model_summary(effects: int, robot: str) -> str:
-    """What a model file holds, with the summary of its robot."""
-    return f"identified model with {counted(effects, 'effect')} of a {robot}"
-
-
 def problem_summary(problem: DesignProblem, found: Feasibility) -> str:
     """What a configuration asks for, and how much of its design space serves."""
     space = problem.space
@@ -117,11 +98,6 @@ def problem_remarks(problem: DesignProblem, found: Feasibility) -> tuple[str, ..
     if problem.found is not None:
         remarks.append(problem.found.note)
     return tuple(f"{problem.source}: {remark}" for remark in remarks)
-
-
-def sweep_summary(runs: int, keys: list[str]) -> str:
-    """How many runs a sweep has, and which keys it varies."""
-    return f"sweep of {counted(runs, 'run')} over {', '.join(keys)}"
 
 
 def identified_summary(result: Identification) -> str:

@@ -11,6 +11,7 @@ from expdesign.report import words
 from expdesign.report.arm_section import accuracy_lines, arm_sections
 from expdesign.report.blocks import (
     HERE,
+    Block,
     Definitions,
     KeyFigure,
     KeyFigures,
@@ -19,20 +20,19 @@ from expdesign.report.blocks import (
     Sentences,
 )
 from expdesign.report.check_texts import coverage_sentence, fit_sentences
-from expdesign.report.identification_record import rms, stiffness_unit
+from expdesign.report.identification_record import rms
 from expdesign.report.identification_tables import (
     SCRIPT,
     geometry_section,
     measurement_table,
     residual_blocks,
     residual_data,
-    stiffness_figure,
-    stiffness_table,
 )
 from expdesign.report.page import Page
 from expdesign.report.remark_texts import sentences
 from expdesign.report.robot_section import SCRIPTS, picture
 from expdesign.report.robot_view import at_rest
+from expdesign.report.stiffness import identified_stiffness, stiffness_figure, stiffness_table, stiffness_unit
 
 _TITLES = {"elastostatic": "Stiffness", "geometric": "Geometry", "both": "Geometry and stiffness"}
 _CONTRIBUTED = "What each measurement contributed"
@@ -56,16 +56,12 @@ def identification_report(
     drawn, view = picture(robot, at_rest(robot, np.median(train.configurations, axis=0)), note=_PICTURE)
     sections = (
         PageSection("result", "Result", [Sentences(_conclusions(result)), _key_figures(result)]),
-        *(
-            [PageSection("stiffness", "Stiffness", [stiffness_figure(result), stiffness_table(result)])]
-            if stiffness
-            else []
-        ),
+        *([PageSection("stiffness", "Stiffness", _stiffness(result))] if stiffness else []),
         *(arm_sections(result) if result.arm is not None else []),
         *([geometry_section(result)] if result.geometry is not None and result.arm is None else []),
         PageSection("fit", "How well the model fits", [Definitions(_tests(result)), *residual_blocks(result, train)]),
         *further,
-        *([PageSection("measurements", _CONTRIBUTED, [measurement_table(result, train)])] if robot.actuators else []),
+        *([PageSection("measurements", _CONTRIBUTED, [measurement_table(result)])] if robot.actuators else []),
         *([PageSection("machine", "The robot", drawn)] if drawn else []),
         PageSection("next", "Next steps", [_next_steps(result, robot_file, configuration)]),
         PageSection("words", "Words", [Definitions(_WORDS)]),
@@ -82,10 +78,15 @@ def identification_report(
     )
 
 
+def _stiffness(result: Identification) -> list[Block]:
+    about = "with 95 % intervals; compliance is its inverse."
+    return [stiffness_figure(result), stiffness_table(identified_stiffness(result), result.robot, about)]
+
+
 def _least_certain(result: Identification) -> str:
     """What is known worst; of a robot without actuators, that there is nothing to identify."""
     interval, names = result.stiffness, result.robot.actuators
-    unit, _, factor = words.stiffness(stiffness_unit(result))
+    unit, _, factor = words.stiffness(stiffness_unit(result.robot))
     if not names:
         return (
             f"A {result.robot.kind} has no actuators whose stiffness could be identified: its base model does not "

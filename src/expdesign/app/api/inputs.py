@@ -37,6 +37,9 @@ class RobotFile:
     robot: Robot
     document: YamlDocument
 
+    def __repr__(self) -> str:
+        return f"<RobotFile: {self.robot.kind} {self.robot.name} ({self.document.source})>"
+
 
 RobotInput = PathLike | Mapping[str, Any] | RobotSection | RobotFile
 ModelInput = PathLike | Model | Result

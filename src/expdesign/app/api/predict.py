@@ -67,7 +67,7 @@ class PredictionResult(TableResult):
         ratio = "" if self.birge_ratio == 1.0 else f", {self.birge_ratio:.3g} times as wide as its residuals ask for"
         if self.readings:
             return f"standard deviations are of readings: those of the model{ratio}, and the noise of a reading"
-        return f"standard deviations are of the model{ratio}; --readings adds the noise of a reading"
+        return f"standard deviations are of the model{ratio}; argument `readings` adds the noise of a reading"
 
 
 def predict(
