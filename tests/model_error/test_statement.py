@@ -54,18 +54,18 @@ def test_of_recordings(problem: DesignProblem, evaluation: xd.EvaluationResult, 
     recordings = xd.simulate(problem, plan(problem), seed=3).frame
     robot = CONFIGS / "robots" / "bipod.yaml"
     identified = xd.identify(robot, recordings, targets=problem)
-    assert identified.accuracy is not None
+    assert identified.at_targets.accuracy is not None
     planned = evaluation.accuracy
     assert planned is not None
-    assert identified.accuracy.noise == pytest.approx(planned.noise, rel=1e-6)
-    assert identified.accuracy.load_errors == pytest.approx(planned.load_errors, rel=1e-2)
-    assert identified.accuracy.hidden.meir == pytest.approx(planned.hidden.meir, rel=1e-6)
+    assert identified.at_targets.accuracy.noise == pytest.approx(planned.noise, rel=1e-6)
+    assert identified.at_targets.accuracy.load_errors == pytest.approx(planned.load_errors, rel=1e-2)
+    assert identified.at_targets.accuracy.hidden.meir == pytest.approx(planned.hidden.meir, rel=1e-6)
     assert set(identified.record["accuracy"]) == PARTS
     identified.save(tmp_path)
     assert "What may still be hidden" in (tmp_path / "report.html").read_text(encoding="utf-8")
     diagnosed = xd.diagnose(robot, recordings, targets=problem)
     if diagnosed.verdict == "consistent":
-        assert diagnosed.accuracy is not None
+        assert diagnosed.at_targets.accuracy is not None
         # Of a few rows the diagnosis predicts the average over what may be there, which adds a little.
         assert planned.noise <= diagnosed.record["accuracy"]["noise"] < 1.01 * planned.noise
 

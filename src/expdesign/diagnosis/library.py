@@ -105,7 +105,7 @@ def beside(candidate: Candidate, present: Fit, sample: Sample, robot: Robot) -> 
     """A candidate that is idle beside the base model, with its directions beside the effects of a fitted model."""
     effect = candidate.effect
     starts, chain = candidate.starts, present.chain
-    alone = _with_memory if effect.states else _without_memory
+    alone = _with_memory if effect.states or chain.states else _without_memory
     (directions,) = alone([effect], [starts], sample, robot, present.values, chain.effects)
     return replace(candidate, directions=directions)
 

@@ -3,13 +3,14 @@
 Most recordings are identified without targets, and need not wait for planning.
 """
 
+from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from expdesign.assurance.acceptance.budget import NOISE, UncertaintyBudget
-from expdesign.assurance.acceptance.decision import Decision
+from expdesign.assurance.acceptance.decision import Decision, acceptance_record, sentences
 from expdesign.assurance.acceptance.fitted import FittedModel
 from expdesign.assurance.acceptance.left_out import decided_by, left_out_by
 from expdesign.assurance.model_error.recorded import Shown, shown_by
@@ -21,9 +22,54 @@ from expdesign.planning.problem import DesignProblem
 
 if TYPE_CHECKING:
     from expdesign.diagnosis.result import Diagnosis
+    from expdesign.report.blocks import PageSection
 
-Hidden = tuple[WhatIsHidden, AccuracyStatement | None]
-"""What recordings may hide, and the accuracy to expect with it."""
+
+@dataclass(frozen=True)
+class StatedAtTargets:
+    """What is said of the targets of a configuration.
+
+    Attributes:
+        configuration: its path.
+        acceptance: whether the robot is accepted.
+        hidden: what the recordings may hide; None where that is not asked, or the model does not explain them.
+        accuracy: the same beside noise and load errors.
+    """
+
+    configuration: str
+    acceptance: Decision
+    hidden: WhatIsHidden | None = None
+    accuracy: AccuracyStatement | None = None
+
+    @property
+    def hidden_sentence(self) -> str | None:
+        """What may still be hidden, in words."""
+        stated = self.accuracy or self.hidden
+        return None if stated is None else stated.sentence
+
+    @property
+    def lines(self) -> list[str]:
+        """The decision, and what may still be hidden: a line for each sentence."""
+        hidden = self.hidden_sentence
+        return [*sentences(self.acceptance), *([] if hidden is None else [hidden])]
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """What a document says of it."""
+        record: dict[str, Any] = {"acceptance": acceptance_record(self.acceptance)}
+        if self.hidden is not None:
+            record["hidden"] = self.hidden.record
+            record["accuracy"] = None if self.accuracy is None else self.accuracy.record
+        return record
+
+    def sections(self, of: str, *, in_words: bool = True) -> "list[PageSection]":
+        """The sections of a page about the model that `of` names; `in_words` where the page has not said them yet."""
+        from expdesign.report.error_budget import acceptance_section  # noqa: PLC0415 (slow to import)
+        from expdesign.report.hidden_physics import recordings_section  # noqa: PLC0415 (slow to import)
+
+        said = self.hidden_sentence if in_words else None
+        hidden = [] if self.hidden is None else [recordings_section(self.hidden, said)]
+        return [acceptance_section(self.acceptance, of), *hidden]
 
 
 class AtTargets:
@@ -69,13 +115,14 @@ class AtTargets:
         """Whether the robot is accepted."""
         return decided_by(self.problem, self.model, self._left_out, refuted=self.refuted, remedy=self.remedy)
 
-    @property
-    def hidden(self) -> Hidden:
-        """What recordings that the base model explains may hide, and the accuracy to expect: its budget with that."""
+    def stated(self, *, hidden: bool) -> StatedAtTargets:
+        """What is said of it; with `hidden`, what recordings that the base model explains may hide as well."""
+        if not hidden:
+            return StatedAtTargets(self.problem.source, self.decision)
         shown = None if self.model.fit.chain.effects else self._left_out
-        shown = shown or shown_by(self.problem, self.model.recordings, self.model.whitening)
-        found = shown.hidden()
-        return found, _accuracy(self.problem, self.decision.budget, found)
+        found = (shown or shown_by(self.problem, self.model.recordings, self.model.whitening)).hidden()
+        accuracy = _accuracy(self.problem, self.decision.budget, found)
+        return StatedAtTargets(self.problem.source, self.decision, found, accuracy)
 
 
 def _accuracy(problem: DesignProblem, budget: UncertaintyBudget, hidden: WhatIsHidden) -> AccuracyStatement | None:

@@ -26,7 +26,7 @@ from expdesign.io.units import NUMBER, QUANTITY, quantities, quantity, require_d
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.problem import DesignProblem
 
-WHERE = "--conceal"
+WHERE = "argument `conceal`"
 
 
 @dataclass
