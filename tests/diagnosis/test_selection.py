@@ -7,8 +7,10 @@ import pytest
 from tests.cases import robot
 from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
 
+from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import Recordings
+from expdesign.diagnosis import library as library_module
 from expdesign.diagnosis import names as names_module
 from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.evidence.search import Search
@@ -18,7 +20,7 @@ from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.names import LawsBeside, Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.probability import standing
-from expdesign.estimation.fit import Fit
+from expdesign.estimation.fit import Fit, fit
 
 NAME = "bipod-unequal"
 FRICTION = effect(NAME, "friction_hysteresis", "leg 2", "rigid")
@@ -187,3 +189,17 @@ def test_ignorance_excuses_held_out_errors_up_to_the_size_of_the_noise() -> None
     vague = replace(base, covariance=1e12 * base.covariance)
     errors = held_out(base, vague, sample, test, np.zeros(24, dtype=bool))
     assert errors.test_surprise == pytest.approx(errors.test_after / np.sqrt(2.0), rel=1e-6)
+
+
+def test_an_effect_without_memory_is_looked_at_beside_one_with_memory() -> None:
+    """Its directions beside it are those of the chain with both."""
+    recordings = simulated(NAME, FRICTION, parameters=[0.02])
+    sample, here = sample_of(NAME, recordings), robot(NAME)
+    base = base_fit(NAME, sample).values
+    (candidate,) = candidates([PLAY], sample, here, base)
+    present = fit(Chain(here, (FRICTION,)), sample, np.append(base, FRICTION.neutral()))
+    found = library_module.beside(candidate, present, sample, here)
+    values = np.concatenate([present.values, candidate.starts[0]])
+    slopes = Chain(here, (FRICTION, PLAY)).predict_with_sensitivities(sample.rows, values)[1]
+    expected = sample.whiten(slopes[:, sample.recordings.axes, -1:]).reshape(-1, 1)
+    np.testing.assert_allclose(found.directions[0], expected, rtol=1e-9, atol=1e-12)

@@ -9,7 +9,7 @@ from tests.cases import robot
 from tests.identification.experiments import experiment, read, table_of
 
 from expdesign.chain.recordings.filled_in import check_structure
-from expdesign.chain.recordings.reader import points_from_table
+from expdesign.chain.recordings.points import points_from_table
 from expdesign.errors import InputError
 
 Fault = Callable[[pd.DataFrame], pd.DataFrame]
@@ -146,7 +146,7 @@ def test_a_wrench_may_not_contradict_the_payload(factor: float, contradicts: boo
     assert "row 6, column f" in caught.value.where
 
 
-def test_unknown_columns_are_kept_and_known_to_be_unknown() -> None:
+def test_recorded_are_kept_and_known_to_be_unknown() -> None:
     found = read(valid().assign(operator="Ada", dx_M=1.0), robot("H1"))
     assert list(found.extra.columns) == ["operator", "dx_M"]
 

@@ -1,7 +1,7 @@
 """One row of recordings as symbols, and many rows as the numbers that stand for them."""
 
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import casadi as ca
 import numpy as np
@@ -83,10 +83,12 @@ class Row:
         return ca.vertcat(*(ca.vec(getattr(self, item.name)) for item in fields(self)))
 
 
+@lru_cache(maxsize=32)
 def row_symbols(robot: Robot, markers: int = 0, fixed: int = 0, *, oriented: bool = False) -> Row:
     """Symbols of one row of a robot's recordings, in which positions of `markers` were measured, and orientations.
 
-    `fixed` is the number of fixed points and gauges.
+    `fixed` is the number of fixed points and gauges. All chains of a robot share them, and with them what they have in
+    common.
     """
     n, n_p, d, n_q = robot.coordinates.n, len(robot.stiffness), len(robot.gravity), len(robot.configuration)
     shapes = {

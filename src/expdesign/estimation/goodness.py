@@ -41,8 +41,25 @@ class FitOptions:
     too_good: float = 0.001
     overstated: float = 1.25
 
+    def allows(self, value: float, dof: float) -> bool:
+        """Whether a χ² against stated noise does not refute the model."""
+        return p_value_of(value, dof) >= self.refuted
+
 
 FIT = FitOptions()
+
+
+def p_value_of(value: float, dof: float) -> float:
+    """Probability of a larger χ² if model and noise are right."""
+    return float(chi2.sf(value, dof))
+
+
+def noise_ratio(value: float, dof: int, options: FitOptions = FIT) -> float:
+    """√(χ²/ν) where χ² speaks against the stated noise, in either direction, else 1: the noise that readings have."""
+    if dof < 1:
+        return 1.0
+    beyond = not options.allows(value, dof) or float(chi2.cdf(value, dof)) < options.too_good
+    return sqrt(value / dof) if beyond else 1.0
 
 
 @dataclass(frozen=True)
@@ -128,7 +145,7 @@ class StatementOfFit:
     @classmethod
     def of_chi2(cls, value: float, dof: int, worst: WorstRow | None = None) -> "StatementOfFit":
         """The statement of a χ² against stated noise."""
-        p_value = float(chi2.sf(value, dof)) if dof > 0 else None
+        p_value = p_value_of(value, dof) if dof > 0 else None
         return cls(value, dof, p_value, worst=worst, mean_square=value / max(dof, 1))
 
     @property
@@ -167,6 +184,11 @@ class StatementOfFit:
         return sqrt(max(self.mean_square, 1.0)) if self.refuted else 1.0
 
     @property
+    def reading_ratio(self) -> float:
+        """By so much the noise of a reading is larger, or smaller, than stated (`noise_ratio`)."""
+        return self.birge_ratio if self.chi2 is None else noise_ratio(self.chi2, self.dof, self.options)
+
+    @property
     def tested(self) -> str:
         """The test in figures."""
         if self.chi2 is not None:
@@ -183,7 +205,8 @@ class StatementOfFit:
             "refuted": f"{model} does not explain {of} to within their noise and is refuted",
             "too good": (
                 f"the stated standard deviations of {of} are about {self.overstated:.3g} times too large for what "
-                f"{model} leaves. Intervals are as much too wide; state the noise that the residuals show"
+                f"{model} leaves. Intervals of readings have the noise that the residuals show; others are too wide "
+                "until it is stated"
             ),
             "noise estimated": f"nothing speaks against {model}",
         }
@@ -223,7 +246,7 @@ def statement_of_fit(
         columns: of what the instrument reads, whether it was measured or not.
     """
     value, dof = squares_of(fit)
-    p_value = float(chi2.sf(value, dof)) if noise.known and dof > 0 else None
+    p_value = p_value_of(value, dof) if noise.known and dof > 0 else None
     lack = _lack_of_fit(value, dof, recordings, noise)
     worst = None
     if fit.residuals.size:
@@ -242,7 +265,7 @@ def squares_of(fit: Fit) -> tuple[float, int]:
 def _worst_row(outlying: Outlying, recordings: Recordings, columns: tuple[str, ...], *, noise_known: bool) -> WorstRow:
     without = None
     if outlying.aside and noise_known and outlying.dof > 0:
-        without = float(chi2.sf(outlying.chi2, outlying.dof))
+        without = p_value_of(outlying.chi2, outlying.dof)
     return WorstRow(
         recordings.where(outlying.worst),
         columns[outlying.reading],

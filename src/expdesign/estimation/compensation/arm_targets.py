@@ -13,8 +13,8 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import Frame, MarkerPosition
 from expdesign.chain.recordings.joint_columns import with_joint_columns
+from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.recordings.pose_columns import rotations_of
-from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import ArgumentError, ConvergenceError
@@ -123,7 +123,9 @@ def _nominal(robot: Robot, position: FloatArray, rotation: FloatArray, posture: 
     if found:
         return min(found, key=lambda q: float(np.linalg.norm(q - posture)))
     what = "no joint coordinates within the limits bring the tip of the nominal robot there"
-    raise ConvergenceError(what, where=where, remedy="Check reach, frame (--frame) and unit, or state a posture.")
+    raise ConvergenceError(
+        what, where=where, remedy="Check reach, frame (argument `frame`) and unit, or state a posture."
+    )
 
 
 def _descend(robot: Robot, position: FloatArray, rotation: FloatArray, start: FloatArray) -> FloatArray | None:
