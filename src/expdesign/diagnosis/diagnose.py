@@ -106,9 +106,18 @@ def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -
 
 
 def _settled(frame: Frame, model: Model) -> bool:
-    """Whether one effect brings readings of known noise to that noise: nothing is left that a law could do better."""
-    kept = frame.names.sample.restricted(~model.outliers)
-    return frame.noise.known and len(model.candidates) == 1 and within_noise(tested(model.fit, kept))
+    """Whether one effect brings readings of known noise to that noise, and says it as briefly as any law could.
+
+    A law of one weight that takes away as much squares q would gain ½·(q − ln q) of log evidence. What needs many
+    parameters, as a base that yields in all directions, may imitate what another part does with one.
+    """
+    names = frame.names
+    kept = names.sample.restricted(~model.outliers)
+    if not frame.noise.known or len(model.candidates) != 1 or not within_noise(tested(model.fit, kept)):
+        return False
+    explained = max(names.state(names.base).scatter - names.state(model).scatter, 1.0)
+    most = 0.5 * (explained - np.log(explained)) - EVIDENCE.law - EVIDENCE.contested
+    return bool(most <= 0.5 * (names.base.misfit - model.misfit))
 
 
 def _averaged(frame: Frame, result: Diagnosis) -> Diagnosis:
@@ -231,7 +240,7 @@ def _with_laws(frame: Frame, result: Diagnosis, report: Callable[[str], None]) -
     explained = result.verdict == "explained"
     laws = sought_laws(names.of_rows(sample), result.model, explained=explained)
     wins = laws is not None and laws.predicts
-    if explained and not (wins and laws is not None and laws.replaces(result.model)):
+    if explained and not (wins and laws is not None and laws.replaces(names.base, result.model)):
         return result
     result = replace(result, caveats=(*result.caveats, *not_sought(names.sample)))
     if laws is None:

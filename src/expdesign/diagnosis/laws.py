@@ -15,6 +15,7 @@ from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.sight import Sight
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
 from expdesign.diagnosis.evidence.dictionary import Dictionary, Measured, law_of
+from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.evidence.places import Place, places
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.evidence.search import Search
@@ -54,7 +55,7 @@ class Laws:
         fit: of the chain with all of them.
         left_out: errors of left-out readings without and with them in standard deviations of the noise, which decide
             whether they are predicted with.
-        gain: of log evidence by all together.
+        gain: of log evidence by all together, fitted in full, prior included.
         inflation: of the covariance of `fit`, which left-out errors ask for.
         noise: standard deviation of the readings in the stated or first estimated one: 1 where it is known.
     """
@@ -81,12 +82,10 @@ class Laws:
         """Whether left-out readings are predicted well enough to be predicted with the laws."""
         return not self.left_out.doubt
 
-    def replaces(self, named: Model) -> bool:
-        """Whether these may stand in place of names that explain: with a law among them, and fitted in full no worse.
-
-        The search takes effects as linear, and one that may have one sign only can come out with the other.
-        """
-        return any(part.named is None for part in self.parts) and self.fit.chi2 < named.fit.chi2
+    def replaces(self, base: Model, named: Model) -> bool:
+        """Whether these may stand in place of named effects that explain: with a law among them, and likelier by far."""
+        nameless = any(part.named is None for part in self.parts)
+        return nameless and self.gain > 0.5 * (base.misfit - named.misfit) + EVIDENCE.contested
 
     def summary(self, verdict: str) -> str:
         """What was decided, in one sentence."""
@@ -200,5 +199,7 @@ def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
         else:
             parts.append(Part(effect, where, share, model.candidates[position]))
     parts.sort(key=lambda item: -item.share)
-    gain = state.log_evidence - start.log_evidence
+    # A law is linear in its own weights alone: what the chain does not do in full is no evidence.
+    lost = max(0.0, result.chi2 - state.scatter) / variance
+    gain = chosen.evidence - search.start.evidence - 0.5 * lost
     return Laws(tuple(parts), result, left_out, gain, inflation, noise)
