@@ -1,7 +1,7 @@
 """One row of recordings as symbols, and many rows as the numbers that stand for them."""
 
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import casadi as ca
 import numpy as np
@@ -80,15 +80,25 @@ class Row:
 
     def flat(self) -> ca.SX:
         """All symbols as one column vector, columns of matrices first."""
+        return self._flat
+
+    @cached_property
+    def _flat(self) -> ca.SX:
         return ca.vertcat(*(ca.vec(getattr(self, item.name)) for item in fields(self)))
 
 
 def row_symbols(robot: Robot, markers: int = 0, fixed: int = 0, *, oriented: bool = False) -> Row:
     """Symbols of one row of a robot's recordings, in which positions of `markers` were measured, and orientations.
 
-    `fixed` is the number of fixed points and gauges.
+    `fixed` is the number of fixed points and gauges. Rows of one kind have the same symbols, so that what is derived
+    from them alone is derived once.
     """
     n, n_p, d, n_q = robot.coordinates.n, len(robot.stiffness), len(robot.gravity), len(robot.configuration)
+    return _symbols(n, n_p, d, n_q, markers, fixed, oriented=oriented)
+
+
+@lru_cache(maxsize=16)
+def _symbols(n: int, n_p: int, d: int, n_q: int, markers: int, fixed: int, *, oriented: bool) -> Row:
     shapes = {
         "pose": (n_q, 1), "wrench": (n, 1), "absolute": (n, 1), "own": (n_p, 1), "carried": (n_p, 1),
         "weight": (n, 1), "marker": (markers, 1), "gravity": (d, 1),

@@ -287,8 +287,9 @@ def _checked(names: Names, model: Model, base: Fit, noise: NoiseLevel, test: Boo
     alike = dispersion(model.fit.residuals, kept).correlation > OPTIONS.alike
     trusted = noise.known and within_noise(tested(model.fit, kept)) and not alike
     if model.candidates and not trusted:
-        model = confirmed(names, model, test)
-        errors = _held_out(names, base, model.fit, test, model.outliers)
+        smaller = confirmed(names, model, test)
+        if smaller is not model:
+            model, errors = smaller, _held_out(names, base, smaller.fit, test, smaller.outliers)
     return model, errors
 
 

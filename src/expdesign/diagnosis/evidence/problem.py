@@ -290,9 +290,8 @@ class Problem:
         ranked.sort(key=lambda item: (-item[0], item[1].effect.key))
         taken: dict[str, int] = {}
         trials: list[Chosen] = []
-        always, least = OPTIONS.always, wanted
-        if not self.of_names:
-            always, least = 1, max(wanted, self.options.near * float(proposal.gains.max(initial=0.0)))
+        always = OPTIONS.always if self.of_names else 1
+        least = max(wanted, self.options.near * float(proposal.gains.max(initial=0.0)))
         for gain, candidate, start in ranked:
             physics = candidate.effect.physics
             if taken.get(physics, 0) >= 3 or len(trials) == OPTIONS.fits_per_step:
