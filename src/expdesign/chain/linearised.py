@@ -6,7 +6,7 @@ series began. Where the chain is not linear, its derivatives are taken at the as
 (play, for instance, is a constant where the force stays on one side of the gap).
 """
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import cached_property
 
 import casadi as ca

@@ -83,7 +83,7 @@ class Laws:
         return not self.left_out.doubt
 
     def replaces(self, base: Model, named: Model) -> bool:
-        """Whether these may stand in place of named effects that explain: with a law among them, and likelier by far."""
+        """Whether these may stand in the place of names that explain: with a law among them, and likelier by far."""
         nameless = any(part.named is None for part in self.parts)
         return nameless and self.gain > 0.5 * (base.misfit - named.misfit) + EVIDENCE.contested
 

@@ -25,6 +25,7 @@ FORMS = {
     "reading law": "does not read in proportion; its error depends on",
     "drift": "drifts with",
     "geometry": "is not as the robot file says",
+    "joints": "has joints that resist being turned, depending on",
     "twist": "tilts or shifts, depending on",
 }
 _USUAL = {
@@ -47,6 +48,7 @@ _USUAL = {
     "reading law": "the scale or the electronics of the instrument do that",
     "drift": "heat and settling feet do that",
     "geometry": "joints that are not where the drawing has them do that",
+    "joints": "flexures, preloaded and dry bearings do that",
     "twist": "bearings, guides and flanges do that",
 }
 _UNITS = {

@@ -110,9 +110,9 @@ class Actuators(Port):
         for other in range(actuator + 1, self.width if sight.robot.on_legs else 0):
             one, two = Quantity("effort", actuator), Quantity("effort", other)
             if sight.varies(one, two):
-                channels = Channel(actuator, 0, (two,)), Channel(other, 0, (one,))
-                scale = (max(sight.largest(one), sight.largest(two)),)
-                yield Entry(self.name, self.components[actuator], "bracket", channels, "linear", scale, 1)
+                crossed = Channel(actuator, 0, (two,)), Channel(other, 0, (one,))
+                largest = max(sight.largest(one), sight.largest(two))
+                yield Entry(self.name, self.components[actuator], "bracket", crossed, "linear", (largest,), 1)
             both, sign = (Quantity(kind, actuator, (float(other),)) for kind in ("pair", "pair_sign"))
             if not sight.varies(both):
                 continue

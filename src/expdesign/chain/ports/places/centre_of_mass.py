@@ -1,5 +1,5 @@
-"""The load is not as the recordings say: its centre of mass is elsewhere or moves (liquids, sagging and loose parts), or
-it acts in another direction.
+"""The load is not as stated: its centre of mass is elsewhere or moves (liquids, sagging and loose parts), or it acts in
+another direction.
 """
 
 from collections.abc import Iterator, Sequence
