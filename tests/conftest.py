@@ -1,10 +1,16 @@
 """Settings that all tests share."""
 
+import os
 import signal
 
 import pytest
 from hypothesis import HealthCheck, settings
 from tests.proofs import proof_of
+
+# Two processes of tests with threads for their linear algebra wait for each other several times as long as they
+# compute. NumPy reads this when it is imported, which nothing has done yet.
+for _library in ("OPENBLAS", "OMP", "MKL"):
+    os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
 # The same examples every time, so that a failure on one machine is a failure on every machine.
 settings.register_profile(

@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from expdesign.mechanics.symbolic import BatchFunction
+from expdesign.mechanics.symbolic import BatchFunction, remembered
 
 
 @pytest.fixture
@@ -41,3 +41,33 @@ def test_results_are_not_overwritten_by_the_next_call(function: BatchFunction) -
     first, _, _, _ = function(np.ones((2, 2)), np.ones((2, 3)))
     function(np.zeros((2, 2)), np.zeros((2, 3)))
     np.testing.assert_array_equal(first, np.ones((2, 2, 3)))
+
+
+class Doubling:
+    """Counts how often it builds."""
+
+    built = 0
+
+    @remembered
+    def double(self, x: ca.SX, times: int | None = None) -> ca.SX:
+        self.built += 1
+        return 2.0 * x if times is None else times * x
+
+
+def test_an_expression_of_the_same_symbols_is_built_once() -> None:
+    x, one, other = ca.SX.sym("x", 3), Doubling(), Doubling()
+    first = one.double(x)
+    assert one.double(ca.vertcat(*(x[i] for i in range(3)))) is first
+    assert one.double(x, 3) is not first
+    assert one.double(ca.SX.sym("x", 3)) is not first
+    assert one.double(x.T) is not first
+    assert other.double(x) is not first
+    assert (one.built, other.built) == (4, 1)
+
+
+def test_few_expressions_are_kept() -> None:
+    one, x = Doubling(), ca.SX.sym("x")
+    first = one.double(x)
+    for number in range(100):
+        one.double(x, number)
+    assert one.double(x) is not first

@@ -2,6 +2,8 @@
 
 Each says where it happened, what is wrong and what to do about it, so that a command can print one message and
 exit with status 2. Anything that is not an ``ExpdesignError`` is a defect of the program.
+
+Messages speak of arguments (argument `prior`, argument `frames=unknown`), in whose place a command says the option.
 """
 
 
@@ -44,12 +46,6 @@ class ArgumentError(InputError):
     def __init__(self, what: str, *, argument: str, remedy: str = "") -> None:
         self.argument = argument
         super().__init__(what, where=f"argument `{argument}`", remedy=remedy)
-
-    @property
-    def option(self) -> str:
-        """The message as a command says it."""
-        where = f"--{self.argument.replace('_', '-')}"
-        return ExpdesignError(self.what, where=where, remedy=self.remedy).message
 
 
 class SingularConfigurationError(ExpdesignError):

@@ -1,6 +1,7 @@
 """Acceptance after identification: the planned budget where the noise is as planned, wider where it was estimated."""
 
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -10,10 +11,9 @@ from tests.acceptance.test_acceptance import decision, plan_for
 from tests.design.problems import HEXAPOD, problem
 
 import expdesign as xd
-from expdesign.assurance.acceptance.decision import acceptance_record, sentences
+from expdesign.assurance.acceptance.decision import Decision, acceptance_record, sentences
 from expdesign.assurance.model_error.left_out import left_out, offsets
-from expdesign.assurance.model_error.meir import Meir
-from expdesign.assurance.model_error.recorded import recorded_sensitivities
+from expdesign.assurance.model_error.recorded import shown_by
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.models.effect_entry import effect_classes
 from expdesign.errors import InputError
@@ -21,10 +21,22 @@ from expdesign.estimation.whitening import Whitening
 from expdesign.planning.plan import plan_frame
 
 CASE = {"experiment.load.gravity": ..., "experiment.measurements": 6}
+FEW = CASE | {"model_error": {"physics": ["leg_coupling"]}}
+"""Where what the recordings may hide is not what a test is about."""
+
+
+@cache
+def accepted() -> Decision:
+    """The decision about a robot that is as its model says, with all physics that its recordings may hide."""
+    case = problem(HEXAPOD, CASE)
+    recorded = xd.simulate(case, plan_frame(plan_for(case, 2), case.loaded, False), load_errors=False).frame
+    found = xd.identify(HEXAPOD["robot"], recorded, targets=case).acceptance
+    assert found is not None
+    return found
 
 
 def test_the_budget_is_the_planned_one_where_the_noise_is_as_planned() -> None:
-    case = problem(HEXAPOD, CASE)
+    case = problem(HEXAPOD, FEW)
     plan = plan_for(case, 2)
     frame = plan_frame(plan, case.loaded, False)
     # Without noise the identified stiffness is that of the plan, about which load errors are linearised.
@@ -38,7 +50,7 @@ def test_the_budget_is_the_planned_one_where_the_noise_is_as_planned() -> None:
 
 
 def test_estimated_noise_has_degrees_of_freedom() -> None:
-    case = problem(HEXAPOD, CASE)
+    case = problem(HEXAPOD, FEW)
     frame = plan_frame(plan_for(case, 2), case.loaded, False)
     recorded = xd.simulate(case, frame, load_errors=False).frame
     recorded = recorded.drop(
@@ -51,7 +63,7 @@ def test_estimated_noise_has_degrees_of_freedom() -> None:
 
 
 def test_nothing_is_decided_with_a_model_that_its_recordings_refute(tmp_path: Path) -> None:
-    case = problem(HEXAPOD, CASE)
+    case = problem(HEXAPOD, FEW)
     frame = plan_frame(plan_for(case, 2), case.loaded, False)
     recorded = xd.simulate(case, frame, load_errors=False).frame
     recorded["dz_m"] += np.where(np.arange(len(recorded)) % 2 == 0, 1e-5, -1e-5)
@@ -78,7 +90,7 @@ def test_nothing_is_decided_with_a_model_that_its_recordings_refute(tmp_path: Pa
 def test_the_configuration_of_another_robot_is_refused() -> None:
     from tests.design.problems import BIPOD  # noqa: PLC0415
 
-    case = problem(HEXAPOD, CASE)
+    case = problem(HEXAPOD, FEW)
     recorded = xd.simulate(case, plan_frame(plan_for(case, 2), case.loaded, False)).frame
     with pytest.raises(InputError, match="this is about a bipod with 2 actuators"):
         xd.identify(HEXAPOD["robot"], recorded, targets=problem(BIPOD))
@@ -86,10 +98,7 @@ def test_the_configuration_of_another_robot_is_refused() -> None:
 
 def test_a_decision_counts_what_the_recordings_may_hide() -> None:
     """The parts of the risk add up, one sentence states them, and a robot that they endanger does not pass."""
-    case = problem(HEXAPOD, CASE)
-    recorded = xd.simulate(case, plan_frame(plan_for(case, 2), case.loaded, False), load_errors=False).frame
-    found = xd.identify(HEXAPOD["robot"], recorded, targets=case).acceptance
-    assert found is not None
+    found = accepted()
     hidden = found.left_out
     assert hidden is not None
     assert 0.0 < hidden.nothing < 1.0
@@ -108,10 +117,7 @@ def test_a_decision_counts_what_the_recordings_may_hide() -> None:
 
 def test_the_risk_is_that_of_the_whole_robot() -> None:
     """Any axis at any target, by 200,000 draws of what recordings leave open; axes that pass one by one can fail."""
-    case = problem(HEXAPOD, CASE)
-    recorded = xd.simulate(case, plan_frame(plan_for(case, 2), case.loaded, False), load_errors=False).frame
-    found = xd.identify(HEXAPOD["robot"], recorded, targets=case).acceptance
-    assert found is not None
+    found = accepted()
     matters = found.budget.matters
     tight = replace(found.budget, tolerance=1.02 * found.budget.expanded * np.where(matters, 1.0, np.nan))
     decided = replace(found, budget=tight)
@@ -141,7 +147,7 @@ def test_the_risk_is_that_of_the_whole_robot() -> None:
 
 def test_the_odds_of_what_is_hidden_are_those_of_integrating_over_its_size() -> None:
     """One effect by brute force: the likelihood of the residuals averaged over 100,000 draws of its size."""
-    case = problem(HEXAPOD, CASE | {"model_error": {"physics": ["leg_coupling"]}})
+    case = problem(HEXAPOD, FEW)
     recorded = xd.simulate(case, plan_frame(plan_for(case, 2), case.loaded, False), load_errors=False).frame
     identified = xd.identify(HEXAPOD["robot"], recorded, targets=case)
     assert identified.acceptance is not None
@@ -152,11 +158,9 @@ def test_the_odds_of_what_is_hidden_are_those_of_integrating_over_its_size() -> 
         e for kind in effect_classes() for e in kind.candidates(fit.chain.robot, rows) if e.physics == "leg_coupling"
     ]
     physics = left_out(effects, rows, Assumptions())
-    meir = Meir(case, Assumptions(), physics)
     whitening = Whitening(identified.result.noise.deviations, references=rows.references)
-    every = np.ones(len(rows), dtype=bool)
-    base, directions = recorded_sensitivities(fit.chain.robot, rows, physics, whitening, every)
-    shown = directions * meir.deviations
+    found = shown_by(case, rows, whitening, Assumptions(physics=frozenset({"leg_coupling"})))
+    base, shown = found.base, found.directions
     shown = shown - base @ np.linalg.lstsq(base, shown, rcond=None)[0]
     residuals, start = fit.residuals.ravel(), offsets(physics)
     generator = np.random.default_rng(1)

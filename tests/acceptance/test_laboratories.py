@@ -18,9 +18,9 @@ from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 from tests.identification.experiments import read
 from tests.oracle import Array
 
-from expdesign.app.api.at_targets import accept_diagnosed, accept_identified
+from expdesign.app.api.at_targets import AtTargets
 from expdesign.assurance.acceptance.decision import Decision
-from expdesign.assurance.acceptance.fitted import target_points
+from expdesign.assurance.model_error.left_out import target_points
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import component_from_text
 from expdesign.chain.effect import Effect
@@ -38,12 +38,12 @@ Way = Callable[[DesignProblem, Recordings], tuple[Decision, Fit]]
 
 def identified(case: DesignProblem, recordings: Recordings) -> tuple[Decision, Fit]:
     found = identify(case.loaded.robot, recordings)
-    return accept_identified(case, found), found.fit
+    return AtTargets.identified(case, found).decision, found.fit
 
 
 def diagnosed(case: DesignProblem, recordings: Recordings) -> tuple[Decision, Fit]:
     found = diagnose(case.loaded.robot, recordings)
-    return accept_diagnosed(case, found), found.known
+    return AtTargets.diagnosed(case, found).decision, found.known
 
 
 @dataclass(frozen=True)

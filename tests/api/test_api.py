@@ -33,7 +33,7 @@ API = [
         "inputs",
         "objects",
         "recorded",
-        "unknown_columns",
+        "recorded",
         "result",
         "targets",
     )

@@ -13,7 +13,7 @@ from tests.commands.calls import CONFIG, ROBOT, ROOT, plan_file
 
 import expdesign as xd
 from expdesign.app.api.configuration import problem_of
-from expdesign.errors import ArgumentError, InputError
+from expdesign.errors import InputError
 from expdesign.planning.start import starting_designs
 
 said: Any = xd
@@ -94,13 +94,6 @@ def test_what_a_file_may_not_say_objects_may_not(made: Any, where: str, what: st
         made()
     assert where in caught.value.message
     assert what in caught.value.message
-
-
-def test_errors_speak_of_arguments_and_commands_of_options(tmp_path: Path) -> None:
-    plan = plan_file(tmp_path)
-    with pytest.raises(ArgumentError, match="argument `seed`: -1 is not a seed") as caught:
-        xd.simulate(CONFIG, plan, seed=-1)
-    assert caught.value.option.startswith("--seed: -1 is not a seed")
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,7 @@
 """Results go into functions as they are, wrong things are answered by the project's own errors, and `dir` is short."""
 
+import copy
+import pickle
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -129,8 +131,50 @@ def test_the_package_shows_what_it_has() -> None:
 def test_what_was_loaded_can_be_checked() -> None:
     assert xd.check(xd.load_configuration(CONFIG)).summary == xd.check(CONFIG).summary
     assert xd.check(xd.load_robot(ROBOT)).summary == xd.check(ROBOT).summary
+    hexapod = xd.Hexapod(**yaml.safe_load(ROBOT.read_text(encoding="utf-8")))
+    assert xd.check(hexapod).summary == xd.check(ROBOT).summary
     with pytest.raises(InputError, match="a `int` cannot be checked"):
         xd.check(5)  # type: ignore[arg-type]
+
+
+def test_a_model_in_memory_can_be_checked(identified: xd.IdentificationResult) -> None:
+    assert xd.check(identified).summary == xd.check(identified.model).summary
+    assert "identified model with 0 effects" in xd.check(identified).summary
+
+
+def test_a_diagnosis_is_pickled_and_copied(simulated: xd.SimulationResult) -> None:
+    """Although it was told of the search by a function of the call."""
+    found = xd.diagnose(ROBOT, simulated, callback=lambda stage, done, total, note: None)
+    for copied in (pickle.loads(pickle.dumps(found)), copy.deepcopy(found)):
+        assert copied.record == found.record
+        assert copied.lines == found.lines
+
+
+def test_what_is_loaded_says_itself_in_a_line(
+    simulated: xd.SimulationResult, identified: xd.IdentificationResult
+) -> None:
+    machine = xd.load_robot(ROBOT)
+    assert repr(machine) == f"<RobotFile: hexapod {machine.robot.name} ({ROBOT})>"
+    assert re.fullmatch(r"<Recordings: 4 rows in 3 series \(.*\)>", repr(xd.read_recordings(simulated, machine)))
+    assert re.fullmatch(rf"<Model of {machine.robot.name}: stiffnesses \(.*\)>", repr(identified.model))
+
+
+def test_what_is_computed_with_a_refuted_model_says_so(identified: xd.IdentificationResult, tmp_path: Path) -> None:
+    plan = plan_file(tmp_path)
+    refuted = replace(identified.model, fit="refuted")
+    for model, said in ((identified.model, False), (refuted, True)):
+        for result in (xd.predict(model, plan), xd.compensate(model, plan)):
+            assert any("refuted by its own recordings" in note for note in result.notes) == said
+
+
+def test_recordings_in_space_are_not_those_of_a_robot_in_a_plane(
+    simulated: xd.SimulationResult, caplog: pytest.LogCaptureFixture
+) -> None:
+    xd.read_recordings(simulated, CONFIG.parent / "robots" / "bipod.yaml")
+    (warned,) = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
+    assert "z_m, rx_rad, ry_rad, rz_rad" in warned
+    assert "Is the robot file that of the robot that was measured?" in warned
+    assert "meant?)" not in caplog.text
 
 
 def test_a_prediction_says_where_it_extrapolates(identified: xd.IdentificationResult, tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ def configuration(*, shared: bool) -> dict[str, Any]:
     content["robot"] = read_yaml(ROOT / "configs" / "robots" / "hexapod-h1.yaml").content
     content["experiment"].pop("load_error", None)
     content["experiment"]["deflection_noise"]["shared_reference"] = shared
+    content["model_error"] = {"physics": ["instrument_scale"]}  # of which nothing more is asked here
     return content
 
 
@@ -77,7 +78,6 @@ def test_simulated_recordings_say_it_and_need_no_option() -> None:
 
 def test_diagnosis_takes_it_from_the_configuration() -> None:
     recordings, config = recorded(), configuration(shared=True)
-    config["model_error"] = {"physics": ["instrument_scale"]}  # of which nothing more is asked here
     found = xd.diagnose(config["robot"], recordings.drop(columns="reference"), targets=config)
     assert found.verdict == "consistent"
     assert found.record["tests"]["chi2"] == pytest.approx(chi2_of(said=True), rel=1e-6)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import casadi as ca
 import numpy as np
 import pandas as pd
 import pytest
@@ -19,9 +20,9 @@ from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.row import row_data
+from expdesign.chain.row import Row, row_data
 from expdesign.diagnosis.evidence.search import Search
-from expdesign.diagnosis.library import candidates
+from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.names import Names
 from expdesign.diagnosis.sample import Sample
 from expdesign.errors import InputError
@@ -202,3 +203,26 @@ def test_a_tool_is_a_payload_that_nobody_entered(arm: SerialRobot) -> None:
     deviation = np.sqrt(np.diag(result.covariance))[chain.base :]
     assert np.abs((result.values[chain.base :] - truth) / deviation).max() < 4.0
     assert deviation[0] < 1.0
+
+
+def test_effects_that_do_nothing_where_they_start_are_differentiated_together(
+    arm: SerialRobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They do nothing to each other there; a chain for each took most of the time of an arm's diagnosis."""
+    rows = replace(untimed(arm, configurations(12, 2)), deviations=np.full((12, 3), DEVIATION))
+    data = Data(rows, row_data(rows, arm), Whitening(np.full((12, 3), DEVIATION)), reading=READING)
+    sample, effects = Sample.of(data, ~rows.test), library(arm, rows)
+    base = Chain(arm, reading=READING).start()
+    alone = [candidates([effect], sample, arm, base) for effect in effects]
+    built, expression = [], Chain.expression
+
+    def counted(chain: Chain, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+        built.append(chain)
+        return expression(chain, row, state, theta)
+
+    monkeypatch.setattr(Chain, "expression", counted)
+    together = candidates(effects, sample, arm, base)
+    assert len(built) <= 2 + 3 * sum(effect.states > 0 for effect in effects) < len(effects)
+    assert [each.effect for each in together] == [one.effect for each in alone for one in each]
+    for each, (one,) in zip(together, filter(None, alone), strict=True):
+        np.testing.assert_allclose(each.directions, one.directions, rtol=1e-9, atol=1e-9)

@@ -1,6 +1,8 @@
 """Commands called as the command line calls them."""
 
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -47,14 +49,36 @@ def plan_file(folder: Path) -> Path:
     return path
 
 
+@cache
+def _recorded(*options: object) -> str:
+    """Recordings of that plan, simulated once."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "recordings.csv"
+        assert call("simulate", CONFIG, plan_file(Path(folder)), "--out", path, "--seed", 5, *options) == 0
+        return path.read_text(encoding="utf-8")
+
+
+@cache
+def _model() -> str:
+    """The model that those recordings identify, made once."""
+    with TemporaryDirectory() as folder:
+        recordings, out = recordings_file(Path(folder)), Path(folder) / "identified"
+        assert call("identify", ROBOT, recordings, "--out", out) == 0
+        return (out / "model.yaml").read_text(encoding="utf-8")
+
+
 def recordings_file(folder: Path, *options: object) -> Path:
-    """Recordings of that plan."""
+    """Recordings of that plan, beside it."""
+    plan_file(folder)
     path = folder / "recordings.csv"
-    assert call("simulate", CONFIG, plan_file(folder), "--out", path, "--seed", 5, *options) == 0
+    path.write_text(_recorded(*options), encoding="utf-8")
     return path
 
 
 def model_file(folder: Path) -> Path:
-    """The model that those recordings identify."""
-    assert call("identify", ROBOT, recordings_file(folder), "--out", folder / "identified") == 0
-    return folder / "identified" / "model.yaml"
+    """The model that those recordings identify, and they."""
+    recordings_file(folder)
+    path = folder / "identified" / "model.yaml"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(_model(), encoding="utf-8")
+    return path

@@ -93,7 +93,7 @@ def test_what_means_something_else_is_refused_with_the_reason(name: str) -> None
     with pytest.raises(InputError) as caught:
         require_comparable([first, first, other])
     assert words in caught.value.message
-    assert "--separate" in caught.value.message
+    assert "argument `separate`" in caught.value.message
 
 
 def test_what_one_wants_to_compare_is_not_refused() -> None:

@@ -1,4 +1,4 @@
-"""A criterion without any derivative of its own spans a front, is refined by gradients and has a KKT proximity."""
+"""Criteria that are infinite, of a wrong shape or without a derivative; tests/docs has those of docs/extending.md."""
 
 from dataclasses import replace
 
@@ -9,38 +9,12 @@ from tests.oracle import Array
 
 from expdesign.errors import InputError
 from expdesign.mechanics.differentiation import is_recorded
-from expdesign.planning.criteria import criterion as module
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import Criterion, criterion_values, known_criteria
-from expdesign.planning.optimality.gradient_check import gradient_check
 from expdesign.planning.optimality.kktpm import kktpm
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.search import search
 from expdesign.planning.start import starting_designs
-
-
-class WorstDirection(Criterion):
-    """Largest standard deviation of the attained pose in any direction, in tolerances: √λ_max of W^½·U·W^½."""
-
-    name = "worst_direction"
-    title = "worst direction"
-    unit = "tolerances"
-
-    def values(self, assessment: Assessment) -> Array:
-        importance = assessment.targets.importance
-        rows = np.where(importance[..., None] > 0.0, assessment.noise_root * np.sqrt(importance)[..., None], 0.0)
-        known = np.isfinite(rows).all(axis=(1, 2, 3))
-        rows = np.where(known[:, None, None, None], rows, 0.0)
-        largest = np.linalg.svd(rows, compute_uv=False)[..., 0]
-        return np.where(known, assessment.largest(largest), np.nan)
-
-
-@pytest.fixture
-def known(monkeypatch: pytest.MonkeyPatch) -> None:
-    everything = {**known_criteria(), WorstDirection.name: WorstDirection()}
-    monkeypatch.setattr(module, "known_criteria", lambda: everything)
-    for name in ("problem_file", "search", "optimality.gradient_check", "optimality.objectives"):
-        monkeypatch.setattr(f"expdesign.planning.{name}.known_criteria", lambda: everything)
 
 
 def designs(here: DesignProblem, count: int) -> Array:
@@ -48,59 +22,24 @@ def designs(here: DesignProblem, count: int) -> Array:
     return starting_designs(here, count, np.random.default_rng(0)).reshape(count, space.measurements, space.decisions)
 
 
-@pytest.mark.usefixtures("known")
-@pytest.mark.parametrize("base", [BIPOD, HEXAPOD])
-def test_it_spans_a_front_is_polished_and_has_a_kkt_proximity(base: dict[str, object]) -> None:
-    changes = {
-        "objectives": ["worst_direction", "feir"],
-        "optimiser": {"population": 16, "generations": 5, "seed": 1, "polish": True},
-    }
-    here = problem(base, changes)
-    front = search(here)
-    assert len(front) > 3
-    assert np.isfinite(front.kktpm).any()
-    assert np.nanmedian(front.kktpm) < 1e-3
-    rough = search(replace(here, optimiser=replace(here.optimiser, polish=False)))
-    assert np.isfinite(rough.kktpm).all()
-    values = front.criteria["worst_direction"]
-    assert values.min() <= rough.criteria["worst_direction"].min() * (1.0 + 1e-9)
-
-
-@pytest.mark.usefixtures("known")
-def test_its_gradient_is_that_of_differences() -> None:
-    here = problem(HEXAPOD)
-    table = gradient_check(here, designs(here, 1)[0], ["duir"])
-    assert table["relative_error"].max() < 2e-8
-    direction = designs(here, 2)[1] - (decisions := designs(here, 2)[0])
-    from expdesign.planning.optimality.differentiated import Differentiated  # noqa: PLC0415
-
-    direction = direction * ~here.space.discrete
-    gradient = Differentiated.of_designs(here, decisions[None]).pieces(WorstDirection())[0].gradient()[0]
-    high, low = (
-        WorstDirection().values(here.assess(*here.space.decode((decisions + s * 1e-6 * direction)[None])))[0]
-        for s in (1.0, -1.0)
-    )
-    assert (high - low) / 2e-6 == pytest.approx(float((gradient * direction).sum()), rel=1e-6)
-
-
-class Broken(WorstDirection):
-    name = "broken"
+class Broken(Criterion):
+    name = title = "broken"
 
     def values(self, assessment: Assessment) -> Array:
         return np.full(assessment.batch, np.inf)
 
 
-class Misshapen(WorstDirection):
-    name = "misshapen"
+class Misshapen(Criterion):
+    name = title = "misshapen"
 
     def values(self, assessment: Assessment) -> Array:
         return assessment.noise_variance.sum(axis=-1)
 
 
-class Kinked(WorstDirection):
+class Kinked(Criterion):
     """A kink that is not stated: its derivative is not finite where the difference vanishes."""
 
-    name = "kinked"
+    name = title = "kinked"
 
     def values(self, assessment: Assessment) -> Array:
         duir = known_criteria()["duir"].values(assessment)

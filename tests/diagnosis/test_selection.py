@@ -11,6 +11,7 @@ from tests.oracle import Array
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import Recordings
+from expdesign.diagnosis import library as library_module
 from expdesign.diagnosis import names as names_module
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.evidence.options import EVIDENCE
@@ -224,3 +225,17 @@ class _Counting(Sample):
     def residuals_with_sensitivities(self, chain: Chain, values: Array) -> tuple[Array, Array]:
         self.calls.append(1)
         return super().residuals_with_sensitivities(chain, values)
+
+
+def test_an_effect_without_memory_is_looked_at_beside_one_with_memory() -> None:
+    """Its directions beside it are those of the chain with both."""
+    recordings = simulated(NAME, FRICTION, parameters=[0.02])
+    sample, here = sample_of(NAME, recordings), robot(NAME)
+    base = base_fit(NAME, sample).values
+    (candidate,) = candidates([PLAY], sample, here, base)
+    present = fit(Chain(here, (FRICTION,)), sample, np.append(base, FRICTION.neutral()))
+    found = library_module.beside(candidate, present, sample, here)
+    values = np.concatenate([present.values, candidate.starts[0]])
+    slopes = Chain(here, (FRICTION, PLAY)).predict_with_sensitivities(sample.rows, values)[1]
+    expected = sample.whiten(slopes[:, sample.recordings.axes, -1:]).reshape(-1, 1)
+    np.testing.assert_allclose(found.directions[0], expected, rtol=1e-9, atol=1e-12)

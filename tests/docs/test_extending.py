@@ -13,16 +13,10 @@ import pandas as pd
 import pytest
 import yaml
 from scipy.spatial.transform import Rotation
-from tests.chain.arm_rows import arm_rows, concealed, six_axis
 from tests.commands.calls import CONFIG, ROBOT, call
 from tests.identification.experiments import read
 
-from expdesign.chain.chain import Chain
-from expdesign.chain.effect import Effect
-from expdesign.chain.models.effect_entry import effect_classes
 from expdesign.chain.models.model_file import read_model
-from expdesign.chain.row import row_data
-from expdesign.diagnosis.diagnose import diagnose
 from expdesign.estimation.identify import identify
 from expdesign.io.yaml_reader import parse_yaml
 from expdesign.mechanics.robots.robot import Robot
@@ -34,8 +28,6 @@ from expdesign.planning.problem_file import problem_from_document
 from expdesign.planning.search import search
 from expdesign.report.design_report import design_report
 from expdesign.report.page import render
-from thesis_studies.making import read_frame
-from thesis_studies.study import known_studies
 
 PAGE = (Path(__file__).parents[2] / "docs" / "extending.md").read_text(encoding="utf-8")
 FILES = dict(re.findall(r'```python title="(?:src/)?([^"]+)"\n(.*?)```', PAGE, flags=re.DOTALL))
@@ -74,13 +66,11 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[
         monkeypatch.setattr(package, "__path__", [*package.__path__, str(file.parent)])
         placed.append(f"{package.__name__}.{file.stem}")
         known_criteria.cache_clear()
-        known_studies.cache_clear()
 
     yield put
     for module in placed:
         sys.modules.pop(module, None)
     known_criteria.cache_clear()
-    known_studies.cache_clear()
 
 
 def problem(changes: dict[str, object]) -> DesignProblem:
@@ -94,9 +84,7 @@ def test_the_page_has_a_file_of_every_kind() -> None:
         "expdesign/mechanics/robots",
         "expdesign/mechanics/loads/errors",
         "expdesign/chain/effects",
-        "expdesign/chain/effects/joints",
         "expdesign/chain/ports/places",
-        "thesis_studies",
     }
 
 
@@ -240,36 +228,6 @@ def test_markers_on_a_new_family_show_its_compliances(place: Callable[[str], Non
     assert (deviation < 0.02 * true).all()
 
 
-def wound_up(robot: Robot) -> Effect:
-    """The effect of the page, in joint 2."""
-    kind = next(cls for cls in effect_classes() if cls.physics == "belt_wind_up")
-    assert kind.identifier == "joints.wind_up"
-    return kind.from_text(robot, "joint 2")
-
-
-def test_a_new_effect_of_a_joint_turns_it(place: Callable[[str], None]) -> None:
-    """The tip moves as the joint turns, by its Jacobian, in rows that load the joint."""
-    place("expdesign/chain/effects/joints/wind_up.py")
-    robot = six_axis()
-    rows, chain = read(arm_rows(robot), robot), Chain(robot, (wound_up(robot),))
-    data = row_data(rows, robot)
-    without, small = (chain.predict(data, np.array([*np.ones(6), value])) for value in (0.0, 1e-6))
-    moved = small - without
-    assert np.abs(moved).max() > 1e-8
-    by_joint = robot.jacobians(rows.configurations).pose[:, rows.axes, 1]
-    turn = np.einsum("nk,nk->n", moved, by_joint) / np.einsum("nk,nk->n", by_joint, by_joint)
-    np.testing.assert_allclose(moved, turn[:, None] * by_joint, atol=1e-4 * np.abs(moved).max())
-
-
-def test_a_new_effect_is_found_in_a_joint_and_kept(place: Callable[[str], None]) -> None:
-    place("expdesign/chain/effects/joints/wind_up.py")
-    robot = six_axis()
-    found = diagnose(robot, concealed(robot, arm_rows(robot), (wound_up(robot),), [3e-4]))
-    assert found.verdict == "explained"
-    assert str(found.findings[0].component) == "joint 2"
-    assert "belt_wind_up" in (found.findings[0].physics, *found.findings[0].indistinguishable)
-
-
 def test_a_new_source_of_load_error_counts_in_feir(place: Callable[[str], None]) -> None:
     place("expdesign/mechanics/loads/errors/ratio.py")
     experiment = {**BIPOD["experiment"], "load_error": [{"source": "ratio", "std": 0.01}]}  # type: ignore[dict-item]
@@ -329,23 +287,3 @@ def test_a_new_effect_is_found(place: Callable[[str], None], tmp_path: Path) -> 
     if effect["physics"] == "leg_settling":
         _, low, high = effect["parameters"]["settling_m"]
         assert low < 6.0e-6 < high
-
-
-def test_a_study(place: Callable[[str], None], tmp_path: Path) -> None:
-    """1 kg on two legs at 60°: each carries m·g/(2·sin 60°), and the point sags by m·g·(c₁ + c₂)/(4·sin² 60°)."""
-    place("thesis_studies/sag.py")
-    content = {"assumed": ["everything"], "robot": BIPOD["robot"], "masses_kg": [1.0, 10.0]}
-    (tmp_path / "sag.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
-    assert call("study", "sag", "--configurations", tmp_path, "--out", tmp_path / "out") == 0
-    kept = tmp_path / "out" / "sag"
-    assert sorted(path.name for path in kept.iterdir()) == [
-        ".expdesign.json",
-        "README.md",
-        "sag.csv",
-        "sag.svg",
-        "study.json",
-    ]
-    frame = read_frame((kept / "sag.csv").read_text(encoding="utf-8"))
-    expected = 1e6 * 9.80665 * (1e-7 + 1.0 / 1.3e7) / 3.0
-    assert frame["sag_um"].tolist() == pytest.approx([expected, 10.0 * expected], rel=1e-5)
-    assert "- everything" in (kept / "README.md").read_text(encoding="utf-8")

@@ -137,6 +137,22 @@ def test_a_wrong_standard_deviation_is_named_and_changes_nothing(
     assert wanted is None or any(isinstance(remark, wanted) for remark in other.result.suspicions)
 
 
+@pytest.mark.parametrize("factor", [3.0, pytest.param(1.0 / 3.0, marks=pytest.mark.slow)])
+def test_a_diagnosis_predicts_alike_whatever_deviation_is_stated(factor: float, tmp_path: Path) -> None:
+    """108 held-out readings of 30 µm noise."""
+    frame = measured(120).assign(split=np.where(np.arange(120) % 10 < 3, "test", "train"))
+    frame[STATED] *= factor
+    found = xd.diagnose(ROBOT, frame)
+    found.save(tmp_path / "found")
+    read = ["px_m", "py_m", "pz_m"]
+    predicted = xd.predict(tmp_path / "found/model.yaml", frame.drop(columns=read), readings=True).frame
+    held_out = (frame["split"] == "test").to_numpy()
+    error, deviation = (frame[read] - predicted[read]).to_numpy()[held_out], predicted[STATED].to_numpy()[held_out]
+    assert np.sqrt((error**2).mean()) < 1.2 * NOISE
+    assert 0.90 <= (np.abs(error) <= 1.96 * deviation).mean() <= 0.98
+    assert factor < 1.0 or any(isinstance(remark, GenerousNoise) for remark in found.result.caveats)
+
+
 def test_student_s_t_ignores_outliers(identified: IdentificationResult) -> None:
     frame = measured()
     train = np.flatnonzero(frame["split"] == "train")[:150:15]

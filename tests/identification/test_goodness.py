@@ -208,6 +208,15 @@ def test_noise_that_is_stated_three_times_too_large_is_named() -> None:
     assert found.overstated == pytest.approx(3.0, rel=0.2)
     assert "times too large" in found.sentence()
     assert found.birge_ratio == 1.0
+    assert found.reading_ratio == pytest.approx(1.0 / 3.0, rel=0.2)
+
+
+def test_intervals_of_readings_have_the_noise_that_the_residuals_show() -> None:
+    """In both directions: of a model that is not refuted as of one that is; 20 experiments of 144 readings each."""
+    made = hexapod()
+    for factor in (1.0 / 3.0, 1.0, 3.0):
+        ratios = [said_by_identify(made, made.measured(seed, factor=factor)).reading_ratio for seed in range(20)]
+        assert np.mean(ratios) == pytest.approx(factor, rel=0.05)
 
 
 def test_noise_as_stated_is_refuted_as_often_as_the_level_says() -> None:

@@ -10,9 +10,8 @@ import yaml
 from tests.model_error.problems import CONFIGS
 
 import expdesign as xd
-from expdesign.assurance.model_error.meir import Meir
-from expdesign.assurance.model_error.planned import hidden_by_plan, meir_of_problem
-from expdesign.assurance.model_error.statement import sentence
+from expdesign.assurance.model_error.meir import Meir, meir_of_problem
+from expdesign.assurance.model_error.statement import hidden_by_plan
 from expdesign.errors import InputError
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.problem import DesignProblem
@@ -98,10 +97,11 @@ def test_geometric_calibration_has_no_meir(tmp_path: Path) -> None:
 def test_a_plan_without_degrees_of_freedom_notices_nothing(tmp_path: Path) -> None:
     here = problem(tmp_path, {"model_error": {}})
     designs = starting_designs(here, 1, np.random.default_rng(0)).reshape(1, 1, -1)
-    physics, freedom = hidden_by_plan(meir_of(here), here.assess(*here.space.decode(designs)))
-    assert freedom == 0
-    assert "this plan cannot show missing physics" in sentence(physics[0], freedom, "this plan")
-    assert all(each.noticed == np.inf for each in physics)
+    hidden = hidden_by_plan(here, here.assess(*here.space.decode(designs)), "this plan")
+    assert hidden is not None
+    assert hidden.freedom == 0
+    assert "this plan cannot show missing physics" in hidden.sentence
+    assert all(each.noticed == np.inf for each in hidden.physics)
 
 
 def test_evaluate_names_what_is_hidden(tmp_path: Path) -> None:

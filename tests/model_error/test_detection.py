@@ -116,9 +116,7 @@ def finite_over_first_order(
     moved = chain.predict(rows, np.concatenate([np.ones(n_p), values])) - chain.predict(rows, neutral)
     index = next(i for i, other in enumerate(meir.physics) if other is entry)
     start = sum(other.columns for other in meir.physics[:index])
-    first = meir.directions.at(loaded.load, configurations, loads, loaded.robot.jacobians(configurations))[
-        ..., start : start + entry.columns
-    ]
+    first = meir.directions.at(rows)[1][..., start : start + entry.columns]
     white = meir.problem.assess(configurations[None], loads[None]).white
     seen, expected = (white(array[None, ..., None]) for array in (moved, first @ (values - entry.start)[entry.free]))
     return float(np.linalg.norm(seen - expected) / np.linalg.norm(expected))

@@ -20,12 +20,10 @@ def test_every_effect_as_alone_on_the_chain(name: str, instrument: bool) -> None
     assumptions = Assumptions(physics=few)
     physics = with_steps(problem(name), left_out(*effects_of_problem(problem(name)), assumptions), assumptions)
     configurations, loads = (array[0] for array in plans(name, 1))
-    directions = Directions(loaded.robot, physics)
-    at_targets = [directions.at_target(loaded.load, *states) for states in zip(configurations, loads, strict=True)]
-    measured = directions.at(loaded.load, configurations, loads, loaded.robot.jacobians(configurations))
-    found = measured if instrument else np.array(at_targets)
-    rows = row_data(plan_points(loaded, configurations, loads), loaded.robot)
     n_p = len(loaded.robot.stiffness)
+    directions = Directions(Chain(loaded.robot), np.ones(n_p), physics)
+    rows = row_data(plan_points(loaded, configurations, loads), loaded.robot)
+    found = directions.at(rows)[1] if instrument else directions.of_platform(rows)
     for entry, start in zip(physics, offsets(physics)[:-1], strict=True):
         chain = Chain(loaded.robot, (entry.effect,), instrument=instrument)
         values = np.concatenate([np.ones(n_p), entry.start])

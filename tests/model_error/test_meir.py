@@ -8,8 +8,7 @@ from tests.model_error.problems import FEW, assessed, impact, plans, problem
 
 from expdesign.assurance.model_error.hidden import Hidden, hidden_errors
 from expdesign.assurance.model_error.meir import Meir
-from expdesign.assurance.model_error.noticeable import noncentrality
-from expdesign.assurance.model_error.settings import Assumptions
+from expdesign.assurance.model_error.settings import Assumptions, noncentrality
 from expdesign.chain.models.effect_entry import effect_classes
 from expdesign.planning.problem import DesignProblem
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, norm
 
-from expdesign.assurance.model_error.noticeable import noncentrality
+from expdesign.assurance.model_error.settings import noncentrality
 from expdesign.errors import InputError
 
 

@@ -9,9 +9,10 @@ import pytest
 from tests.model_error.problems import CONFIGS
 
 import expdesign as xd
-from expdesign.assurance.model_error.statement import AccuracyStatement, given_variances
+from expdesign.assurance.model_error.statement import AccuracyStatement
 from expdesign.io.yaml_reader import read_yaml
 from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.criteria.targets import GivenVariances
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
 from expdesign.planning.result import plan_of_decisions
@@ -40,7 +41,7 @@ def test_of_a_plan(problem: DesignProblem, evaluation: xd.EvaluationResult) -> N
     stated = evaluation.accuracy
     assert stated is not None
     record = evaluation.record
-    assert (stated.noise, stated.load_errors, stated.total, stated.hidden.error) == pytest.approx(
+    assert (stated.noise, stated.load_errors, stated.total, stated.hidden.meir) == pytest.approx(
         (record["duir"], record["feir"], record["total"], record["meir"])
     )
     assert set(record["accuracy"]) == PARTS
@@ -53,28 +54,27 @@ def test_of_recordings(problem: DesignProblem, evaluation: xd.EvaluationResult, 
     recordings = xd.simulate(problem, plan(problem), seed=3).frame
     robot = CONFIGS / "robots" / "bipod.yaml"
     identified = xd.identify(robot, recordings, targets=problem)
-    assert identified.accuracy is not None
+    assert identified.at_targets.accuracy is not None
     planned = evaluation.accuracy
     assert planned is not None
-    assert identified.accuracy.noise == pytest.approx(planned.noise, rel=1e-6)
-    assert identified.accuracy.load_errors == pytest.approx(planned.load_errors, rel=1e-2)
-    assert identified.accuracy.hidden.error == pytest.approx(planned.hidden.error, rel=1e-6)
+    assert identified.at_targets.accuracy.noise == pytest.approx(planned.noise, rel=1e-6)
+    assert identified.at_targets.accuracy.load_errors == pytest.approx(planned.load_errors, rel=1e-2)
+    assert identified.at_targets.accuracy.hidden.meir == pytest.approx(planned.hidden.meir, rel=1e-6)
     assert set(identified.record["accuracy"]) == PARTS
     identified.save(tmp_path)
     assert "What may still be hidden" in (tmp_path / "report.html").read_text(encoding="utf-8")
     diagnosed = xd.diagnose(robot, recordings, targets=problem)
     if diagnosed.verdict == "consistent":
-        assert diagnosed.accuracy is not None
+        assert diagnosed.at_targets.accuracy is not None
         # Of a few rows the diagnosis predicts the average over what may be there, which adds a little.
         assert planned.noise <= diagnosed.record["accuracy"]["noise"] < 1.01 * planned.noise
 
 
-def test_standard_deviations_are_summed_as_the_criteria_do(problem: DesignProblem) -> None:
+def test_variances_are_summed_as_the_criteria_do(problem: DesignProblem) -> None:
     assessment = problem.assess(*problem.space.decode(problem.space.sample(5, np.random.default_rng(0))[None]))
-    noise, force = (np.sqrt(each[0]) for each in (assessment.noise_variance, assessment.force_variance))
-    given = given_variances(problem.targets, noise, force)
+    given = GivenVariances(problem.targets, assessment.noise_variance[0], assessment.force_variance[0])
     parts = {"duir": given.noise_variance, "feir": given.force_variance}
     for name, part in parts.items():
         expected = known_criteria()[name].values(assessment)[0]
         assert float(given.aggregated(given.weighted(part))) == pytest.approx(float(expected))
-    assert AccuracyStatement.of(given, (), 0, "this plan") is None
+    assert AccuracyStatement.of(given, None) is None

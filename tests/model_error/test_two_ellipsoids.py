@@ -11,7 +11,7 @@ def largest(forms: FloatArray, visible: FloatArray) -> Largest:
     """The problems of C (b, q, d) and H (b, d, d), in the axes of H."""
     values, axes = np.linalg.eigh(visible)
     found = largest_along_axes(forms @ axes, np.maximum(values, 0.0))
-    return Largest(found.bound, found.value, (axes @ found.point[..., None])[..., 0], found.share)
+    return Largest(found.bound, found.value, (axes @ found.point[..., None])[..., 0])
 
 
 def test_primal_meets_dual_in_every_dimension() -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -30,6 +31,7 @@ def _chain(here: Robot, effects: Sequence[Effect], values: FloatArray) -> tuple[
     return Chain(here, tuple(effects)), values
 
 
+@cache
 def _bench(*ports: str, unloaded: bool = False) -> tuple[Dictionary, Measured, FloatArray]:
     """Laws of some ports, the rows and the base model; `unloaded`: every series starts with a row without a load."""
     here, recordings = robot(NAME), recordings_of(None, NAME)
@@ -78,7 +80,7 @@ def _best(dictionary: Dictionary, measured: Measured, values: FloatArray, shown:
 @pytest.mark.parametrize("port", ["platform", "base"])
 def test_a_mount_that_slips_along_every_axis_by_itself_is_one_law(port: str) -> None:
     """Each component of the twist is the clipped component of the wrench since the series' start."""
-    dictionary, measured, values = _bench(port)
+    dictionary, measured, values = _bench(port, f"{port} opening")
     here = robot(NAME)
     n, first = here.coordinates.n, len(here.stiffness) + (0 if port == "platform" else here.coordinates.n)
     limits = [0.3 * dictionary.sight.largest(Quantity("effort", first + a)) for a in range(n)]
@@ -91,7 +93,7 @@ def test_a_mount_that_slips_along_every_axis_by_itself_is_one_law(port: str) -> 
 
 
 def test_a_reading_whose_scale_changes_with_the_place_is_one_law_of_all_axes() -> None:
-    dictionary, measured, values = _bench("instrument")
+    dictionary, measured, values = _bench("instrument", "cross talk")
     here = robot(NAME)
     own = measured.whiten(Chain(here).predict(measured.rows, values)[:, :, None])[:, :, 0]
     place = dictionary.sight.values(Quantity("position", 0))

@@ -146,7 +146,7 @@ def test_a_wrench_may_not_contradict_the_payload(factor: float, contradicts: boo
     assert "row 6, column f" in caught.value.where
 
 
-def test_unknown_columns_are_kept_and_known_to_be_unknown() -> None:
+def test_recorded_are_kept_and_known_to_be_unknown() -> None:
     found = read(valid().assign(operator="Ada", dx_M=1.0), robot("H1"))
     assert list(found.extra.columns) == ["operator", "dx_M"]
 

@@ -59,7 +59,7 @@ def test_the_configuration_says_it_for_recordings_that_do_not() -> None:
     ("said", "what"),
     [
         (Sharing(configured=False, configuration="run.yaml"), "by `shared_reference: false` of run.yaml from one each"),
-        (Sharing(option=False), "by the option --no-shared-reference from one each"),
+        (Sharing(option=False), "by argument `shared_reference=False` from one each"),
     ],
 )
 def test_a_contradiction_is_named_and_only_the_option_overrides(said: Sharing, what: str) -> None:

@@ -101,7 +101,7 @@ def test_findings_are_told_with_their_numbers() -> None:
     assert f"{number(1e6 * low)} to {number(1e6 * high)}" in shown
     assert "The mismatch appears in" in shown
     assert in_prose(result.location.region) in shown
-    assert "model.yaml points.csv" in shown
+    assert "model.yaml 'bi<b>pod</b>" in shown
 
 
 def test_nothing_is_named_where_nothing_was_found() -> None:
@@ -149,7 +149,7 @@ def test_the_stiffness_beside_the_physics_is_that_of_the_model() -> None:
     np.testing.assert_array_less(saved["low"], true * 1.02)
     np.testing.assert_array_less(true * 0.98, saved["high"])
     assert saved["stiffness"][0] > saved["springs_alone"][0]
-    lines = terminal_lines(result, None)
+    lines = terminal_lines(result)
     for name, value in zip(saved["actuator"], saved["stiffness"], strict=True):
         assert any(line.startswith(f"{name}: {value:.4g} N/m") for line in lines)
         assert number(1e-6 * value, 4) in shown
@@ -160,15 +160,15 @@ def test_what_could_be_in_its_place_is_printed_as_well() -> None:
     (finding,) = result.findings
     doubtful = replace(finding, indistinguishable=("leg_coupling",), rival=result.model)
     doubted = replace(result, findings=(doubtful,))
-    printed = "\n".join(terminal_lines(doubted, None))
+    printed = "\n".join(terminal_lines(doubted))
     assert "do not distinguish it from leg coupling" in printed
     assert "plan-next.csv" in printed
     assert "do not distinguish it from leg coupling" in "\n".join(conclusions(doubted, None))
-    assert "plan-next.csv" not in "\n".join(terminal_lines(result, None))
+    assert "plan-next.csv" not in "\n".join(terminal_lines(result))
 
 
 def test_an_unexplained_mismatch_has_a_place_and_a_next_step() -> None:
-    lines = terminal_lines(diagnosis("unexplained"), None)
+    lines = terminal_lines(diagnosis("unexplained"))
     assert lines[0] == "Verdict: unexplained."
     place, following = (next(line for line in lines if text in line) for text in ("points to ", "Inspect "))
     assert place.split("points to ")[1].split(";")[0] in following
@@ -179,7 +179,7 @@ def test_an_unexplained_mismatch_has_a_place_and_a_next_step() -> None:
 def test_what_may_be_hidden_is_said_first_where_nothing_is_missing() -> None:
     hidden = "The worst that these recordings could hide is a soft base: 1.5 tolerances."
     assert conclusions(diagnosis("consistent"), hidden)[0] == hidden
-    assert hidden in terminal_lines(diagnosis("consistent"), hidden)
+    assert hidden in terminal_lines(diagnosis("consistent"), [hidden])
 
 
 def test_the_part_that_is_concerned_stands_out() -> None:

@@ -60,7 +60,7 @@ def test_a_refusal_names_both_files_and_may_be_confirmed(tmp_path: Path) -> None
     one, other = read_robot(FILES / "hexapod-h1.yaml"), robot(tmp_path, name="other", home=[0.0, 0.0, 0.5])
     with pytest.raises(InputError, match=r"^run.yaml: this is about `.*`, and robot.yaml about `other`") as raised:
         require_same_robot(one, "run.yaml", other, "robot.yaml")
-    assert "--other-robot" in raised.value.remedy
+    assert "argument `other_robot`" in raised.value.remedy
     require_same_robot(one, "run.yaml", other, "robot.yaml", confirmed=True)
     with pytest.raises(InputError, match=r"hexapod with 6 actuators .* bipod with 2"):
         require_same_robot(one, "run.yaml", read_robot(FILES / "bipod.yaml"), "bipod.yaml", confirmed=True)

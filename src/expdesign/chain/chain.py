@@ -200,9 +200,11 @@ class Chain:
 
     def _with_true_links(self, links: Links, row: Row, parts: list[ca.SX]) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
         """J, J̌, the wrench and the command of a robot whose joints and links have geometric errors."""
-        symbol = ca.SX.sym("q", len(self.robot.configuration))
+        plain = row.pose.is_valid_input()
+        symbol = row.pose if plain else ca.SX.sym("q", len(self.robot.configuration))
         forward, _, rotation = links.jacobian_expressions(symbol, self._link_errors(parts))
-        forward, rotation = ca.substitute([forward, rotation], [symbol], [row.pose])
+        if not plain:
+            forward, rotation = ca.substitute([forward, rotation], [symbol], [row.pose])
         return forward, forward, row.wrench + turned_lever(rotation, row, row.wrench), row.pose
 
     def _link_errors(self, parts: list[ca.SX]) -> ca.SX | None:
@@ -217,16 +219,17 @@ class Chain:
 
     @cached_property
     def _value(self) -> BatchFunction:
-        row, state, theta, reading, following = self._symbolic()
+        row, state, theta, reading, following = self._symbolic
         return BatchFunction("chain", [row.flat(), state, theta], [reading, following])
 
     @cached_property
     def _derivatives(self) -> BatchFunction:
-        row, state, theta, reading, following = self._symbolic()
+        row, state, theta, reading, following = self._symbolic
         outputs = [reading, following, ca.jacobian(reading, theta), ca.jacobian(reading, state)]
         outputs += [ca.jacobian(following, theta), ca.jacobian(following, state)]
         return BatchFunction("chain_derivatives", [row.flat(), state, theta], outputs)
 
+    @cached_property
     def _symbolic(self) -> tuple[Row, ca.SX, ca.SX, ca.SX, ca.SX]:
         row = self.row_symbols()
         state = ca.SX.sym("state", self.states)
@@ -264,7 +267,7 @@ class Chain:
     @cached_property
     def _step(self) -> ca.Function:
         """One row after the other: states with their sensitivities, the reading and its total sensitivities."""
-        row, state, theta, reading, following = self._symbolic()
+        row, state, theta, reading, following = self._symbolic
         width = len(self.parameters)
         carried = ca.SX.sym("carried", self.states, width)
         through = ca.jacobian(following, theta) + ca.jacobian(following, state) @ carried
@@ -277,7 +280,7 @@ class Chain:
     @cached_property
     def _plain_step(self) -> ca.Function:
         """`_step` without sensitivities."""
-        row, state, theta, reading, following = self._symbolic()
+        row, state, theta, reading, following = self._symbolic
         return ca.Function("plain_step", [state, row.flat(), theta], [ca.densify(following), ca.densify(reading)])
 
     def _run_series_by_series(

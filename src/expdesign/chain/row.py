@@ -87,18 +87,14 @@ class Row:
         return ca.vertcat(*(ca.vec(getattr(self, item.name)) for item in fields(self)))
 
 
+@lru_cache(maxsize=32)
 def row_symbols(robot: Robot, markers: int = 0, fixed: int = 0, *, oriented: bool = False) -> Row:
     """Symbols of one row of a robot's recordings, in which positions of `markers` were measured, and orientations.
 
-    `fixed` is the number of fixed points and gauges. Rows of one kind have the same symbols, so that what is derived
-    from them alone is derived once.
+    `fixed` is the number of fixed points and gauges. All chains of a robot share them, and with them what they have in
+    common.
     """
     n, n_p, d, n_q = robot.coordinates.n, len(robot.stiffness), len(robot.gravity), len(robot.configuration)
-    return _symbols(n, n_p, d, n_q, markers, fixed, oriented=oriented)
-
-
-@lru_cache(maxsize=16)
-def _symbols(n: int, n_p: int, d: int, n_q: int, markers: int, fixed: int, *, oriented: bool) -> Row:
     shapes = {
         "pose": (n_q, 1), "wrench": (n, 1), "absolute": (n, 1), "own": (n_p, 1), "carried": (n_p, 1),
         "weight": (n, 1), "marker": (markers, 1), "gravity": (d, 1),

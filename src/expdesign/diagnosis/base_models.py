@@ -12,12 +12,11 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, as_matrix
 from expdesign.chain.component import Part
-from expdesign.chain.identified import Identified
 from expdesign.chain.readings.reading import Reading
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.errors import NotIdentifiableError
-from expdesign.estimation.arm import calibrate, identified_by
+from expdesign.estimation.arm import ArmCalibration, calibrate
 from expdesign.estimation.estimability import idle_actuators
 from expdesign.estimation.fit import RANK_TOLERANCE, Fit
 from expdesign.estimation.geometric import calibration_of
@@ -46,8 +45,8 @@ class BaseModel(ABC):
         return part is Part.LINK or (part is Part.JOINT and not self.located_by_force)
 
     @abstractmethod
-    def identified(self, robot: Robot, recordings: Recordings) -> Identified | None:
-        """What a calibration finds before anything is missing, if anything; for what is raised see `calibrate`."""
+    def calibrated(self, robot: Robot, recordings: Recordings) -> ArmCalibration | None:
+        """What is calibrated before anything is missing, if anything; for what is raised see `calibrate`."""
 
     @abstractmethod
     def idle(self, robot: Robot, fitted: Recordings) -> BoolArray | None:
@@ -76,7 +75,7 @@ class ElasticRobot(BaseModel):
     def __init__(self, most_effects: int) -> None:
         self.most_effects = most_effects
 
-    def identified(self, robot: Robot, recordings: Recordings) -> Identified | None:
+    def calibrated(self, robot: Robot, recordings: Recordings) -> ArmCalibration | None:
         return None
 
     def idle(self, robot: Robot, fitted: Recordings) -> BoolArray | None:
@@ -108,10 +107,10 @@ class PlacedRobot(BaseModel):
     contested = False
     located_by_force = False
 
-    def identified(self, robot: Robot, recordings: Recordings) -> Identified | None:
+    def calibrated(self, robot: Robot, recordings: Recordings) -> ArmCalibration | None:
         if not robot.jointed:
             return None
-        return identified_by(calibrate(robot, recordings, calibration_of(robot, recordings, None)), recordings)
+        return calibrate(robot, recordings, calibration_of(robot, recordings, None))
 
     def idle(self, robot: Robot, fitted: Recordings) -> BoolArray | None:
         return None

@@ -96,7 +96,7 @@ class ByGroups:
             names=names,
             laws=None,
             method=self.method,
-            caveats=caveats(sample, model, dispersion(groups.fit.residuals, sample), errors),
+            caveats=(*frame.remarks, *caveats(sample, model, dispersion(groups.fit.residuals, sample), errors)),
             left_out=groups.widening,
             stability=groups.stability,
         )

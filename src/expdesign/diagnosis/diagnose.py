@@ -200,7 +200,7 @@ def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
         names=names,
         laws=None,
         method=method,
-        caveats=(*named.found.remarks, *caveats(sample, model, spread, errors)),
+        caveats=(*frame.remarks, *named.found.remarks, *caveats(sample, model, spread, errors)),
     )
 
 

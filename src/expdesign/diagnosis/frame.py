@@ -9,7 +9,7 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.identified import Identified
 from expdesign.chain.readings.choice import reading_of
-from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.base_models import BaseModel, base_model
 from expdesign.diagnosis.evidence.search import Search
@@ -17,10 +17,12 @@ from expdesign.diagnosis.library import Candidate, candidates, library
 from expdesign.diagnosis.names import Names
 from expdesign.diagnosis.sample import Sample
 from expdesign.errors import InputError
+from expdesign.estimation.arm import identified_by
 from expdesign.estimation.estimability import require_regular_rows
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.identify import fitted_rows
 from expdesign.estimation.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
+from expdesign.estimation.noise_remarks import GenerousNoise
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.robots.robot import Robot
 
@@ -37,6 +39,7 @@ class Frame:
         judged: held-out rows on which a model can be judged: not those that need what no fitted row determines, (N,).
         entries: named physics.
         names: the same, and every model of them that was fitted.
+        remarks: what is wrong with the noise that was stated.
     """
 
     robot: Robot
@@ -47,6 +50,7 @@ class Frame:
     judged: BoolArray
     entries: list[Candidate]
     names: Names
+    remarks: tuple[Remark, ...] = ()
 
     @cached_property
     def search(self) -> Search:
@@ -75,11 +79,19 @@ def framed(
     report("fitting the base model")
     reading = reading_of(robot, recordings)
     kind = base_model(robot, reading)
-    identified = kind.identified(robot, recordings)
+    calibrated = kind.calibrated(robot, recordings)
+    identified = None if calibrated is None else identified_by(calibrated, recordings)
     if identified is not None and without & identified.physics:
         identified = None
     sample_with = _sampler(robot, recordings, kind, identified)
-    noise = _noise(robot, recordings, sample_with)
+    generous: tuple[Remark, ...] = ()
+    if calibrated is not None:
+        generous = tuple(remark for remark in calibrated.remarks if isinstance(remark, GenerousNoise))
+    if calibrated is not None and generous:
+        # With what is stated, knowledge beforehand would hold what the readings show.
+        noise = calibrated.noise.of_rows(len(recordings))
+    else:
+        noise = _noise(robot, recordings, sample_with)
     sample = sample_with(noise.deviations)
     base = fit(sample.chain(robot), sample)
     kind.require_determined(robot, recordings, base, sample.idle)
@@ -89,7 +101,7 @@ def framed(
     names = Names(robot, sample, entries, known_noise=noise.known, report=report)
     predictable = recordings.test & sample.reading.predictable(robot, recordings)
     judged = predictable if predictable.any() else recordings.test
-    return Frame(robot, recordings, noise, kind, base, judged, entries, names)
+    return Frame(robot, recordings, noise, kind, base, judged, entries, names, generous)
 
 
 def _sampler(

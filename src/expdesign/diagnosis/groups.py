@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import t as student_t
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray, as_matrix
 from expdesign.chain.chain import Chain
@@ -33,6 +34,7 @@ from expdesign.diagnosis.sample import Sample, rms
 from expdesign.diagnosis.settling import Settling, settling
 from expdesign.diagnosis.stability import Stability, named_without_tenths, shares_of
 from expdesign.diagnosis.statement import Widening
+from expdesign.estimation.coverage import NORMAL_95
 from expdesign.estimation.fit import Fit, fit
 from expdesign.mechanics.robots.robot import Robot
 
@@ -326,15 +328,18 @@ class _Model:
         kept = [{self.chosen[k].kind for k in refit} for refit in refits]
         stability = shares_of([one.group.kind for one in found], kept)
         return Groups(
-            fit=result, found=tuple(found), before=rms(before), after=rms(errors), widening=self._widening(state),
-            noise=self.noise, aside=aside, stability=stability, few=_few_suffice(state, blocks), sight=self.sight,
+            fit=result, found=tuple(found), before=rms(before), after=rms(errors),
+            widening=self._widening(state), noise=self.noise, aside=aside, stability=stability,
+            few=_few_suffice(state, blocks), sight=self.sight,
         )  # fmt: skip
 
     def _widening(self, state: Present) -> Widening:
         """With which left-out readings are as far from their predictions as stated.
 
         What a left-out block does not determine is in the variance of its prediction, so that blocks of time, from
-        which the groups have to extrapolate, do not widen what they predict between rows that they have seen.
+        which the groups have to extrapolate, do not widen what they predict between rows that they have seen. What
+        is between the groups and the machine is alike within a block, so that B blocks show it B times:
+        t_(B−1)·√(1 + 1/B) takes the place of a normal quantile.
         """
         blocks, noise = self.problem.blocks, float(np.sqrt(state.noise_variance))
         whitened = state.left_out(blocks)
@@ -342,6 +347,8 @@ class _Model:
         judged = LeftOut(errors, errors, blocks)
         inflation = judged.inflation(variances)
         further = noise * max(judged.surprise(variances, inflation), 1.0)
+        count = max(len(np.unique(blocks)), 2)
+        further *= float(student_t.ppf(0.975, count - 1)) * float(np.sqrt(1.0 + 1.0 / count)) / NORMAL_95
         moved = rms(self.settled.unwhitened(whitened)) / rms(whitened)
         return Widening(further * moved, further * float(np.sqrt(inflation)))
 

@@ -1,5 +1,6 @@
 """The library of physics that a diagnosis considers, and what each entry would do to the readings."""
 
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -17,6 +18,8 @@ from expdesign.plugins import implementations
 
 OUTLIER = "outlier"
 """Identifier of single wrong rows, which are no effect of the chain."""
+_FEW_STARTS = 1
+"""Starts of an effect up to which it is evaluated with those that have one."""
 
 
 def library(robot: Robot, points: LoadedPoints, *, without: frozenset[str] = frozenset()) -> list[Effect]:
@@ -82,11 +85,11 @@ def candidates(
     counts: dict[str, int] = {}
     for effect in effects:
         counts[effect.physics] = counts.get(effect.physics, 0) + 1
+    all_starts = [_starts(effect, sample) for effect in effects]
     found = []
-    for effect in effects:
-        all_starts = effect.starts(sample.recordings) + effect.large_starts(sample.recordings)
-        starts = np.array(all_starts).reshape(-1, len(effect.parameters))
-        directions = _directions(effect, starts, sample, robot, base)
+    for effect, starts, directions in zip(
+        effects, all_starts, _all(effects, all_starts, sample, robot, base), strict=True
+    ):
         free = [p for p in effect.parameters if not p.shape]
         one_sided: BoolArray = np.array([p.low >= p.neutral for p in free], dtype=bool)
         usable = np.isfinite(directions).all(axis=(1, 2))
@@ -101,44 +104,115 @@ def candidates(
 def beside(candidate: Candidate, present: Fit, sample: Sample, robot: Robot) -> Candidate:
     """A candidate that is idle beside the base model, with its directions beside the effects of a fitted model."""
     effect = candidate.effect
-    directions = _directions(effect, candidate.starts, sample, robot, present.values, present.chain.effects)
+    starts, chain = candidate.starts, present.chain
+    alone = _with_memory if effect.states or chain.states else _without_memory
+    (directions,) = alone([effect], [starts], sample, robot, present.values, chain.effects)
     return replace(candidate, directions=directions)
 
 
-def _directions(
+def _starts(effect: Effect, sample: Sample) -> FloatArray:
+    """Internal parameters from which a fit would start, shape (G, p)."""
+    found = effect.starts(sample.recordings) + effect.large_starts(sample.recordings)
+    return np.array(found).reshape(-1, len(effect.parameters))
+
+
+def _free(effect: Effect) -> BoolArray:
+    """Which parameters are no shapes, (p,)."""
+    return np.array([not p.shape for p in effect.parameters], dtype=bool)
+
+
+def _all(
+    effects: Sequence[Effect], starts: Sequence[FloatArray], sample: Sample, robot: Robot, base: FloatArray
+) -> list[FloatArray]:
+    """Directions of all effects.
+
+    Effects without memory that do nothing at their starts do nothing to each other's derivatives there, which one
+    chain of all of them gives at once; those with a few starts and with many apart, which all are evaluated as often.
+    """
+    kinds: dict[Hashable, list[int]] = {}
+    for index, (effect, own) in enumerate(zip(effects, starts, strict=True)):
+        free = _free(effect)
+        rests = not effect.states and bool((own[:, free] == effect.neutral()[free]).all())
+        kinds.setdefault(("rests", len(own) > _FEW_STARTS) if rests else index, []).append(index)
+    found: dict[int, FloatArray] = {}
+    for members in kinds.values():
+        chosen, their = [effects[i] for i in members], [starts[i] for i in members]
+        of_states = _with_memory if chosen[0].states else _without_memory
+        directions = of_states(chosen, their, sample, robot, base)
+        if len(members) > 1 and not all(np.isfinite(each).all() for each in directions):
+            # What is not finite of one effect spoils the others.
+            alone = [of_states([e], [s], sample, robot, base) for e, s in zip(chosen, their, strict=True)]
+            directions = [one for (one,) in alone]
+        found |= dict(zip(members, directions, strict=True))
+    return [found[index] for index in range(len(effects))]
+
+
+def _without_memory(
+    effects: Sequence[Effect],
+    starts: Sequence[FloatArray],
+    sample: Sample,
+    robot: Robot,
+    compliances: FloatArray,
+    present: tuple[Effect, ...] = (),
+) -> list[FloatArray]:
+    """Whitened directions (G, M, d) of each effect at its starts (G, p), beside effects that are `present`.
+
+    The parameters of these follow the compliances.
+    """
+    axes = sample.recordings.axes
+    chain, compliances = sample.held(robot, (*present, *effects), compliances)
+    row, theta = chain.row_symbols(), ca.SX.sym("theta", len(chain.parameters))
+    reading, _ = chain.expression(row, ca.SX.zeros(0), theta)
+    frees = [_free(effect) for effect in effects]
+    columns = len(compliances) + np.flatnonzero(np.concatenate(frees))
+    derivative = ca.jacobian(reading, theta)[:, columns.tolist()]
+    function = BatchFunction("directions", [row.flat(), theta], [derivative])
+    ends = np.cumsum([free.sum() for free in frees])[:-1]
+    found: list[list[FloatArray]] = [[] for _ in effects]
+    for number in range(max(map(len, starts))):
+        at = [own[min(number, len(own) - 1)] for own in starts]
+        (slopes,) = function(sample.rows.values, np.concatenate([compliances, *at]))
+        seen = sample.whiten(slopes.reshape(len(sample.rows), -1, len(columns))[:, axes]).reshape(-1, len(columns))
+        for blocks, own, block in zip(found, starts, np.split(seen, ends, axis=1), strict=True):
+            if number < len(own):
+                blocks.append(block)
+    return [np.stack(blocks) for blocks in found]
+
+
+def _with_memory(
+    effects: Sequence[Effect],
+    starts: Sequence[FloatArray],
+    sample: Sample,
+    robot: Robot,
+    compliances: FloatArray,
+    present: tuple[Effect, ...] = (),
+) -> list[FloatArray]:
+    """The same of effects that may remember, one by one."""
+    return [
+        _remembering(effect, own, sample, robot, compliances, present)
+        for effect, own in zip(effects, starts, strict=True)
+    ]
+
+
+def _remembering(
     effect: Effect,
     starts: FloatArray,
     sample: Sample,
     robot: Robot,
     compliances: FloatArray,
-    present: tuple[Effect, ...] = (),
+    present: tuple[Effect, ...],
 ) -> FloatArray:
-    """Whitened directions (G, M, d) at the starts (G, p), beside effects whose parameters follow the compliances."""
-    axes = sample.recordings.axes
-    free = np.array([not p.shape for p in effect.parameters])
+    axes, free, neutral = sample.recordings.axes, _free(effect), effect.neutral()
     chain, compliances = sample.held(robot, (*present, effect), compliances)
     blocks = []
-    if chain.states:
-        neutral = effect.neutral()
-        for start in starts:
-            values = np.concatenate([compliances, start])
-            away = start[free] - neutral[free]
-            if away.any():
-                rest = np.concatenate([compliances, np.where(free, neutral, start)])
-                change = chain.predict(sample.rows, values) - chain.predict(sample.rows, rest)
-                blocks.append((change[:, axes] / away)[:, :, None])
-            else:
-                sensitivities = chain.predict_with_sensitivities(sample.rows, values)[1]
-                blocks.append(sensitivities[:, axes][:, :, len(compliances) :][:, :, free])
-    else:
-        row = chain.row_symbols()
-        theta = ca.SX.sym("theta", len(chain.parameters))
-        reading, _ = chain.expression(row, ca.SX.zeros(0), theta)
-        columns = [len(compliances) + int(i) for i in np.flatnonzero(free)]
-        derivative = ca.jacobian(reading, theta)[:, columns]
-        function = BatchFunction("direction", [row.flat(), theta], [derivative])
-        for start in starts:
-            values = np.concatenate([compliances, start])
-            (sensitivities,) = function(sample.rows.values, values)
-            blocks.append(sensitivities.reshape(len(sample.rows), -1, len(columns))[:, axes])
+    for start in starts:
+        values = np.concatenate([compliances, start])
+        away = start[free] - neutral[free]
+        if away.any():
+            rest = np.concatenate([compliances, np.where(free, neutral, start)])
+            change = chain.predict(sample.rows, values) - chain.predict(sample.rows, rest)
+            blocks.append((change[:, axes] / away)[:, :, None])
+        else:
+            sensitivities = chain.predict_with_sensitivities(sample.rows, values)[1]
+            blocks.append(sensitivities[:, axes][:, :, len(compliances) :][:, :, free])
     return np.stack([sample.whiten(block).reshape(-1, block.shape[-1]) for block in blocks])

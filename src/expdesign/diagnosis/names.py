@@ -34,6 +34,10 @@ _STATES = 16
 """Linearised problems that are kept."""
 
 
+def unheard(text: str) -> None:
+    """What is being done, told to nobody."""
+
+
 @dataclass(frozen=True)
 class Model:
     """A set of effects, rows set aside as outliers, and the fit.
@@ -125,7 +129,7 @@ class Names:
         library: list[Candidate],
         *,
         known_noise: bool,
-        report: Callable[[str], None] = lambda text: None,
+        report: Callable[[str], None] = unheard,
     ) -> None:
         self.robot, self.sample, self.library = robot, sample, library
         self.known_noise, self.report = known_noise, report
@@ -138,6 +142,10 @@ class Names:
         self._beside_models: dict[tuple[str, ...], Candidate] = {}
         self._states: dict[int, tuple[Model, Present]] = {}
         self.base = self.model((), np.zeros(len(sample.counts), dtype=bool), [])
+
+    def __getstate__(self) -> dict[str, object]:
+        """Copies tell nobody of the search: who was told belongs to the call that began it."""
+        return self.__dict__ | {"report": unheard}
 
     @property
     def models(self) -> list[Model]:

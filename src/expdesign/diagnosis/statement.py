@@ -3,12 +3,10 @@
 from dataclasses import dataclass, replace
 from math import sqrt
 
-from scipy.stats import chi2
-
 from expdesign.diagnosis.dispersion import dispersion
 from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Fit
-from expdesign.estimation.goodness import FIT, StatementOfFit, squares_of, statement_of_fit
+from expdesign.estimation.goodness import StatementOfFit, noise_ratio, squares_of, statement_of_fit
 from expdesign.estimation.noise_level import NoiseLevel
 
 
@@ -32,8 +30,8 @@ class Widening:
     """By what the residuals of a fit widen its predictions.
 
     Attributes:
-        readings: factor on the standard deviation of a reading (the Birge ratio; where the noise is estimated, what
-            the model leaves over).
+        readings: factor on the standard deviation of a reading (the Birge ratio, smaller than 1 where the stated one is
+            too large; where the noise is estimated, what the model leaves over).
         parameters: factor on those of the parameters: the same, and what consecutive rows that are alike do not say.
     """
 
@@ -59,12 +57,12 @@ def widening(fit: Fit, sample: Sample, *, known_noise: bool, left_out: Widening 
             errors scatter about its predictions as these do, and not as fitted ones.
     """
     value, dof = tested(fit, sample)
-    ratio = sqrt(value / dof)
-    if known_noise and (ratio < 1.0 or float(chi2.sf(value, dof)) >= FIT.refuted):
-        ratio = 1.0
+    ratio = noise_ratio(value, dof) if known_noise else sqrt(value / dof)
     spread = dispersion(fit.residuals, sample)
     alike = sqrt((1.0 + spread.correlation) / (1.0 - spread.correlation))
-    return Widening(ratio, ratio * alike).at_least(left_out)
+    # Where the noise was learnt with the parameters, they are known by it as well, else no better than stated.
+    level = max(ratio, 1.0) if known_noise and left_out == NONE else ratio
+    return Widening(ratio, level * alike).at_least(left_out)
 
 
 def widened(fit: Fit, by: Widening) -> Fit:

@@ -10,7 +10,7 @@ from expdesign.estimation.remarks import IdleActuators
 from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Jacobians, Robot
 
-_REMEDY = "Add measurements in which every actuator carries load, or give a prior (`--prior PERCENT`)."
+_REMEDY = "Add measurements in which every actuator carries load, or give a prior (argument `prior`, in percent)."
 
 
 def require_regular_rows(recordings: Recordings, jacobians: Jacobians) -> None:

@@ -86,7 +86,9 @@ def usable_rows(recordings: Recordings, calibration: Calibration) -> BoolArray:
         usable = (recordings.wrenches == 0.0).all(axis=1)
     if not (usable & ~recordings.test).any():
         what = "no row without load is left to fit" if not usable.any() else "no row is left to fit"
-        remedy = "Use `--calibration both` where all rows are loaded, or mark some rows `train` in the column `split`."
+        remedy = (
+            "Use argument `calibration=both` where all rows are loaded, or mark rows `train` in the column `split`."
+        )
         raise InputError(what, where=recordings.source, remedy=remedy)
     return usable
 

@@ -45,6 +45,14 @@ class FitOptions:
 FIT = FitOptions()
 
 
+def noise_ratio(value: float, dof: int, options: FitOptions = FIT) -> float:
+    """√(χ²/ν) where χ² speaks against the stated noise, in either direction, else 1: the noise that readings have."""
+    if dof < 1:
+        return 1.0
+    beyond = float(chi2.sf(value, dof)) < options.refuted or float(chi2.cdf(value, dof)) < options.too_good
+    return sqrt(value / dof) if beyond else 1.0
+
+
 @dataclass(frozen=True)
 class LackOfFit:
     """F-test of what the model leaves over against the scatter of replicates (theory.md 10.5).
@@ -167,6 +175,11 @@ class StatementOfFit:
         return sqrt(max(self.mean_square, 1.0)) if self.refuted else 1.0
 
     @property
+    def reading_ratio(self) -> float:
+        """By so much the noise of a reading is larger, or smaller, than stated (`noise_ratio`)."""
+        return self.birge_ratio if self.chi2 is None else noise_ratio(self.chi2, self.dof, self.options)
+
+    @property
     def tested(self) -> str:
         """The test in figures."""
         if self.chi2 is not None:
@@ -183,7 +196,8 @@ class StatementOfFit:
             "refuted": f"{model} does not explain {of} to within their noise and is refuted",
             "too good": (
                 f"the stated standard deviations of {of} are about {self.overstated:.3g} times too large for what "
-                f"{model} leaves. Intervals are as much too wide; state the noise that the residuals show"
+                f"{model} leaves. Intervals of readings have the noise that the residuals show; others are too wide "
+                "until it is stated"
             ),
             "noise estimated": f"nothing speaks against {model}",
         }

@@ -85,12 +85,12 @@ class Identification:
     @property
     def reading_deviations(self) -> FloatArray:
         """Standard deviation of a reading (m, rad), as the fit asks for, shape (k,)."""
-        return reading_deviations(self.noise.deviations, self.goodness.birge_ratio)
+        return reading_deviations(self.noise.deviations, self.goodness.reading_ratio)
 
     @property
     def coverage(self) -> float:
         """Share of the readings of rows marked `test` within their 95 % intervals; NaN where there are none."""
-        return self.held_out.coverage(self.fit.estimable, self.goodness.birge_ratio)
+        return self.held_out.coverage(self.fit.estimable, self.goodness.reading_ratio)
 
     @property
     def covariance(self) -> FloatArray:

@@ -29,7 +29,7 @@ _READINGS = ("reading_", "measured_")
 """How the columns of a laboratory sheet begin that are filled in by hand."""
 _FAR = os.path.join("..", "..", "..")
 """How relative paths begin that are better shown as absolute ones."""
-_HINT = "or give --force (in Python `force=True`) to replace it."
+_HINT = "or give argument `force=True` to replace it."
 
 
 @dataclass(frozen=True)

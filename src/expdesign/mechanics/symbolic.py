@@ -1,8 +1,11 @@
-"""Evaluate CasADi expressions on whole NumPy batches without copying."""
+"""Evaluate CasADi expressions on whole NumPy batches without copying, and build each of them once."""
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Sequence
+from functools import wraps
+from typing import Any, TypeVar
+from weakref import WeakKeyDictionary
 
 import casadi as ca
 import numpy as np
@@ -13,6 +16,38 @@ from expdesign.mechanics.differentiation import is_recorded, plain, recorded_par
 _LARGEST_MAP = 2048
 """Most samples of one call to the engine. Maps are made for powers of two up to it, because making the map of every
 size that occurs costs more than a few calls more."""
+
+_Result = TypeVar("_Result")
+_REMEMBERED = 16
+"""Expressions of one kind that an object keeps: an expression of one row asks for a handful, many times."""
+_known: WeakKeyDictionary[Any, dict[str, OrderedDict[Hashable, tuple[Any, Any]]]] = WeakKeyDictionary()
+
+
+def remembered(method: Callable[..., _Result]) -> Callable[..., _Result]:
+    """A method of expressions that gives the same expression for the same symbols, so that all who use it share it.
+
+    Arguments are positional: expressions, which are the same where their elements are, or hashable. What it returns is
+    not to be changed.
+    """
+
+    @wraps(method)
+    def shared(self: Any, *given: Any) -> _Result:
+        results = _known.setdefault(self, {}).setdefault(method.__name__, OrderedDict())
+        key = tuple(_elements(each) if isinstance(each, ca.SX) else each for each in given)
+        if key not in results:
+            # The arguments are kept with it: an element that ends may leave its hash to another one.
+            results[key] = (given, method(self, *given))
+            if len(results) > _REMEMBERED:
+                results.popitem(last=False)
+        results.move_to_end(key)
+        found: _Result = results[key][1]
+        return found
+
+    return shared
+
+
+def _elements(expression: ca.SX) -> tuple[Hashable, ...]:
+    return expression.shape, *(element.element_hash() for element in expression.elements())  # type: ignore[attr-defined]
 
 
 def evaluate_through(

@@ -1,12 +1,14 @@
 """What a section of a report page is made of.
 
-Each block is plain data; `blocks.html` has one macro per block, named by `kind`, and escapes every text. A block that
+Each block is plain data; `blocks.html` has one macro for each kind, and escapes every text. A block that
 a page's script fills in again (when another design is chosen, say) is found by its `id`.
 """
 
-from collections.abc import Mapping, Sequence
+import re
+import shlex
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any
 
 import pandas as pd
 from markupsafe import Markup
@@ -14,22 +16,26 @@ from markupsafe import Markup
 from expdesign.io.output import csv_text
 from expdesign.report.words import UNDETERMINED
 
+_BOUND = re.compile(r"(below|above) \d")
+"""How a cell begins that is a number."""
 _UNBROKEN = 30
 """Characters of a cell that stay in one line."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """One piece of a section."""
+    """One piece of a section; `blocks.html` draws it by the name of its class."""
 
-    kind: ClassVar[str]
+    @property
+    def kind(self) -> str:
+        """Name of its class."""
+        return type(self).__name__
 
 
 @dataclass(frozen=True)
 class Paragraph(Block):
     """Text. With `live`, a screen reader announces it whenever a script changes it."""
 
-    kind: ClassVar[str] = "paragraph"
     text: str
     id: str = ""
     live: bool = False
@@ -39,7 +45,6 @@ class Paragraph(Block):
 class Subheading(Block):
     """A heading inside a section."""
 
-    kind: ClassVar[str] = "subheading"
     text: str
     id: str = ""
 
@@ -48,7 +53,6 @@ class Subheading(Block):
 class Sentences(Block):
     """A list of sentences."""
 
-    kind: ClassVar[str] = "sentences"
     items: Sequence[str]
     id: str = ""
 
@@ -67,7 +71,6 @@ class KeyFigure:
 class KeyFigures(Block):
     """A row of numbers worth reading first."""
 
-    kind: ClassVar[str] = "key_figures"
     items: Sequence[KeyFigure]
 
 
@@ -75,7 +78,6 @@ class KeyFigures(Block):
 class Definitions(Block):
     """Terms with what they mean or their values, in pairs."""
 
-    kind: ClassVar[str] = "definitions"
     items: Sequence[tuple[str, str]]
 
 
@@ -83,12 +85,37 @@ class Definitions(Block):
 class NextSteps(Block):
     """What to do, in order: each a sentence and the command for it (or an empty text)."""
 
-    kind: ClassVar[str] = "steps"
     items: Sequence[tuple[str, str]]
 
 
 HERE = "@here@/"
 """In a command: the folder of the page, as seen from the current folder, filled in when the page is written."""
+
+
+def model_steps(recordings: str, configuration: str) -> list[tuple[str, str]]:
+    """What can be done with the `model.yaml` beside a page.
+
+    Args:
+        recordings: path of the recordings that it comes from.
+        configuration: path of the run configuration whose targets count; empty where none was named.
+    """
+    targets = shlex.quote(configuration or "targets.csv")
+    check = "Measure at these commands (fill in commands.csv, saved as check.csv), and certify what is attained."
+    return [
+        (
+            "Predict deflections: here at the recorded commands and loads, or at those of any other table.",
+            f"expdesign predict {HERE}model.yaml {shlex.quote(recordings)} --out predicted.csv",
+        ),
+        (
+            "Find commands that reach the targets under load.",
+            f"expdesign compensate {HERE}model.yaml {targets} --out commands.csv",
+        ),
+        (
+            check,
+            f"expdesign verify {HERE}model.yaml check.csv --config {shlex.quote(configuration or 'CONFIG.yaml')} "
+            "--out verified",
+        ),
+    ]
 
 
 @dataclass(frozen=True)
@@ -112,7 +139,6 @@ class DataTable(Block):
         tall: whether the table scrolls inside a box instead of taking its full height.
     """
 
-    kind: ClassVar[str] = "data_table"
     id: str
     caption: str
     columns: Sequence[str]
@@ -124,8 +150,9 @@ class DataTable(Block):
 
     def look(self, column: int) -> Markup:
         """Class of a column's cells: words are set flush left rather than as numbers, and sentences are broken."""
-        cells = [row[column] for row in self.rows]
-        if not any(cell[:1].isalpha() and cell != UNDETERMINED for cell in cells):
+        cells = [row[column] for row in self.rows if row[column]]
+        words = sum(cell[:1].isalpha() and cell != UNDETERMINED and not _BOUND.match(cell) for cell in cells)
+        if 2 * words <= len(cells):  # a number now and then is only said to be none
             return Markup()
         return Markup(' class="text long"' if max(map(len, cells)) > _UNBROKEN else ' class="text"')
 
@@ -145,6 +172,33 @@ def table_of(
     return DataTable(id, caption, columns, rows, Download(filename, csv_text(data)), tall=tall)
 
 
+def framed(
+    id: str,
+    caption: str,
+    frame: pd.DataFrame,
+    shown: Mapping[str, str | Callable[[Any], str]],
+    *,
+    rows: Sequence[int] | None = None,
+    tall: bool = False,
+) -> DataTable:
+    """A table that shows a frame, whose CSV is the frame.
+
+    Args:
+        id: of the table; its CSV is named like it.
+        caption: of the table.
+        frame: in SI units.
+        shown: by the heading of each column, the column of the frame, or the cell of a row (of `itertuples`).
+        rows: that are shown; all if left out.
+        tall: whether the table scrolls inside a box.
+    """
+    listed = frame if rows is None else frame.iloc[list(rows)]
+    cells = [
+        [str(getattr(row, cell)) if isinstance(cell, str) else cell(row) for cell in shown.values()]
+        for row in listed.itertuples()
+    ]
+    return table_of(id, caption, list(shown), cells, frame, tall=tall)
+
+
 @dataclass(frozen=True)
 class Figure(Block):
     """A plotly figure.
@@ -160,7 +214,6 @@ class Figure(Block):
         filename: of the picture, without extension.
     """
 
-    kind: ClassVar[str] = "figure"
     id: str
     title: str
     plot: Mapping[str, Any]
@@ -184,7 +237,6 @@ class Option:
 class Selector(Block):
     """A labelled choice; with `step`, buttons to the previous and next entry stand beside it."""
 
-    kind: ClassVar[str] = "selector"
     id: str
     label: str
     options: Sequence[Option]
@@ -195,7 +247,6 @@ class Selector(Block):
 class Buttons(Block):
     """Buttons that a page's script acts on: pairs of id and text."""
 
-    kind: ClassVar[str] = "buttons"
     items: Sequence[tuple[str, str]]
 
 
@@ -203,7 +254,6 @@ class Buttons(Block):
 class SideBySide(Block):
     """Two columns on a wide screen, one below the other on a narrow one."""
 
-    kind: ClassVar[str] = "side_by_side"
     left: Sequence[Block]
     right: Sequence[Block]
 

@@ -11,7 +11,6 @@ import numpy as np
 from expdesign.counted import counted
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.remarks import IdleActuators
-from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.feasibility import Feasibility
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
@@ -40,10 +39,10 @@ def fit_sentences(result: Identification) -> list[str]:
 def diagnosed_fit_sentences(result: "Diagnosis") -> list[str]:
     """What the statements of fit say of the base model and of the model that was found, in words."""
     texts = [words.sentence(result.before.sentence())]
-    if result.after is not result.before:
-        texts.append(words.sentence(result.after.sentence("the model that was found")))
     if result.before.worst is not None:
         texts.append(result.before.worst.sentence)
+    if result.after is not result.before:
+        texts.append(words.sentence(result.after.sentence("the model that was found")))
     factor = result.widening.parameters
     if factor > 1.0:
         texts.append(f"Predicted standard deviations are {factor:.3g} times wider than the stated noise makes them.")
@@ -62,24 +61,6 @@ def coverage_sentence(share: float) -> str:
 
 _FEW = 0.01
 """Share of reachable poses below which the units of `experiment.poses` are probably wrong."""
-
-
-def robot_summary(robot: Robot, condition: float) -> str:
-    """That a robot can be used.
-
-    Args:
-        robot: the robot.
-        condition: scaled condition number at its reference configuration.
-    """
-    return (
-        f"{robot.kind} `{robot.name}` with {counted(len(robot.stiffness), 'actuator')} is usable "
-        f"(scaled condition number {condition:.3g} at its reference pose)."
-    )
-
-
-def model_summary(effects: int, robot: str) -> str:
-    """What a model file holds, with the summary of its robot."""
-    return f"identified model with {counted(effects, 'effect')} of a {robot}"
 
 
 def problem_summary(problem: DesignProblem, found: Feasibility) -> str:
@@ -119,12 +100,7 @@ def problem_remarks(problem: DesignProblem, found: Feasibility) -> tuple[str, ..
     return tuple(f"{problem.source}: {remark}" for remark in remarks)
 
 
-def sweep_summary(runs: int, keys: list[str]) -> str:
-    """How many runs a sweep has, and which keys it varies."""
-    return f"sweep of {counted(runs, 'run')} over {', '.join(keys)}"
-
-
-def identified_summary(result: Identification) -> str:
+def identified_sentences(result: Identification) -> list[str]:
     """What recordings identify, and how well: the stiffness of every actuator, the geometry, or both."""
     texts = []
     if result.calibration != "geometric":
@@ -149,5 +125,4 @@ def identified_summary(result: Identification) -> str:
             f"They identify {counted(half.size, 'parameter')} of the geometry, with 95 % intervals of "
             f"±{1e6 * half.min():.3g} to ±{1e6 * half.max():.3g} µm."
         )
-    texts += fit_sentences(result)
-    return " ".join(texts)
+    return texts + fit_sentences(result)

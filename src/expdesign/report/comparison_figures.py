@@ -1,6 +1,7 @@
 """Figures and tables of the page of `expdesign compare`."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -8,7 +9,7 @@ import pandas as pd
 from expdesign.assurance.comparison.correlation import RankCorrelation
 from expdesign.assurance.comparison.judgement import Judgement
 from expdesign.report import words
-from expdesign.report.blocks import DataTable, Figure, PageSection, table_of
+from expdesign.report.blocks import DataTable, Figure, PageSection, framed, table_of
 from expdesign.report.figures import axis, bars, chart, colour, curve, points, whiskers
 from expdesign.report.page import plot_text
 
@@ -196,14 +197,16 @@ def correlation_figure(index: int, found: list[RankCorrelation]) -> Figure:
 
 def correlation_table(index: int, found: list[RankCorrelation]) -> DataTable:
     """The same as a table."""
-    rows = [
-        [words.criterion(o.criterion), o.over, str(o.designs), signed(o.coefficient), signed(o.low), signed(o.high)]
-        for o in found
-    ]
-    columns = ["Criterion", "Over", "Designs", "Rank correlation", "95 % from", "to"]
+    shown: dict[str, str | Callable[[Any], str]] = {
+        "Criterion": lambda row: words.criterion(row.criterion),
+        "Over": "over",
+        "Designs": "designs",
+        "Rank correlation": lambda row: signed(row.coefficient),
+        "95 % from": lambda row: signed(row.low),
+        "to": lambda row: signed(row.high),
+    }
     caption = "Spearman's rank correlation of each criterion with the attained accuracy."
-    frame = pd.DataFrame([vars(one) for one in found])
-    return table_of(f"correlations-{index}", caption, columns, rows, frame, tall=True)
+    return framed(f"correlations-{index}", caption, pd.DataFrame([vars(one) for one in found]), shown, tall=True)
 
 
 def _small(error: float) -> str:

@@ -3,7 +3,8 @@
 Laws in the report of a diagnosis: their curves, and where they may be.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,7 +16,7 @@ from expdesign.diagnosis.law_findings import LawFinding, curve_file, curves
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.probabilities import probability_text
 from expdesign.report import words
-from expdesign.report.blocks import Block, DataTable, Figure, SideBySide, table_of
+from expdesign.report.blocks import Block, DataTable, Figure, SideBySide, framed
 from expdesign.report.diagnosis_texts import in_prose
 from expdesign.report.figures import axis, band, bars, chart, curve, level, points
 
@@ -71,17 +72,21 @@ def _places_table(result: Diagnosis) -> DataTable:
         for place in part.places
         if place.probability >= _LISTED
     ]
-    rows = [
-        [str(number), str(place.component), words.number(place.log_evidence, 4), probability_text(place.probability, 2)]
-        for number, place in listed
-    ]
     caption = (
         "Where each law may be. The evidence is that of all laws that the place could hold, beside the other laws; "
         "places whose probabilities are close cannot be told apart by these recordings."
     )
-    frame = pd.DataFrame([{"law": number, **vars(place)} for number, place in listed])
-    heads = ["Law", "Where", "Log evidence", "Probability"]
-    return table_of("places", caption, heads, rows, frame if listed else None)
+    shown: dict[str, str | Callable[[Any], str]] = {
+        "Law": "law",
+        "Where": "component",
+        "Log evidence": lambda row: words.number(row.log_evidence, 4),
+        "Probability": lambda row: probability_text(row.probability, 2),
+    }
+    frame = pd.DataFrame(
+        [(number, place.component, place.log_evidence, place.probability) for number, place in listed],
+        columns=["law", "component", "log_evidence", "probability"],
+    )
+    return framed("places", caption, frame, shown)
 
 
 MOST_POINTS = 2000

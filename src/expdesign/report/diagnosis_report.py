@@ -1,16 +1,16 @@
 """The page of `expdesign diagnose`: what is wrong, where, how sure that is, and how much better the model is now."""
 
+from collections.abc import Callable, Sequence
+from typing import Any
+
 import numpy as np
 import pandas as pd
 
-from expdesign.assurance.acceptance.decision import Decision
-from expdesign.assurance.model_error.recorded import HiddenByRecordings
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.probabilities import probability_text
 from expdesign.report import words
 from expdesign.report.blocks import (
-    HERE,
     Block,
     DataTable,
     Definitions,
@@ -21,43 +21,42 @@ from expdesign.report.blocks import (
     Paragraph,
     Sentences,
     SideBySide,
+    framed,
+    model_steps,
     table_of,
 )
 from expdesign.report.diagnosis_figures import added, axis_figure, error_figure, law_blocks, residual_figures
 from expdesign.report.diagnosis_record import located
 from expdesign.report.diagnosis_texts import MEASURE_NEXT, conclusions, in_prose, next_recording
-from expdesign.report.error_budget import acceptance_section
-from expdesign.report.hidden_physics import recordings_section
 from expdesign.report.page import Page
 from expdesign.report.robot_section import SCRIPTS, picture
 from expdesign.report.robot_view import at_rest
-from expdesign.report.stiffness import added_physics, stiffness_table
+from expdesign.report.stiffness import added_physics, diagnosed_stiffness, stiffness_table
 
 MOST_MODELS = 60
 """Models that the table of what was considered shows; its CSV has all."""
 
 
 def diagnosis_report(
-    result: Diagnosis,
-    hidden: HiddenByRecordings | None = None,
-    hidden_sentence: str | None = None,
-    accepted: Decision | None = None,
+    result: Diagnosis, hidden: str | None = None, at_targets: Sequence[PageSection] = (), configuration: str = ""
 ) -> Page:
     """The report of a diagnosis.
 
     Args:
         result: what was found.
-        hidden: what may still be hidden where targets were named.
-        hidden_sentence: the same in words, with the accuracy to expect.
-        accepted: of the targets, with the model that was found.
+        hidden: what may still be hidden where targets were named, in words, with the accuracy to expect.
+        at_targets: sections about the targets.
+        configuration: path of the run configuration that has them.
     """
     drawn, data = _picture(result)
     laws = law_blocks(result)
     found = [_effects_table(result)] if any(finding.parameters for finding in result.findings) else []
-    found += [stiffness_table(result)] if added_physics(result) else []
+    if added_physics(result):
+        about = "with this physics in the model, with 95 % intervals; beside it the base model's."
+        found.append(stiffness_table(diagnosed_stiffness(result), result.robot, about))
     errors = SideBySide([error_figure(result)], [axis_figure(result)])
     sections = (
-        PageSection("result", "Result", [Sentences(conclusions(result, hidden_sentence)), _key_figures(result)]),
+        PageSection("result", "Result", [Sentences(conclusions(result, hidden)), _key_figures(result)]),
         *([PageSection("physics", "What was left out", found)] if found else []),
         *([PageSection("laws", "Laws at ports", laws)] if laws else []),
         *(
@@ -65,13 +64,12 @@ def diagnosis_report(
             if result.verdict == "consistent"
             else [PageSection("where", "Where the mismatch is", [*drawn, *_where(result)])]
         ),
-        *([] if accepted is None else [acceptance_section(accepted, "the model that was found")]),
-        *([] if hidden is None else [recordings_section(hidden)]),
+        *at_targets,
         PageSection("errors", "Before and after" if added(result) else "Errors", [errors]),
         PageSection("residuals", "Residuals", residual_figures(result)),
         *([PageSection("machine", "The robot", drawn)] if drawn and result.verdict == "consistent" else []),
         PageSection("considered", "What was considered", _considered(result)),
-        PageSection("next", "Next steps", [_next_steps(result)]),
+        PageSection("next", "Next steps", [_next_steps(result, configuration)]),
         PageSection("words", "Words", [Definitions(_WORDS)]),
     )
     rows = len(result.recordings)
@@ -107,38 +105,49 @@ def _key_figures(result: Diagnosis) -> KeyFigures:
 
 
 def _effects_table(result: Diagnosis) -> DataTable:
-    rows, records = [], []
-    for finding in result.findings:
-        for name, (value, low, high) in finding.parameters.items():
-            shown = words.parameter(name, value)
-            ends = " to ".join(words.number(shown.factor * end) for end in (low, high))
-            title = f"{shown.title} ({shown.unit})" if shown.unit else shown.title
-            interval = ends if abs(high) < 1e299 else words.UNDETERMINED
-            known = [words.number(shown.factor * value), interval, probability_text(finding.probability, 2)]
-            rows.append([finding.physics.replace("_", " "), finding.component, title, *known])
-            where = [finding.physics, finding.component, finding.variant]
-            records.append([*where, name, value, low, high, finding.probability])
+    records = [
+        [finding.physics, finding.component, finding.variant, name, *values, finding.probability]
+        for finding in result.findings
+        for name, values in finding.parameters.items()
+    ]
     columns = ["physics", "component", "variant", "parameter", "value", "low", "high", "probability"]
+
+    def title(row: Any) -> str:
+        shown = words.parameter(row.parameter, row.value)
+        return f"{shown.title} ({shown.unit})" if shown.unit else shown.title
+
+    def numbers(row: Any, *values: float) -> str:
+        return " to ".join(words.number(words.parameter(row.parameter, row.value).factor * value) for value in values)
+
+    shown: dict[str, str | Callable[[Any], str]] = {
+        "Physics": lambda row: row.physics.replace("_", " "),
+        "Component": "component",
+        "Parameter": title,
+        "Value": lambda row: numbers(row, row.value),
+        "95 % interval": lambda row: numbers(row, row.low, row.high) if abs(row.high) < 1e299 else words.UNDETERMINED,
+        "Probability": lambda row: probability_text(row.probability, 2),
+    }
     caption = "Physics added to the model, with 95 % intervals. The CSV is in SI units."
-    heads = ["Physics", "Component", "Parameter", "Value", "95 % interval", "Probability"]
-    return table_of("effects", caption, heads, rows, pd.DataFrame(records, columns=columns))
+    return framed("effects", caption, pd.DataFrame(records, columns=columns), shown)
 
 
 def _where(result: Diagnosis) -> list[Block]:
     location = result.location
-    rows, records = [], []
-    for kind, probes in (("part of the machine", location.components), ("dependence", location.patterns)):
-        for probe in probes:
-            stands_out = "stands out" if probe.p_value < OPTIONS.level else ""
-            tested = [words.number(probe.explained, 4), str(probe.dimension), probability_text(probe.p_value, 2)]
-            rows.append([in_prose(probe.name), kind, *tested, stands_out])
-            records.append({"kind": kind, **vars(probe)})
+    kinds = {"part of the machine": location.components, "dependence": location.patterns}
+    frame = pd.DataFrame([{"kind": kind, **vars(probe)} for kind, probes in kinds.items() for probe in probes])
     caption = (
         "How much of χ² any cause in that place, or any straight line or parabola in that quantity, would explain. "
         "p is corrected for the number of tests in its group."
     )
-    heads = ["Where", "Kind", "Explains", "Directions", "p", ""]
-    table = table_of("probes", caption, heads, rows, pd.DataFrame(records), tall=True)
+    shown: dict[str, str | Callable[[Any], str]] = {
+        "Where": lambda row: in_prose(row.name),
+        "Kind": "kind",
+        "Explains": lambda row: words.number(row.explained, 4),
+        "Directions": "dimension",
+        "p": lambda row: probability_text(row.p_value, 2),
+        "": lambda row: "stands out" if row.p_value < OPTIONS.level else "",
+    }
+    table = framed("probes", caption, frame, shown, tall=True)
     return [Paragraph("Tests of the base model's residuals, before any physics is named."), table]
 
 
@@ -167,17 +176,8 @@ def _shown(value: object) -> str:
     return "" if value is None else words.number(float(str(value)), 5)
 
 
-def _next_steps(result: Diagnosis) -> NextSteps:
-    steps = [
-        (
-            f"Predict {'with the physics included' if added(result) else 'deflections anywhere'}.",
-            f"expdesign predict {HERE}model.yaml points.csv --out predicted.csv",
-        ),
-        (
-            "Find commands that reach targets under load.",
-            f"expdesign compensate {HERE}model.yaml targets.csv --out commands.csv",
-        ),
-    ]
+def _next_steps(result: Diagnosis, configuration: str) -> NextSteps:
+    steps = model_steps(result.recordings.source, configuration)
     if result.rival is not None:
         steps.insert(0, (MEASURE_NEXT, ""))
     if result.verdict == "unexplained":

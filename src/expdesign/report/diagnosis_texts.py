@@ -1,11 +1,10 @@
 """What a diagnosis says in words: the same on its page and in the terminal."""
 
 import re
+from collections.abc import Sequence
 
 import numpy as np
 
-from expdesign.assurance.acceptance.decision import Decision
-from expdesign.assurance.acceptance.decision import sentences as decided
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.probabilities import probability_text
@@ -13,7 +12,7 @@ from expdesign.report import words
 from expdesign.report.check_texts import coverage_sentence, diagnosed_fit_sentences
 from expdesign.report.diagnosis_record import located
 from expdesign.report.remark_texts import sentences
-from expdesign.report.stiffness import added_physics, stiffness_lines
+from expdesign.report.stiffness import added_physics, diagnosed_stiffness, stiffness_lines
 
 VERDICTS = {
     "consistent": "These recordings show no missing physics.",
@@ -27,27 +26,20 @@ _COLUMN = re.compile(r"\b([a-z]+\d*)_(?:m|rad)\b")
 """A column of a pose or a deflection, which prose names without its unit."""
 
 
-def terminal_lines(result: Diagnosis, hidden: str | None, accepted: Decision | None = None) -> list[str]:
-    """What `expdesign diagnose` prints.
-
-    Args:
-        result: what was found.
-        hidden: what may still be hidden at the targets.
-        accepted: of the targets, with the model that was found.
-    """
+def terminal_lines(result: Diagnosis, at_targets: Sequence[str] = ()) -> list[str]:
+    """What `expdesign diagnose` prints, with what is said of targets in its place."""
     lines = [*ended_sentences(result), f"Verdict: {result.verdict}."]
     if result.verdict == "unexplained":
         lines += [mismatch(result), next_recording(result)]
     lines += [
-        f"{one.sentence} (probability {probability_text(one.probability, 2)}){_instead(one)}" for one in result.findings
+        f"{one.sentence.rstrip('.')} (probability {probability_text(one.probability, 2)}){_instead(one)}."
+        for one in result.findings
     ]
     if added_physics(result):
-        lines += ["With this physics in the model:", *stiffness_lines(result)]
+        lines += ["With this physics in the model:", *stiffness_lines(diagnosed_stiffness(result), result.robot)]
     lines += diagnosed_fit_sentences(result)
     lines += [coverage_sentence(result.errors.coverage)] if np.isfinite(result.errors.coverage) else []
-    lines += [] if accepted is None else decided(accepted)
-    lines += [] if hidden is None else [hidden]
-    return lines + ([MEASURE_NEXT] if result.rival is not None else [])
+    return [*lines, *at_targets, *([MEASURE_NEXT] if result.rival is not None else [])]
 
 
 def ended_sentences(result: Diagnosis) -> list[str]:

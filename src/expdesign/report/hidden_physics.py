@@ -1,16 +1,22 @@
 """What physics beyond the model could do at the targets without being noticed: figure, table and sentences of MEIR."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pandas as pd
 
-from expdesign.assurance.model_error.meir import Meir
-from expdesign.assurance.model_error.planned import hidden_by_plan, meir_of_problem
-from expdesign.assurance.model_error.recorded import HiddenByRecordings
-from expdesign.assurance.model_error.statement import AccuracyStatement, HiddenPhysics, sentence
+from expdesign.assurance.model_error.meir import Meir, meir_of_problem
+from expdesign.assurance.model_error.statement import (
+    AccuracyStatement,
+    HiddenPhysics,
+    WhatIsHidden,
+    hidden_by_plan,
+)
 from expdesign.planning.front import Front, non_dominated
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
-from expdesign.report.blocks import Block, DataTable, Figure, PageSection, Sentences, table_of
+from expdesign.report.blocks import Block, DataTable, Figure, PageSection, Sentences, framed
 from expdesign.report.figures import axis, bars_across, chart, level, points
 
 _MOST = 30
@@ -21,15 +27,12 @@ _CHEAP = 0.05
 
 def hidden_section(problem: DesignProblem, front: Front) -> PageSection | None:
     """The section about the recommended design, or None where the configuration asks for no MEIR."""
-    meir = meir_of_problem(problem)
-    if meir is None:
+    meir, assessment = meir_of_problem(problem), problem.assessed(front.decisions[[front.recommended]])
+    hidden = hidden_by_plan(problem, assessment, "the recommended plan")
+    if meir is None or hidden is None:
         return None
-    assessment = problem.assessed(front.decisions[[front.recommended]])
-    physics, freedom = hidden_by_plan(meir, assessment)
-    if not physics:
-        return None
-    stated = AccuracyStatement.of(assessment, physics, freedom, "the recommended plan")
-    texts = [sentence(physics[0], freedom, "the recommended plan") if stated is None else stated.sentence]
+    physics, stated = hidden.physics, AccuracyStatement.of(assessment, hidden)
+    texts = [(stated or hidden).sentence]
     cheap = cheapest_sentence(front)
     if cheap is not None:
         texts.append(cheap)
@@ -57,7 +60,7 @@ def noticed_by(
     return found
 
 
-def recordings_section(found: HiddenByRecordings, stated: str | None = None) -> PageSection:
+def recordings_section(found: WhatIsHidden, stated: str | None = None) -> PageSection:
     """The section about recordings that the model explains; `stated` is their accuracy in words, if it is said here."""
     said = [] if stated is None else [Sentences([stated])]
     blocks: list[Block] = [*said, hidden_figure(found.physics), hidden_table(found.physics)]
@@ -155,29 +158,39 @@ def hidden_table(
         physics: what is hidden, the worst first.
         noticing: what `noticed_by` found, where there are plans to choose from.
     """
-    rows, data = [], []
+    columns = ["physics", "component", "variant", "error", "hidden", "noticed", "tolerance_used_up", "parameter"]
+    data = []
     for each in physics:
-        key, value = (each.physics, each.component, each.variant), each.parameters[each.parameter]
-        noticed, tolerable = each.noticed * value, each.tolerable * value
-        sizes = [words.number(size) if np.isfinite(size) else "never" for size in (value, noticed, tolerable)]
-        cheapest = [] if noticing is None else [noticing[key]]
-        where = f"{each.component} ({each.variant})" if each.variant else each.component
-        rows.append([each.phrase, where, words.number(each.error), *cheapest, *sizes, each.parameter])
-        data.append([*key, each.error, *cheapest, value, noticed, tolerable, each.parameter])
-    columns, heads = ["physics", "component", "variant", "error"], ["Effect", "Component", "Hidden error"]
+        value = each.parameters[each.parameter]
+        sizes = (each.error, value, each.noticed * value, each.tolerable * value)
+        data.append([each.physics, each.component, each.variant, *sizes, each.parameter])
+    frame = pd.DataFrame(data, columns=columns)
+    phrases = [each.phrase for each in physics]
+    shown: dict[str, str | Callable[[Any], str]] = {
+        "Effect": lambda row: phrases[row.Index],
+        "Component": lambda row: f"{row.component} ({row.variant})" if row.variant else row.component,
+        "Hidden error": lambda row: words.number(row.error),
+    }
     caption = (
         "Every effect considered, with the parameter of its worst combination that is largest against its prior size: "
         "the size that is hidden, the size from which it is noticed with the required power, and the size at which the "
         "effect alone uses up the tolerance."
     )
     if noticing is not None:
-        columns.append("noticed_by")
-        heads.append("Noticed in time by")
+        frame.insert(4, "noticed_by", [noticing[each.physics, each.component, each.variant] for each in physics])
+        shown["Noticed in time by"] = "noticed_by"
         caption += (
             " Noticed in time: the design of the front with the least total error by which the effect shows before it "
             "uses up the tolerance, and what that adds to the total error."
         )
-    columns += ["hidden", "noticed", "tolerance_used_up", "parameter"]
-    heads += ["Hidden size", "Noticed from", "Tolerance used up at", "Parameter"]
-    frame = pd.DataFrame(data, columns=columns)
-    return table_of("hidden-table", caption, heads, rows, frame, tall=True)
+    shown |= {
+        "Hidden size": lambda row: _size(row.hidden),
+        "Noticed from": lambda row: _size(row.noticed),
+        "Tolerance used up at": lambda row: _size(row.tolerance_used_up),
+        "Parameter": "parameter",
+    }
+    return framed("hidden-table", caption, frame, shown, tall=True)
+
+
+def _size(value: float) -> str:
+    return words.number(value) if np.isfinite(value) else "never"

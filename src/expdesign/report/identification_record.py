@@ -3,14 +3,15 @@
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.references import sharing_rows
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.intervals import Intervals
-from expdesign.mechanics.robots.robot import Robot
 from expdesign.report.arm_section import arm_record
 from expdesign.report.remark_texts import sentences
+from expdesign.report.stiffness import stiffness_unit
 
 MOST_ROWS = 2000
 """Files with more rows list only those that are flagged."""
@@ -23,7 +24,7 @@ def identification_record(result: Identification) -> dict[str, Any]:
     return {
         "calibration": result.calibration,
         "stiffness": {} if result.calibration == "geometric" else _named(robot.actuators, result.stiffness),
-        "unit": stiffness_unit(result),
+        "unit": stiffness_unit(robot),
         "chi2": goodness.chi2,
         "dof": goodness.dof,
         "p_value": goodness.p_value,
@@ -58,19 +59,6 @@ def identification_record(result: Identification) -> dict[str, Any]:
     }
 
 
-def stiffness_unit(result: Identification) -> str:
-    """N/m for actuators that change length, N·m/rad for those that turn."""
-    return unit_of_stiffness(result.robot)
-
-
-def unit_of_stiffness(robot: Robot) -> str:
-    """N/m for actuators that change length, N*m/rad for those that turn."""
-    if robot.coordinates.pose == robot.configuration:
-        return "N/m"
-    units = ("N*m/rad" if name.endswith("_rad") else "N/m" for name in robot.configuration)
-    return " or ".join(dict.fromkeys(units))
-
-
 def rms(residuals: FloatArray) -> float | None:
     """Root mean square of residuals in standard deviations; None where there are none."""
     return float(np.sqrt((residuals**2).mean())) if residuals.size else None
@@ -84,21 +72,20 @@ def _named(names: tuple[str, ...], intervals: Intervals) -> dict[str, list[float
     }
 
 
+def measurement_frame(result: Identification) -> pd.DataFrame:
+    """Leverage, outliers and the actuator that each fitted row informed most (none of a robot without actuators)."""
+    effect, train = result.influence, result.recordings.rows(result.fitted)
+    columns = {"leverage": effect.leverage, "p_value": effect.p_value, "outlier": effect.outlier}
+    frame = pd.DataFrame({"sequence": train.sequence, "row": train.lines, **columns})
+    if not result.robot.actuators:
+        return frame.assign(informs=None, share=None)
+    best = effect.share.argmax(axis=1)
+    share = effect.share[np.arange(len(best)), best]
+    return frame.assign(informs=np.array(result.robot.actuators)[best], share=share)
+
+
 def _measurements(result: Identification) -> list[dict[str, Any]]:
-    """Leverage, outliers and the actuator that each fitted row informed most."""
-    effect = result.influence
-    train = result.recordings.rows(result.fitted)
-    rows = np.arange(len(train)) if len(train) <= MOST_ROWS else np.flatnonzero(effect.outlier)
-    best = effect.share.argmax(axis=1) if result.robot.actuators else None
-    return [
-        {
-            "sequence": int(train.sequence[row]),
-            "row": int(train.lines[row]),
-            "leverage": float(effect.leverage[row]),
-            "p_value": float(effect.p_value[row]),
-            "outlier": bool(effect.outlier[row]),
-            "informs": result.robot.actuators[best[row]] if best is not None else None,
-            "share": float(effect.share[row, best[row]]) if best is not None else None,
-        }
-        for row in rows
-    ]
+    """The rows of the frame; of long recordings those that are flagged."""
+    frame = measurement_frame(result)
+    listed = frame if len(frame) <= MOST_ROWS else frame[frame["outlier"]]
+    return [dict(zip(map(str, listed.columns), row, strict=True)) for row in listed.astype(object).to_numpy().tolist()]

@@ -6,33 +6,33 @@ from collections.abc import Sequence
 import numpy as np
 
 from expdesign.estimation.identify import Identification
-from expdesign.probabilities import probability_text
+from expdesign.probabilities import p_text
 from expdesign.report import words
 from expdesign.report.arm_section import accuracy_lines, arm_sections
 from expdesign.report.blocks import (
-    HERE,
+    Block,
     Definitions,
     KeyFigure,
     KeyFigures,
     NextSteps,
     PageSection,
     Sentences,
+    model_steps,
 )
 from expdesign.report.check_texts import coverage_sentence, fit_sentences
-from expdesign.report.identification_record import rms, stiffness_unit
+from expdesign.report.identification_record import rms
 from expdesign.report.identification_tables import (
     SCRIPT,
     geometry_section,
     measurement_table,
     residual_blocks,
     residual_data,
-    stiffness_figure,
-    stiffness_table,
 )
 from expdesign.report.page import Page
 from expdesign.report.remark_texts import sentences
 from expdesign.report.robot_section import SCRIPTS, picture
 from expdesign.report.robot_view import at_rest
+from expdesign.report.stiffness import identified_stiffness, stiffness_figure, stiffness_table, stiffness_unit
 
 _TITLES = {"elastostatic": "Stiffness", "geometric": "Geometry", "both": "Geometry and stiffness"}
 _CONTRIBUTED = "What each measurement contributed"
@@ -56,16 +56,12 @@ def identification_report(
     drawn, view = picture(robot, at_rest(robot, np.median(train.configurations, axis=0)), note=_PICTURE)
     sections = (
         PageSection("result", "Result", [Sentences(_conclusions(result)), _key_figures(result)]),
-        *(
-            [PageSection("stiffness", "Stiffness", [stiffness_figure(result), stiffness_table(result)])]
-            if stiffness
-            else []
-        ),
+        *([PageSection("stiffness", "Stiffness", _stiffness(result))] if stiffness else []),
         *(arm_sections(result) if result.arm is not None else []),
         *([geometry_section(result)] if result.geometry is not None and result.arm is None else []),
         PageSection("fit", "How well the model fits", [Definitions(_tests(result)), *residual_blocks(result, train)]),
         *further,
-        *([PageSection("measurements", _CONTRIBUTED, [measurement_table(result, train)])] if robot.actuators else []),
+        *([PageSection("measurements", _CONTRIBUTED, [measurement_table(result)])] if robot.actuators else []),
         *([PageSection("machine", "The robot", drawn)] if drawn else []),
         PageSection("next", "Next steps", [_next_steps(result, robot_file, configuration)]),
         PageSection("words", "Words", [Definitions(_WORDS)]),
@@ -82,10 +78,15 @@ def identification_report(
     )
 
 
+def _stiffness(result: Identification) -> list[Block]:
+    about = "with 95 % intervals; compliance is its inverse."
+    return [stiffness_figure(result), stiffness_table(identified_stiffness(result), result.robot, about)]
+
+
 def _least_certain(result: Identification) -> str:
     """What is known worst; of a robot without actuators, that there is nothing to identify."""
     interval, names = result.stiffness, result.robot.actuators
-    unit, _, factor = words.stiffness(stiffness_unit(result))
+    unit, _, factor = words.stiffness(stiffness_unit(result.robot))
     if not names:
         return (
             f"A {result.robot.kind} has no actuators whose stiffness could be identified: its base model does not "
@@ -138,13 +139,13 @@ def _tests(result: Identification) -> list[tuple[str, str]]:
     chi2 = "none: the noise level was estimated from these recordings"
     if goodness.chi2 is not None and goodness.p_value is not None:
         chi2 = (
-            f"{words.number(goodness.chi2, 4)} for {goodness.dof} degrees of freedom, p = "
-            f"{probability_text(goodness.p_value)} (refuted below {goodness.options.refuted:g})"
+            f"{words.number(goodness.chi2, 4)} for {goodness.dof} degrees of freedom, "
+            f"{p_text(goodness.p_value)} (refuted below {goodness.options.refuted:g})"
         )
     replicates = "none: there are no replicates"
     if lack is not None:
         freedom = f"{lack.dof} and {lack.pure_dof} degrees of freedom"
-        replicates = f"F = {words.number(lack.ratio)} with {freedom}, p = {probability_text(lack.p_value)}"
+        replicates = f"F = {words.number(lack.ratio)} with {freedom}, {p_text(lack.p_value)}"
     items = [("χ² test", chi2), ("Lack of fit", replicates)]
     for group in noise.groups:
         unit = "µm" if group.name == "translations" else "µrad"
@@ -161,18 +162,7 @@ def _next_steps(result: Identification, robot_file: str, configuration: str) -> 
     targets = f" --targets {config}" if configuration else ""
     return NextSteps(
         [
-            (
-                "Predict deflections anywhere (model.yaml lies beside this page).",
-                f"expdesign predict {HERE}model.yaml points.csv --out predicted.csv",
-            ),
-            (
-                "Find commands that reach targets under load.",
-                f"expdesign compensate {HERE}model.yaml targets.csv --out commands.csv",
-            ),
-            (
-                "Measure compensated poses, and certify what is attained.",
-                f"expdesign verify {HERE}model.yaml check.csv --config {config} --out verified",
-            ),
+            *model_steps(result.recordings.source, configuration),
             (
                 "If the model does not fit, find out why.",
                 f"expdesign diagnose {robot} {recordings}{targets} --out diagnosed",

@@ -1,10 +1,9 @@
-"""Figure and tables of the page of `expdesign identify`: stiffnesses, and what each measurement contributed.
+"""Figure and tables of the page of `expdesign identify`: identified geometry, and what each measurement contributed.
 
-The identified geometry on the page of `expdesign identify`.
-
-Whitened residuals against what varied in the recordings: order, pose, load; a selector chooses which.
+Whitened residuals stand against what varied in the recordings: order, pose, load; a selector chooses which.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,9 +14,9 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.identify import Identification
 from expdesign.probabilities import probability_text
 from expdesign.report import words
-from expdesign.report.blocks import Block, DataTable, Figure, Option, PageSection, Selector, Sentences, table_of
-from expdesign.report.figures import chart, points, whiskers
-from expdesign.report.identification_record import stiffness_unit
+from expdesign.report.blocks import Block, DataTable, Option, PageSection, Selector, Sentences, framed
+from expdesign.report.figures import chart, points
+from expdesign.report.identification_record import measurement_frame
 
 
 def geometry_section(result: Identification) -> PageSection:
@@ -26,18 +25,20 @@ def geometry_section(result: Identification) -> PageSection:
     assert interval is not None
     columns = {"estimate": interval.estimate, "low": interval.low, "high": interval.high}
     frame = pd.DataFrame({"parameter": result.geometry_names, **columns})
-    rows = [
-        [str(row[0]).replace("_", " "), *(words.number(1e3 * float(value), 4) for value in row[1:])]
-        for row in frame.to_numpy()
-    ]
     size = float(np.sqrt((interval.estimate**2).mean()))
     text = (
         f"Joints and lengths of the legs differ from the robot file by {words.number(1e3 * size)} mm (RMS of "
-        f"{len(rows)} parameters). The model file carries them with their covariance: predictions and commands of "
+        f"{len(frame)} parameters). The model file carries them with their covariance: predictions and commands of "
         "`expdesign compensate` allow for them."
     )
     caption = "True minus nominal, in mm or mrad, with 95 % intervals. The CSV is in SI units."
-    table = table_of("geometry-table", caption, ["Parameter", "Error", "Low", "High"], rows, frame)
+    shown: dict[str, Callable[[Any], str]] = {
+        "Parameter": lambda row: str(row.parameter).replace("_", " "),
+        "Error": lambda row: words.number(1e3 * row.estimate, 4),
+        "Low": lambda row: words.number(1e3 * row.low, 4),
+        "High": lambda row: words.number(1e3 * row.high, 4),
+    }
+    table = framed("geometry-table", caption, frame, shown)
     return PageSection("geometry", "Geometry", [Sentences([text]), table])
 
 
@@ -47,87 +48,29 @@ MOST_DOWNLOADED = 10000
 """Rows beyond which the table's CSV holds what is shown, so that the page stays small."""
 
 
-def stiffness_figure(result: Identification) -> Figure:
-    """Stiffness of every actuator that has an interval, beside the robot file's."""
-    interval = result.stiffness
-    unit, _, factor = words.stiffness(stiffness_unit(result))
-    index = np.flatnonzero(np.isfinite([interval.estimate, interval.high, interval.low]).all(axis=0))
-    names = [result.robot.actuators[i] for i in index]
-    estimate, low, high = (factor * values[index] for values in (interval.estimate, interval.low, interval.high))
-    traces = [
-        points("identified, 95 % interval", names, estimate, "accent", size=10,
-               error_y=whiskers(high - estimate, estimate - low, "accent")),
-        points("robot file", names, factor * result.robot.stiffness[index], "muted", size=14, symbol="line-ew-open"),
-    ]  # fmt: skip
-    return chart(
-        "stiffness-figure", "Stiffness of every actuator", traces,
-        "Points are the identified stiffnesses, bars their 95 % intervals, dashes what the robot file says.",
-        "Identified stiffness per actuator with intervals; the table below has the same numbers.",
-        y=f"stiffness, {unit}", frame=_stiffness_frame(result), filename="stiffness", showlegend=True,
-    )  # fmt: skip
-
-
-def _stiffness_frame(result: Identification) -> pd.DataFrame:
-    """Stiffness and compliance of every actuator in SI units."""
-    interval = result.stiffness
-    deviation = np.sqrt(np.diag(result.covariance))
-    return pd.DataFrame(
-        {
-            "actuator": result.robot.actuators,
-            "stiffness": interval.estimate,
-            "low": interval.low,
-            "high": interval.high,
-            "compliance": result.compliance.estimate,
-            "compliance_std": deviation,
-            "robot_file": result.robot.stiffness,
-        }
-    )
-
-
-def stiffness_table(result: Identification) -> DataTable:
-    """Stiffness and compliance of every actuator."""
-    frame = _stiffness_frame(result)
-    unit, inverse, factor = words.stiffness(stiffness_unit(result))
-    factors = np.array([factor, factor, factor, 1.0 / factor, 1.0 / factor, factor])
-    rows = [
-        [str(row[0]), *(words.number(float(value), 4) for value in row[1:].astype(float) * factors)]
-        for row in frame.to_numpy()
-    ]
-    caption = f"Stiffness in {unit} with 95 % intervals; compliance is its inverse. The CSV is in SI units."
-    heads = ["Actuator", f"Stiffness ({unit})", "Low", "High", f"Compliance ({inverse})", "Compliance σ", "Robot file"]
-    return table_of("stiffness-table", caption, heads, rows, frame)
-
-
-def measurement_table(result: Identification, train: Recordings) -> DataTable:
+def measurement_table(result: Identification) -> DataTable:
     """Leverage, doubt and share of the information of every fitted row."""
-    effect = result.influence
-    best = effect.share.argmax(axis=1)
-    frame = pd.DataFrame(
-        {
-            "sequence": train.sequence,
-            "row": train.lines,
-            "leverage": effect.leverage,
-            "p_value": effect.p_value,
-            "outlier": effect.outlier,
-            "informs": np.array(result.robot.actuators)[best],
-            "share": effect.share[np.arange(len(best)), best],
-        }
-    )
-    shown = frame.iloc[_most_influential(result)]
-    rows = [
-        [str(sequence), str(row), words.number(leverage), probability_text(p), "outlier" if outlier else "", informs,
-         f"{words.number(100.0 * share, 2)} %"]
-        for sequence, row, leverage, p, outlier, informs, share in shown.itertuples(index=False, name=None)
-    ]  # fmt: skip
-    few = len(shown) < len(train)
-    part = f" Shown are outliers and the largest leverages, {len(shown)} rows in all." if few else ""
+    frame = measurement_frame(result)
+    listed = _most_influential(result)
+    part = ""
+    if len(listed) < len(frame):
+        part = f" Shown are outliers and the largest leverages, {len(listed)} rows in all."
     caption = (
         "Leverage is how much of the fit hangs on a row (they add up to the number of stiffnesses); p is the chance of "
         "a residual as large by noise alone; the share is of all information on that actuator's stiffness."
     )
-    heads = ["Sequence", "Row", "Leverage", "p", "Flag", "Informs most", "Share"]
-    saved = frame if len(frame) <= MOST_DOWNLOADED else shown
-    return table_of("measurements", caption + part, heads, rows, saved, tall=True)
+    shown: dict[str, str | Callable[[Any], str]] = {
+        "Sequence": "sequence",
+        "Row": "row",
+        "Leverage": lambda row: words.number(row.leverage),
+        "p": lambda row: probability_text(row.p_value),
+        "Flag": lambda row: "outlier" if row.outlier else "",
+        "Informs most": "informs",
+        "Share": lambda row: f"{words.number(100.0 * row.share, 2)} %",
+    }
+    if len(frame) > MOST_DOWNLOADED:
+        return framed("measurements", caption + part, frame.iloc[listed], shown, tall=True)
+    return framed("measurements", caption + part, frame, shown, rows=listed.tolist(), tall=True)
 
 
 def _most_influential(result: Identification) -> IntArray:

@@ -6,8 +6,9 @@ from expdesign.estimation.identify import Identification
 from expdesign.estimation.remarks import Implausible
 from expdesign.report.arm_section import accuracy_lines, further_lines, geometry_line
 from expdesign.report.check_texts import coverage_sentence, fit_sentences
-from expdesign.report.identification_record import rms, stiffness_unit
+from expdesign.report.identification_record import rms
 from expdesign.report.remark_texts import sentences
+from expdesign.report.stiffness import identified_stiffness, stiffness_lines
 
 
 def identification_lines(result: Identification) -> list[str]:
@@ -44,14 +45,4 @@ def _stiffness(result: Identification) -> list[str]:
         return [f"a {result.robot.kind} has no actuators whose stiffness could be identified: does it deflect at all?"]
     if result.calibration == "geometric":
         return []
-    unit, interval = stiffness_unit(result), result.stiffness
-    rows = zip(result.robot.actuators, interval.estimate, interval.low, interval.high, strict=True)
-    return [f"{name}: {estimate:.4g} {unit} ({_interval(low, high)})" for name, estimate, low, high in rows]
-
-
-def _interval(low: float, high: float) -> str:
-    if np.isfinite(low) and np.isfinite(high):
-        return f"95 %: {low:.4g} to {high:.4g}"
-    if np.isfinite(low):
-        return f"95 %: at least {low:.4g}"
-    return "without an interval: its compliance may be 0, or is negative"
+    return stiffness_lines(identified_stiffness(result), result.robot)

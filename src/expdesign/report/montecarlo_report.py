@@ -1,6 +1,8 @@
 """The page of `expdesign montecarlo`: does the plan attain what the criteria predict?"""
 
 import shlex
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,7 +18,7 @@ from expdesign.report.blocks import (
     NextSteps,
     PageSection,
     Sentences,
-    table_of,
+    framed,
 )
 from expdesign.report.montecarlo_figures import CAUSE_NAMES, agreement_figure, density_figure
 from expdesign.report.page import Page
@@ -97,51 +99,51 @@ def _key_figures(result: Repeated) -> KeyFigures:
 
 
 def _criteria_table(result: Repeated) -> DataTable:
-    rows, cells = [], []
+    caption = "RMS error at the targets in tolerances: simulated, and as the criteria predict it."
+    shown: dict[str, str | Callable[[Any], str]] = {
+        "Criterion": lambda row: CRITERIA[row.criterion],
+        "Simulated": lambda row: words.with_error(row.rms, row.standard_error),
+        "Predicted": lambda row: words.number(row.predicted, 4),
+        "z": lambda row: _score(row.z),
+    }
+    rows = []
     for cause in result.drawn:
         found, predicted = result.criterion(cause)
-        score = result.criterion_score(cause)
         numbers = (float(found.value), float(found.standard_error), predicted)
-        rows.append([cause, *numbers, score])
-        simulated = words.with_error(*numbers[:2])
-        cells.append([CRITERIA[cause], simulated, words.number(predicted, 4), _score(score)])
+        rows.append([cause, *numbers, result.criterion_score(cause)])
     frame = pd.DataFrame(rows, columns=["criterion", "rms", "standard_error", "predicted", "z"])
-    caption = "RMS error at the targets in tolerances: simulated, and as the criteria predict it."
-    return table_of("criteria", caption, ["Criterion", "Simulated", "Predicted", "z"], cells, frame)
+    return framed("criteria", caption, frame, shown)
 
 
 def _deviation_table(result: Repeated) -> DataTable:
     names = result.problem.loaded.robot.coordinates.deflection
-    importance = result.problem.targets.importance
-    bias = result.bias
-    rows, cells = [], []
+    importance, bias = result.problem.targets.importance, result.bias
+    rows = []
     for target, axis in np.ndindex(importance.shape):
         for cause in result.drawn:
             estimate, predicted = result.deviation(cause)
-            value, error = float(estimate.value[target, axis]), float(estimate.standard_error[target, axis])
-            score = float(result.deviation_score(cause)[target, axis])
-            expected = float(predicted[target, axis])
-            rows.append([target + 1, names[axis], cause, value, error, expected, score])
-            shown = ""
-            if cause == "total":
-                scale = 1e6 * float(bias.value[target, axis]), 1e6 * float(bias.standard_error[target, axis])
-                shown = words.with_error(*scale)
-            cells.append(
-                [
-                    f"target {target + 1}, {words.axis(names[axis])}",
-                    words.micro_unit(names[axis]),
-                    CAUSE_NAMES[cause],
-                    words.with_error(1e6 * value, 1e6 * error),
-                    words.number(1e6 * expected, 4),
-                    _score(score),
-                    shown,
-                    "yes" if importance[target, axis] > 0.0 else "no",
-                ]
-            )
+            found = (estimate.value, estimate.standard_error, predicted, result.deviation_score(cause))
+            rows.append([target + 1, names[axis], cause, *(float(values[target, axis]) for values in found)])
+
+    def mean_error(row: Any) -> str:
+        place = row.target - 1, names.index(row.axis)
+        if row.cause != "total":
+            return ""
+        return words.with_error(1e6 * float(bias.value[place]), 1e6 * float(bias.standard_error[place]))
+
+    shown: dict[str, str | Callable[[Any], str]] = {
+        "Target, axis": lambda row: f"target {row.target}, {words.axis(row.axis)}",
+        "Unit": lambda row: words.micro_unit(row.axis),
+        "Cause": lambda row: CAUSE_NAMES[row.cause],
+        "Simulated σ": lambda row: words.with_error(1e6 * row.std, 1e6 * row.standard_error),
+        "Predicted σ": lambda row: words.number(1e6 * row.predicted, 4),
+        "z": lambda row: _score(row.z),
+        "Mean error": mean_error,
+        "Matters": lambda row: "yes" if importance[row.target - 1, names.index(row.axis)] > 0.0 else "no",
+    }
     frame = pd.DataFrame(rows, columns=["target", "axis", "cause", "std", "standard_error", "predicted", "z"])
     caption = "Standard deviation of the attained pose (µm, µrad): simulated with its standard error, and predicted."
-    heads = ["Target, axis", "Unit", "Cause", "Simulated σ", "Predicted σ", "z", "Mean error", "Matters"]
-    return table_of("deviations", caption, heads, cells, frame, tall=True)
+    return framed("deviations", caption, frame, shown, tall=True)
 
 
 def _settings(result: Repeated) -> list[tuple[str, str]]:

@@ -11,6 +11,7 @@ RFC 1952) and unpacked by the browser, which makes a page a third of what it wou
 """
 
 import base64
+import dataclasses
 import gzip
 import html
 import json
@@ -24,7 +25,7 @@ from typing import Any
 
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from plotly.offline import get_plotlyjs
 
 from expdesign.report.blocks import Block, DataTable, Figure, PageSection, SideBySide
@@ -45,6 +46,8 @@ _TILE_MAPS = (
 )
 
 
+PART = "part"
+"""Key that names the class of a part of a page."""
 _NO_STYLE = re.compile(r"[^\w .,-]")
 """Characters of a footer that do not go into the style of printed pages, where they could end the text."""
 
@@ -79,6 +82,7 @@ def render(page: Page) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["code"] = _with_code
     blocks = [block for section in page.sections for block in _flat(section.blocks)]
     figures = {block.id: block.plot for block in blocks if isinstance(block, Figure)}
     csv = {
@@ -95,6 +99,11 @@ def render(page: Page) -> str:
         scripts=[Markup(_text(name)) for name in ("page.js", *page.scripts)],
         unpacking=Markup(_text("unpack.js")),
     )
+
+
+def _with_code(text: str) -> Markup:
+    """A text, escaped, whose `parts between such marks` are set as code."""
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 
 def packed(text: str) -> Markup:
@@ -132,24 +141,29 @@ def plot_text(text: str) -> str:
 
 def embedded_json(content: Any) -> Markup:
     """`content` as JSON that can stand in a `<script>` element; arrays become lists and NaN becomes null."""
-    text = json.dumps(_plain(content), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    text = json.dumps(plain(content), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     for character in "<>&\u2028\u2029":
         text = text.replace(character, f"\\u{ord(character):04x}")
     return Markup(text)
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """A value for JSON: arrays become lists, what is not finite null, and parts of a page mappings that name them."""
     kind = type(value)
     if kind is str or kind is int:  # nearly all that a page has
         return value
     if kind is float:
         return value if math.isfinite(value) else None
     if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
+        return [plain(entry) for entry in value]
+    if dataclasses.is_dataclass(value):
+        return {PART: kind.__name__} | {one.name: plain(getattr(value, one.name)) for one in dataclasses.fields(value)}
     if isinstance(value, Mapping):
-        return {str(key): _plain(entry) for key, entry in value.items()}
+        if PART in value:
+            raise ValueError(f"`{PART}` is no key of a page's data")
+        return {str(key): plain(entry) for key, entry in value.items()}
     if isinstance(value, np.ndarray | np.generic):
-        return _plain(value.tolist())
+        return plain(value.tolist())
     return value
 
 

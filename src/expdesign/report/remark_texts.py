@@ -76,7 +76,7 @@ def _idle(remark: IdleActuators) -> str:
 def _large_geometry(remark: LargeGeometricErrors) -> str:
     return (
         f"The identified joints and lengths are {1e3 * remark.size:.3g} mm (RMS) off. Are the measured poses in "
-        "another frame than the commands? `--frames unknown` identifies the frames too."
+        "another frame than the commands? `expdesign identify --frames unknown` identifies the frames too."
     )
 
 

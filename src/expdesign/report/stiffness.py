@@ -1,16 +1,41 @@
-"""Stiffnesses beside the physics that a diagnosis found, as a table and in lines."""
+"""Stiffnesses, identified or beside the physics that a diagnosis found: frames, a figure, a table and lines."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from expdesign.diagnosis.result import Diagnosis
+from expdesign.estimation.identify import Identification
 from expdesign.estimation.intervals import Intervals
+from expdesign.mechanics.robots.robot import Robot
 from expdesign.report import words
-from expdesign.report.blocks import DataTable, table_of
-from expdesign.report.identification_record import unit_of_stiffness
+from expdesign.report.blocks import DataTable, Figure, framed
+from expdesign.report.figures import chart, points, whiskers
 
 _NORMAL_95 = 1.959963984540054
 """Standard deviations of a normal 95 % interval to each side."""
+_HEADS = {"low": "Low", "high": "High", "springs_alone": "Springs alone", "robot_file": "Robot file"}
+"""Headings by the columns that are stiffnesses."""
+
+
+def stiffness_unit(robot: Robot) -> str:
+    """N/m for actuators that change length, N*m/rad for those that turn."""
+    return " or ".join(dict.fromkeys(_units(robot)))
+
+
+def _units(robot: Robot) -> list[str]:
+    """The unit of the stiffness of every actuator."""
+    return ["N/m" if unit == "m" else "N*m/rad" for unit in robot.units]
+
+
+def identified_stiffness(result: Identification) -> pd.DataFrame:
+    """Stiffness with 95 % intervals and compliance of every actuator, and the robot file's stiffness (SI)."""
+    interval, compliance = result.stiffness, result.compliance.estimate
+    columns = {"stiffness": interval.estimate, "low": interval.low, "high": interval.high, "compliance": compliance}
+    columns |= {"compliance_std": np.sqrt(np.diag(result.covariance)), "robot_file": result.robot.stiffness}
+    return pd.DataFrame({"actuator": result.robot.actuators, **columns})
 
 
 def added_physics(result: Diagnosis) -> bool:
@@ -18,7 +43,7 @@ def added_physics(result: Diagnosis) -> bool:
     return result.verdict in ("explained", "modelled") and bool(result.predictive.fit.chain.compliances)
 
 
-def stiffness_frame(result: Diagnosis) -> pd.DataFrame:
+def diagnosed_stiffness(result: Diagnosis) -> pd.DataFrame:
     """Stiffnesses of the diagnosed model with 95 % intervals, and those of the base model (SI)."""
     fit, robot = result.known, result.robot
     part = slice(0, fit.chain.compliances)
@@ -30,25 +55,54 @@ def stiffness_frame(result: Diagnosis) -> pd.DataFrame:
     return pd.DataFrame({"actuator": robot.actuators, **columns, "robot_file": robot.stiffness})
 
 
-def stiffness_table(result: Diagnosis) -> DataTable:
-    """The same as a table."""
-    frame = stiffness_frame(result)
-    unit, _, factor = words.stiffness(unit_of_stiffness(result.robot))
-    rows = [
-        [name, *(words.number(factor * value, 4) for value in values)]
-        for name, *values in frame.itertuples(index=False, name=None)
-    ]
-    heads = ["Actuator", f"Stiffness ({unit})", "Low", "High", "Springs alone", "Robot file"]
-    caption = f"Stiffness in {unit} with this physics in the model, with 95 % intervals; beside it the base model's."
-    return table_of("stiffness-table", f"{caption} The CSV is in SI units.", heads, rows, frame)
+def stiffness_table(frame: pd.DataFrame, robot: Robot, about: str) -> DataTable:
+    """One of these frames as a table; `about` goes on from *Stiffness in N/m* in its caption."""
+    unit, inverse, factor = words.stiffness(stiffness_unit(robot))
+
+    def cell(name: str, scale: float) -> Callable[[Any], str]:
+        return lambda row: words.number(scale * getattr(row, name), 4)
+
+    heads = {"stiffness": f"Stiffness ({unit})", **_HEADS}
+    inverses = {"compliance": f"Compliance ({inverse})", "compliance_std": "Compliance σ"}
+    shown: Mapping[str, str | Callable[[Any], str]] = {"Actuator": "actuator"} | {
+        (heads | inverses)[name]: cell(name, factor if name in heads else 1.0 / factor)
+        for name in map(str, frame.columns[1:])
+    }
+    return framed("stiffness-table", f"Stiffness in {unit} {about} The CSV is in SI units.", frame, shown)
 
 
-def stiffness_lines(result: Diagnosis) -> list[str]:
+def stiffness_lines(frame: pd.DataFrame, robot: Robot) -> list[str]:
     """The same for a terminal."""
-    units = ["N/m" if unit == "m" else "N*m/rad" for unit in result.robot.units]
-    frame = stiffness_frame(result)[["actuator", "stiffness", "low", "high"]]
+    values = zip(*(frame[name].tolist() for name in ("actuator", "stiffness", "low", "high")), strict=True)
     return [
-        f"{name}: {value:.4g} {unit} (95 %: {low:.4g} to {high:.4g})" if np.isfinite([low, high]).all() and low > 0.0
-        else f"{name}: not determined by these recordings"
-        for unit, (name, value, low, high) in zip(units, frame.itertuples(index=False, name=None), strict=True)
+        f"{name}: {estimate:.4g} {unit} ({_interval(low, high)})"
+        for unit, (name, estimate, low, high) in zip(_units(robot), values, strict=True)
+    ]
+
+
+def _interval(low: float, high: float) -> str:
+    if np.isfinite(low) and np.isfinite(high):
+        return f"95 %: {low:.4g} to {high:.4g}"
+    if np.isfinite(low):
+        return f"95 %: at least {low:.4g}"
+    return "without an interval: its compliance may be 0, or is negative"
+
+
+def stiffness_figure(result: Identification) -> Figure:
+    """Stiffness of every actuator that has an interval, beside the robot file's."""
+    frame = identified_stiffness(result)
+    unit, _, factor = words.stiffness(stiffness_unit(result.robot))
+    known = frame[np.isfinite(frame[["stiffness", "low", "high"]]).all(axis=1)]
+    names, file = known["actuator"].tolist(), factor * known["robot_file"].to_numpy()
+    estimate, low, high = (factor * known[["stiffness", "low", "high"]].to_numpy()).T
+    traces = [
+        points("identified, 95 % interval", names, estimate, "accent", size=10,
+               error_y=whiskers(high - estimate, estimate - low, "accent")),
+        points("robot file", names, file, "muted", size=14, symbol="line-ew-open"),
     ]  # fmt: skip
+    return chart(
+        "stiffness-figure", "Stiffness of every actuator", traces,
+        "Points are the identified stiffnesses, bars their 95 % intervals, dashes what the robot file says.",
+        "Identified stiffness per actuator with intervals; the table below has the same numbers.",
+        y=f"stiffness, {unit}", frame=frame, filename="stiffness", showlegend=True,
+    )  # fmt: skip

@@ -7,13 +7,10 @@ made again is the same byte for byte as long as the look is the same.
 
 import dataclasses
 import json
-import math
 import shlex
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from jinja2 import TemplateError
 
 from expdesign.errors import InputError
@@ -22,11 +19,9 @@ from expdesign.io.written import Purpose, note_written, require_free, unchanged
 from expdesign.io.yaml_reader import read_text
 from expdesign.report import blocks
 from expdesign.report.blocks import HERE
-from expdesign.report.page import Page, known_scripts, render
+from expdesign.report.page import PART, Page, known_scripts, plain, render
 
 CONTENT, PAGE = "report.json", "report.html"
-_PART = "part"
-"""Key that names the class of a part of a page."""
 _DAMAGED = "The file is damaged, or of another version: run the command that made the folder again."
 _PARTS: dict[str, type[Any]] = {"Page": Page} | {
     name: value for name, value in vars(blocks).items() if dataclasses.is_dataclass(value) and isinstance(value, type)
@@ -83,7 +78,7 @@ def _in(folder: Path, text: str) -> str:
 
 def page_text(page: Page) -> str:
     """A page as JSON, with arrays as lists and what is not finite as null."""
-    return json.dumps(_encoded(page), ensure_ascii=False, allow_nan=False, separators=(",", ":")) + "\n"
+    return json.dumps(plain(page), ensure_ascii=False, allow_nan=False, separators=(",", ":")) + "\n"
 
 
 def page_from_text(text: str, source: str) -> Page:
@@ -101,34 +96,14 @@ def page_from_text(text: str, source: str) -> Page:
     return page
 
 
-def _encoded(value: Any) -> Any:
-    kind = type(value)
-    if kind is str or kind is int:  # nearly all that a page has
-        return value
-    if kind is float:
-        return value if math.isfinite(value) else None
-    if isinstance(value, list | tuple):
-        return [_encoded(entry) for entry in value]
-    if dataclasses.is_dataclass(value):
-        fields = {field.name: _encoded(getattr(value, field.name)) for field in dataclasses.fields(value)}
-        return {_PART: type(value).__name__, **fields}
-    if isinstance(value, Mapping):
-        if _PART in value:
-            raise ValueError(f"`{_PART}` is no key of a page's data")
-        return {str(key): _encoded(entry) for key, entry in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return _encoded(value.tolist())
-    return value
-
-
 def _decoded(value: Any) -> Any:
     if isinstance(value, list):
         return [_decoded(entry) for entry in value]
     if not isinstance(value, dict):
         return value
-    fields = {key: _decoded(entry) for key, entry in value.items() if key != _PART}
-    if _PART not in value:
+    fields = {key: _decoded(entry) for key, entry in value.items() if key != PART}
+    if PART not in value:
         return fields
-    if value[_PART] not in _PARTS:
-        raise ValueError(f"unknown part `{value[_PART]}`")
-    return _PARTS[value[_PART]](**fields)
+    if value[PART] not in _PARTS:
+        raise ValueError(f"unknown part `{value[PART]}`")
+    return _PARTS[value[PART]](**fields)

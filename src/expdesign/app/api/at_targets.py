@@ -3,82 +3,132 @@
 Most recordings are identified without targets, and need not wait for planning.
 """
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import NOISE, UncertaintyBudget
-from expdesign.assurance.acceptance.decision import Decision
+from expdesign.assurance.acceptance.decision import Decision, acceptance_record, sentences
 from expdesign.assurance.acceptance.fitted import FittedModel
-from expdesign.assurance.acceptance.left_out import decided_by
-from expdesign.assurance.model_error.planned import meir_of_problem
-from expdesign.assurance.model_error.recorded import HiddenByRecordings, hidden_by
-from expdesign.assurance.model_error.statement import AccuracyStatement, given_variances
-from expdesign.chain.recordings.recordings import Recordings
+from expdesign.assurance.acceptance.left_out import decided_by, left_out_by
+from expdesign.assurance.model_error.recorded import Shown, shown_by
+from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.whitening import Whitening
+from expdesign.planning.criteria.targets import GivenVariances
 from expdesign.planning.problem import DesignProblem
 
 if TYPE_CHECKING:
     from expdesign.diagnosis.result import Diagnosis
-
-Hidden = tuple[HiddenByRecordings, AccuracyStatement | None]
-"""What recordings may hide, and the accuracy to expect with it."""
+    from expdesign.report.blocks import PageSection
 
 
-def accept_identified(problem: DesignProblem, result: Identification) -> Decision:
-    """Whether an identified robot is accepted at the targets of a configuration; not decided where it is refuted."""
-    noise, recorded = result.noise, result.recordings.rows(result.fitted)
-    whitening = Whitening(noise.deviations, references=recorded.references)
-    degrees = min((group.dof for group in noise.groups), default=float("inf"))
-    model = FittedModel(result.fit, recorded, whitening, float(degrees))
-    return decided_by(problem, model, refuted=result.goodness.refuted)
+@dataclass(frozen=True)
+class StatedAtTargets:
+    """What is said of the targets of a configuration.
 
-
-def accept_diagnosed(problem: DesignProblem, result: "Diagnosis") -> Decision:
-    """Whether the robot is accepted at the targets of a configuration with the model that was found.
-
-    Nothing is decided where that model is no explanation of the recordings.
+    Attributes:
+        configuration: its path.
+        acceptance: whether the robot is accepted.
+        hidden: what the recordings may hide; None where that is not asked, or the model does not explain them.
+        accuracy: the same beside noise and load errors.
     """
-    sample = result.names.sample.restricted(~result.predictive.outliers)
-    counts, recorded = sample.counts, result.recordings.rows(sample.counts)
-    whitening = sample.whitening.rows(counts)
-    degrees = float("inf") if result.noise.known else float(max(result.after.dof, 1))
-    model = FittedModel(result.known.seen_by(counts), recorded, whitening, degrees)
-    remedy = "record what separates the explanations, or look at the place that is named"
-    return decided_by(problem, model, refuted=result.refuted, remedy=remedy)
+
+    configuration: str
+    acceptance: Decision
+    hidden: WhatIsHidden | None = None
+    accuracy: AccuracyStatement | None = None
+
+    @property
+    def hidden_sentence(self) -> str | None:
+        """What may still be hidden, in words."""
+        stated = self.accuracy or self.hidden
+        return None if stated is None else stated.sentence
+
+    @property
+    def lines(self) -> list[str]:
+        """The decision, and what may still be hidden: a line for each sentence."""
+        hidden = self.hidden_sentence
+        return [*sentences(self.acceptance), *([] if hidden is None else [hidden])]
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """What a document says of it."""
+        record: dict[str, Any] = {"acceptance": acceptance_record(self.acceptance)}
+        if self.hidden is not None:
+            record["hidden"] = self.hidden.record
+            record["accuracy"] = None if self.accuracy is None else self.accuracy.record
+        return record
+
+    def sections(self, of: str, *, in_words: bool = True) -> "list[PageSection]":
+        """The sections of a page about the model that `of` names; `in_words` where the page has not said them yet."""
+        from expdesign.report.error_budget import acceptance_section  # noqa: PLC0415 (slow to import)
+        from expdesign.report.hidden_physics import recordings_section  # noqa: PLC0415 (slow to import)
+
+        said = self.hidden_sentence if in_words else None
+        hidden = [] if self.hidden is None else [recordings_section(self.hidden, said)]
+        return [acceptance_section(self.acceptance, of), *hidden]
 
 
-def hidden_by_identified(problem: DesignProblem, result: Identification, decision: Decision) -> Hidden | None:
-    """What the recordings of an identification hide, where the configuration asks for MEIR; else None."""
-    if meir_of_problem(problem) is None:
-        return None
-    recorded = result.recordings.rows(result.fitted)
-    return hidden_at_targets(problem, recorded, result.noise.deviations, decision)
-
-
-def hidden_at_targets(
-    problem: DesignProblem, recordings: Recordings, deviations: FloatArray, decision: Decision
-) -> Hidden:
-    """What recordings may hide at the targets, and the accuracy to expect: their budget with what they may hide.
+class AtTargets:
+    """A model at the targets of a configuration.
 
     Args:
         problem: with the targets.
-        recordings: that the model explains.
-        deviations: standard deviations of the readings.
-        decision: with the budget of the model at the targets.
+        model: as its recordings determined it.
+        refuted: whether they refute it, so that nothing is decided.
+        remedy: what to do then.
     """
-    meir = meir_of_problem(problem)
-    hidden = hidden_by(problem, recordings, deviations, None if meir is None else meir.assumptions)
-    return hidden, _accuracy(problem, decision.budget, hidden)
+
+    def __init__(
+        self, problem: DesignProblem, model: FittedModel, refuted: bool, remedy: str = "run `expdesign diagnose`"
+    ) -> None:
+        self.problem, self.model, self.refuted, self.remedy = problem, model, refuted, remedy
+
+    @classmethod
+    def identified(cls, problem: DesignProblem, result: Identification) -> "AtTargets":
+        """An identified robot; not decided where it is refuted."""
+        noise, recorded = result.noise, result.recordings.rows(result.fitted)
+        whitening = Whitening(noise.deviations, references=recorded.references)
+        degrees = min((group.dof for group in noise.groups), default=float("inf"))
+        return cls(problem, FittedModel(result.fit, recorded, whitening, float(degrees)), result.goodness.refuted)
+
+    @classmethod
+    def diagnosed(cls, problem: DesignProblem, result: "Diagnosis") -> "AtTargets":
+        """The model that a diagnosis found; nothing is decided where it is no explanation of the recordings."""
+        sample = result.names.sample.restricted(~result.predictive.outliers)
+        counts, recorded = sample.counts, result.recordings.rows(sample.counts)
+        whitening = sample.whitening.rows(counts)
+        degrees = float("inf") if result.noise.known else float(max(result.after.dof, 1))
+        model = FittedModel(result.known.seen_by(counts), recorded, whitening, degrees)
+        remedy = "record what separates the explanations, or look at the place that is named"
+        return cls(problem, model, result.refuted, remedy)
+
+    @cached_property
+    def _left_out(self) -> Shown | None:
+        return None if self.refuted else left_out_by(self.problem, self.model)
+
+    @cached_property
+    def decision(self) -> Decision:
+        """Whether the robot is accepted."""
+        return decided_by(self.problem, self.model, self._left_out, refuted=self.refuted, remedy=self.remedy)
+
+    def stated(self, *, hidden: bool) -> StatedAtTargets:
+        """What is said of it; with `hidden`, what recordings that the base model explains may hide as well."""
+        if not hidden:
+            return StatedAtTargets(self.problem.source, self.decision)
+        shown = None if self.model.fit.chain.effects else self._left_out
+        found = (shown or shown_by(self.problem, self.model.recordings, self.model.whitening)).hidden()
+        accuracy = _accuracy(self.problem, self.decision.budget, found)
+        return StatedAtTargets(self.problem.source, self.decision, found, accuracy)
 
 
-def _accuracy(
-    problem: DesignProblem, budget: UncertaintyBudget, hidden: HiddenByRecordings
-) -> AccuracyStatement | None:
+def _accuracy(problem: DesignProblem, budget: UncertaintyBudget, hidden: WhatIsHidden) -> AccuracyStatement | None:
     parts = {True: np.zeros(budget.tolerance.shape), False: np.zeros(budget.tolerance.shape)}
     for each in budget.contributions:
         parts[each.name == NOISE] += each.deviation**2
-    variances = given_variances(problem.targets, np.sqrt(parts[True]), np.sqrt(parts[False]))
-    return AccuracyStatement.of(variances, hidden.physics, hidden.freedom, "these recordings")
+    matters = problem.targets.importance > 0.0
+    noise, load_errors = (np.where(matters, parts[kind], 0.0) for kind in (True, False))
+    return AccuracyStatement.of(GivenVariances(problem.targets, noise, load_errors), hidden)

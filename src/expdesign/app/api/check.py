@@ -9,9 +9,8 @@ import pandas as pd
 
 from expdesign.app.api.configuration import checked_problem, problem_of
 from expdesign.app.api.inputs import RobotFile, RobotInput, purpose_of, robot_of
-from expdesign.app.api.recorded import referenced
-from expdesign.app.api.result import FolderResult, PathLike
-from expdesign.app.api.unknown_columns import say_unknown_columns
+from expdesign.app.api.recorded import referenced, say_unknown_columns
+from expdesign.app.api.result import FolderResult, PathLike, Result
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.assurance.plausibility.robot import robot_findings
@@ -21,6 +20,7 @@ from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.chain.recordings.pose_columns import with_targets
 from expdesign.chain.recordings.reader import recordings_from_table, require_measured
 from expdesign.chain.recordings.recordings import Recordings
+from expdesign.counted import counted
 from expdesign.errors import InputError
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.identify import identify as identify_recordings
@@ -28,7 +28,7 @@ from expdesign.io.kinds import kind_of
 from expdesign.io.table import is_table_name, read_table
 from expdesign.io.written import Purpose
 from expdesign.io.yaml_reader import read_yaml
-from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.robots.robot import Robot, RobotSection
 from expdesign.mechanics.robots.robot_file import robot_from_document
 from expdesign.planning.feasibility import Feasibility, feasibility, random_designs
 from expdesign.planning.problem import DesignProblem
@@ -75,7 +75,7 @@ class Checked(FolderResult):
         Raises:
             InputError: there is none in what was checked.
         """
-        remedy = "Give a robot, a model or a run configuration, or leave --out out."
+        remedy = "Give a robot, a model or a run configuration; of others no page is made."
         where = ", ".join(self.purpose.inputs)
         raise InputError("there is no robot to draw in this file", where=where, remedy=remedy)
 
@@ -97,7 +97,11 @@ class CheckedRobot(Checked):
     @property
     def summary(self) -> str:
         """What it is, in one sentence."""
-        return check_texts.robot_summary(self.robot, self.condition)
+        robot = self.robot
+        return (
+            f"{robot.kind} `{robot.name}` with {counted(len(robot.stiffness), 'actuator')} is usable "
+            f"(scaled condition number {self.condition:.3g} at its reference pose)."
+        )
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -120,35 +124,19 @@ class CheckedRobot(Checked):
 
 
 @dataclass(frozen=True, repr=False)
-class CheckedModel(Checked):
-    """An identified model that can be used.
+class CheckedModel(CheckedRobot):
+    """An identified model that can be used, with its robot.
 
     Attributes:
         model: the model.
-        robot: whose model it is.
     """
 
     model: Model
-    robot: CheckedRobot
-
-    @property
-    def details(self) -> list[str]:
-        """Which leg or joint is which: a line for each of them."""
-        return self.robot.details
-
-    def page(self) -> "Page":
-        """The robot, drawn with its numbers."""
-        return self.robot.page()
 
     @property
     def summary(self) -> str:
         """What it is, in one sentence."""
-        return check_texts.model_summary(len(self.model.chain.effects), self.robot.summary)
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """What is doubtful about it."""
-        return self.robot.remarks
+        return f"identified model with {counted(len(self.model.chain.effects), 'effect')} of a {super().summary}"
 
 
 @dataclass(frozen=True, repr=False)
@@ -188,7 +176,7 @@ class CheckedProblem(Checked):
         problem = self.problem
         if problem.space.discrete.all():
             what = "every variable of the design is fixed or discrete, so that there are no gradients to check"
-            remedy = "Leave --gradients out, or give a variable an interval."
+            remedy = "Give a variable an interval."
             raise InputError(what, where=problem.source, remedy=remedy)
         decisions = random_designs(problem)
         # Two of those that identify everything; where there is none, the table says that nothing was evaluated.
@@ -212,9 +200,8 @@ class CheckedSweep(Checked):
     @property
     def summary(self) -> str:
         """What it asks for, in one sentence."""
-        return check_texts.sweep_summary(
-            len(self.runs), list(dict.fromkeys(key for run in self.runs for key in run.values))
-        )
+        keys = dict.fromkeys(key for run in self.runs for key in run.values)
+        return f"sweep of {counted(len(self.runs), 'run')} over {', '.join(keys)}"
 
 
 @dataclass(frozen=True, repr=False)
@@ -234,11 +221,19 @@ class CheckedRecordings(Checked):
     @property
     def summary(self) -> str:
         """What they hold and, with a robot, what they identify."""
+        return " ".join([self.structure, *self.details])
+
+    @property
+    def details(self) -> list[str]:
+        """What they identify, and how well the base model fits, a line for each sentence."""
         if self.recordings is None:
-            return f"{self.structure} Give the robot (--robot ROBOT.yaml) to see what they identify."
-        if self.identification is None:
-            return self.structure
-        return f"{self.structure} {check_texts.identified_summary(self.identification)}"
+            return ["Give the robot (argument `robot`) to see what they identify."]
+        return [] if self.identification is None else check_texts.identified_sentences(self.identification)
+
+    @property
+    def lines(self) -> list[str]:
+        """The file, what it holds, and details."""
+        return [f"{', '.join(self.purpose.inputs)}: {self.structure}", *self.details]
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -249,7 +244,7 @@ class CheckedRecordings(Checked):
 
 
 def check(
-    file: PathLike | RobotFile | Model | DesignProblem | RunSection,
+    file: PathLike | RobotFile | RobotSection | Model | DesignProblem | RunSection | Result,
     robot: RobotInput | None = None,
     *,
     shared_reference: bool | None = None,
@@ -257,8 +252,8 @@ def check(
     """Read a robot, a configuration, a sweep or recordings, and say what is wrong or not identifiable.
 
     Args:
-        file: a robot, a model, a configuration or a sweep (YAML), or recordings (CSV). In Python also what `load` and
-            the functions like it read.
+        file: a robot, a model, a configuration or a sweep (YAML), or recordings (CSV). In Python also an
+            object, or a model.
         robot: robot (YAML) that recordings are of.
         shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
             say.
@@ -281,13 +276,15 @@ def check(
     if isinstance(file, DesignProblem | RunSection):
         problem = problem_of(file)
         return CheckedProblem(problem, feasibility(problem), purpose=purpose)
-    if isinstance(file, RobotFile):
-        return _robot(file.robot, file.document.source, purpose)
+    if isinstance(file, RobotFile | RobotSection):
+        file = robot_of(file)
+        return CheckedRobot(*_usable(file.robot, file.document.source), purpose=purpose)
+    file = (file.as_model() or file) if isinstance(file, Result) else file
     if isinstance(file, Model):
-        return CheckedModel(file, _robot(file.chain.robot, file.source, purpose), purpose=purpose)
+        return CheckedModel(*_usable(file.chain.robot, file.source), file, purpose=purpose)
     if not isinstance(file, str | Path):
         what = f"a `{type(file).__name__}` cannot be checked"
-        raise InputError(what, remedy="Give a path, or what `load`, `load_robot` or `load_model` returned.")
+        raise InputError(what, remedy="Give a path, an object, a model, or what `load` returned.")
     path = Path(file)
     if is_table_name(path):
         return _recordings(path, robot, purpose, shared_reference=shared_reference)
@@ -295,14 +292,14 @@ def check(
     kind = kind_of(document.content)
     if kind == "identified model":
         model = model_from_document(document)
-        return CheckedModel(model, _robot(model.chain.robot, str(path), purpose), purpose=purpose)
+        return CheckedModel(*_usable(model.chain.robot, str(path)), model, purpose=purpose)
     if kind == "sweep":
         from expdesign.app.sweeps.runs import sweep_runs  # noqa: PLC0415 (of sweeps alone)
         from expdesign.app.sweeps.store import computed_by_text  # noqa: PLC0415
 
         return CheckedSweep(sweep_runs(document, computed_by_text()), purpose=purpose)
     if kind == "robot":
-        return _robot(robot_from_document(document), str(path), purpose)
+        return CheckedRobot(*_usable(robot_from_document(document), str(path)), purpose=purpose)
     if kind == "run configuration" or (isinstance(document.content, dict) and "schema_version" in document.content):
         problem = checked_problem(document)
         return CheckedProblem(problem, feasibility(problem), purpose=purpose)
@@ -310,11 +307,12 @@ def check(
     raise InputError("neither a robot nor a run configuration", where=str(path), remedy=remedy)
 
 
-def _robot(robot: Robot, source: str, purpose: Purpose) -> CheckedRobot:
+def _usable(robot: Robot, source: str) -> tuple[str, Robot, float]:
+    """The file, the robot and the scaled condition number at its reference pose, where that can be used."""
     say(robot_findings(robot), source)
     reference = robot.reference_configuration()
     require_regular(robot, reference, f"{source}, reference pose")
-    return CheckedRobot(source, robot, float(robot.jacobians(reference).condition), purpose=purpose)
+    return source, robot, float(robot.jacobians(reference).condition)
 
 
 def _recordings(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import ModelInput, TableInput, model_of, purpose_of, table_of
+from expdesign.app.api.inputs import REFUTED, ModelInput, TableInput, model_of, purpose_of, table_of
 from expdesign.app.api.result import Result, TableResult
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import say
@@ -30,45 +30,15 @@ from expdesign.io.table import Table, parse_table
 from expdesign.mechanics.robots.corrected_urdf import pose_of
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.urdf import transform
-from expdesign.planning.problem import DesignProblem
-from expdesign.report.correction_texts import correction_lines, correction_summary
-
-_SAMPLES = 200
-"""Measurements drawn from the design space, whose corners are added."""
-
-
-def targets_table(problem: DesignProblem) -> Table:
-    """The targets with their loads, one row each, numbered as in the configuration."""
-    robot, count = problem.loaded.robot, len(problem.targets.configurations)
-    columns: dict[str, object] = {"sequence": np.arange(1, count + 1), "series": np.arange(1, count + 1)}
-    columns |= {name: problem.targets.configurations[:, i] for i, name in enumerate(robot.configuration)}
-    if all(loaded.load.has_mass for loaded, _ in problem.target_loads):
-        names = problem.target_loads[0][0].load.columns
-        values = np.array([parameters for _, parameters in problem.target_loads])
-    else:
-        names, values = robot.coordinates.wrench, problem.target_wrenches
-    own = dict(zip(robot.coordinates.gravity, robot.gravity, strict=True))
-    for i, name in enumerate(names):
-        if name not in own or np.any(values[:, i] != own[name]):
-            columns[name] = values[:, i]
-    return parse_table(csv_text(pd.DataFrame(columns)), f"{problem.source}, targets")
-
-
-def calibrated_by(problem: DesignProblem) -> Calibrated:
-    """The ranges of what a configuration lets be measured."""
-    space, robot = problem.space, problem.loaded.robot
-    drawn = space.sample(_SAMPLES, np.random.default_rng(0))
-    configurations, loads = space.decode(np.concatenate([drawn, np.stack([space.lower, space.upper])]))
-    columns = {name: configurations[:, i] for i, name in enumerate(robot.configuration)}
-    columns |= {name: loads[:, i] for i, name in enumerate(problem.loaded.load.columns)}
-    table = parse_table(csv_text(pd.DataFrame(columns)), problem.source)
-    return Calibrated.of(points_from_table(table, robot), robot)
-
 
 if TYPE_CHECKING:  # most commands are found without a configuration, and need not wait for planning
     from expdesign.app.api.configuration import Config
     from expdesign.planning.problem import DesignProblem
 
+MOST_LINES = 20
+"""Targets that are listed; of more the largest corrections are."""
+_SAMPLES = 200
+"""Measurements drawn from the design space, whose corners are added."""
 _CONFIGURATIONS = (".yaml", ".yml")
 
 
@@ -82,12 +52,14 @@ class CompensationResult(TableResult):
         corrections: how large they are, and how well the attained pose is known, in the same order.
         sequence: numbers of the targets, in the same order.
         robot: that is commanded.
+        refuted: whether the recordings of the model refute it.
     """
 
     compensation: Compensation
     corrections: Corrections
     sequence: list[int]
     robot: Robot
+    refuted: bool = False
 
     @property
     def summary(self) -> str:
@@ -99,6 +71,11 @@ class CompensationResult(TableResult):
         """Corrections and expected uncertainties as a table in words, a line for each target, and the summary."""
         table = correction_lines(self.corrections, self.sequence, self.robot.coordinates.translations)
         return [*table, self.summary]
+
+    @property
+    def notes(self) -> list[str]:
+        """That the model is refuted."""
+        return [REFUTED] if self.refuted else []
 
 
 def compensate(
@@ -139,9 +116,8 @@ def compensate(
         raise ArgumentError(f"`{frame}` is no frame", argument="frame", remedy="Choose base or instrument.")
     commanded = _of_platform if not robot.jointed else _of_arm
     text, found, corrections, points = commanded(identified, table, frame, problem)
-    return CompensationResult(
-        text, found, corrections, points.sequence.tolist(), robot, purpose=purpose_of("compensate", model, targets)
-    )
+    purpose, refuted = purpose_of("compensate", model, targets), identified.fit == "refuted"
+    return CompensationResult(text, found, corrections, points.sequence.tolist(), robot, refuted, purpose=purpose)
 
 
 def _configuration(
@@ -160,9 +136,35 @@ def _configuration(
 def _table(targets: "TableInput | Config", problem: "DesignProblem | None") -> Table:
     if problem is None:
         return table_of(targets, "targets")  # type: ignore[arg-type]
-    from expdesign.app.api.compensate import targets_table  # noqa: PLC0415
-
     return targets_table(problem)
+
+
+def targets_table(problem: "DesignProblem") -> Table:
+    """The targets with their loads, one row each, numbered as in the configuration."""
+    robot, count = problem.loaded.robot, len(problem.targets.configurations)
+    columns: dict[str, object] = {"sequence": np.arange(1, count + 1), "series": np.arange(1, count + 1)}
+    columns |= {name: problem.targets.configurations[:, i] for i, name in enumerate(robot.configuration)}
+    if all(loaded.load.has_mass for loaded, _ in problem.target_loads):
+        names = problem.target_loads[0][0].load.columns
+        values = np.array([parameters for _, parameters in problem.target_loads])
+    else:
+        names, values = robot.coordinates.wrench, problem.target_wrenches
+    own = dict(zip(robot.coordinates.gravity, robot.gravity, strict=True))
+    for i, name in enumerate(names):
+        if name not in own or np.any(values[:, i] != own[name]):
+            columns[name] = values[:, i]
+    return parse_table(csv_text(pd.DataFrame(columns)), f"{problem.source}, targets")
+
+
+def calibrated_by(problem: "DesignProblem") -> Calibrated:
+    """The ranges of what a configuration lets be measured."""
+    space, robot = problem.space, problem.loaded.robot
+    drawn = space.sample(_SAMPLES, np.random.default_rng(0))
+    configurations, loads = space.decode(np.concatenate([drawn, np.stack([space.lower, space.upper])]))
+    columns = {name: configurations[:, i] for i, name in enumerate(robot.configuration)}
+    columns |= {name: loads[:, i] for i, name in enumerate(problem.loaded.load.columns)}
+    table = parse_table(csv_text(pd.DataFrame(columns)), problem.source)
+    return Calibrated.of(points_from_table(table, robot), robot)
 
 
 def _of_platform(
@@ -185,8 +187,6 @@ def _calibrated(model: Model, points: LoadedPoints, problem: "DesignProblem | No
     """
     calibrated = model.calibrated
     if problem is not None and (calibrated is None or not model.chain.effects):
-        from expdesign.app.api.compensate import calibrated_by  # noqa: PLC0415
-
         calibrated = calibrated_by(problem).including(calibrated)
     say(target_findings(points, model.chain.robot, calibrated), points.source)
     return calibrated
@@ -264,3 +264,72 @@ def _poses(positions: FloatArray, rotations: FloatArray) -> FloatArray:
     return np.array(
         [pose_of(transform(rotation, position)) for rotation, position in zip(rotations, positions, strict=True)]
     )
+
+
+def correction_lines(corrections: Corrections, sequence: list[int], translations: int) -> list[str]:
+    """A table of the corrections, rows in the order of the targets.
+
+    Args:
+        corrections: of N targets.
+        sequence: their numbers, N.
+        translations: number of leading axes that are lengths.
+    """
+    count = len(sequence)
+    chosen = np.arange(count)
+    if count > MOST_LINES:
+        chosen = np.sort(np.argsort(-corrections.translation, kind="stable")[:MOST_LINES])
+    rows = [("target", "correction", "", "U (k = 2)", "", "beyond what was calibrated")]
+    for row in chosen:
+        length, angle = _parts(corrections.expanded[row], translations)
+        rows.append(
+            (
+                str(sequence[row]),
+                metres(float(corrections.translation[row])),
+                radians(float(corrections.rotation[row])) if angle is not None else "",
+                metres(length),
+                "" if angle is None else radians(angle),
+                "; ".join(map(str, corrections.beyond[row])) or "-",
+            )
+        )
+    widths = [max(len(row[column]) for row in rows) for column in range(5)]
+    lines = ["  ".join([*(cell.rjust(w) for cell, w in zip(row, widths, strict=False)), row[5]]) for row in rows]
+    if count > MOST_LINES:
+        lines.append(f"({count - MOST_LINES} smaller corrections are in the file)")
+    return lines
+
+
+def correction_summary(corrections: Corrections, translations: int) -> str:
+    """The largest correction and the largest uncertainty."""
+    length, angle = _parts(corrections.expanded, translations)
+    size = [metres(float(corrections.translation.max()))]
+    known = [metres(length)]
+    if angle is not None:
+        size.append(radians(float(corrections.rotation.max())))
+        known.append(radians(angle))
+    text = f"largest correction {', '.join(size)}; expected U {', '.join(known)}"
+    outside = sum(bool(row) for row in corrections.beyond)
+    if outside:
+        text += f"; {outside} of {len(corrections.beyond)} targets beyond what was calibrated"
+    return text
+
+
+def metres(value: float) -> str:
+    """A length in µm, in mm from 1 mm on."""
+    return _scaled(value, "m")
+
+
+def radians(value: float) -> str:
+    """An angle in µrad, in mrad from 1 mrad on."""
+    return _scaled(value, "rad")
+
+
+def _scaled(value: float, unit: str) -> str:
+    if not np.isfinite(value):
+        return "not determined"
+    return f"{value * 1e3:.3g} m{unit}" if value >= 1e-3 else f"{value * 1e6:.3g} u{unit}"
+
+
+def _parts(expanded: FloatArray, translations: int) -> tuple[float, float | None]:
+    """Largest U of lengths and of angles, None where there are none."""
+    lengths, angles = expanded[..., :translations], expanded[..., translations:]
+    return float(lengths.max()), float(angles.max()) if angles.shape[-1] else None

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.model_error.prior import usual_size
+from expdesign.assurance.model_error.prior import PriorSizes
+from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import component_from_text
 from expdesign.chain.effect import Effect, Parameter
@@ -25,7 +26,7 @@ from expdesign.io.units import NUMBER, QUANTITY, quantities, quantity, require_d
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.problem import DesignProblem
 
-WHERE = "--conceal"
+WHERE = "argument `conceal`"
 
 
 @dataclass
@@ -152,7 +153,7 @@ def _value(parameter: Parameter, effect: Effect, wanted: _Wanted, problem: Desig
     if text is None and not parameter.shape:
         text = wanted.unnamed
     if text is None:
-        return parameter.neutral if parameter.shape else usual_size(problem, effect, parameter)
+        return parameter.neutral if parameter.shape else PriorSizes(problem, Assumptions()).of(effect, parameter)
     where = f"{WHERE}, {parameter.name}"
     if NUMBER.fullmatch(text):
         value = float(text)

@@ -8,24 +8,27 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import pandas as pd
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
-from expdesign.app.api.inputs import RobotFile, RobotInput, purpose_of, robot_of
-from expdesign.app.api.recorded import RecordingsInput, problem_at, recorded_model, recordings_of, referenced
-from expdesign.app.api.result import FolderResult
-from expdesign.assurance.acceptance.decision import Decision, acceptance_record
-from expdesign.chain.models.model_file import Model, model_text
+from expdesign.app.api.inputs import RobotInput, purpose_of, robot_of
+from expdesign.app.api.recorded import (
+    RecordedResult,
+    RecordingsInput,
+    problem_at,
+    recorded_model,
+    recordings_of,
+    referenced,
+)
+from expdesign.chain.models.model_file import model_text
 from expdesign.chain.recordings.recordings import complete_positions
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
 from expdesign.diagnosis.law_findings import curves
 from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.result import Diagnosis
-from expdesign.errors import ArgumentError, InputError
+from expdesign.errors import ArgumentError
 from expdesign.io.output import csv_text, json_text
 from expdesign.report.diagnosis_record import diagnosis_record
 
 if TYPE_CHECKING:  # most recordings are diagnosed without targets, and need not wait for planning
     from expdesign.app.api.configuration import Config
-    from expdesign.assurance.model_error.recorded import HiddenByRecordings
-    from expdesign.assurance.model_error.statement import AccuracyStatement
     from expdesign.report.page import Page
 
 NEXT_PLAN = "plan-next.csv"
@@ -44,28 +47,17 @@ STAGES = (
 
 
 @dataclass(frozen=True, repr=False)
-class DiagnosisResult(FolderResult):
-    """A diagnosis.
+class DiagnosisResult(RecordedResult):
+    """A diagnosis; `model` has the effects that were found, `at_targets` what may be hidden where all is consistent.
 
     Attributes:
-        robot: with its file.
         result: everything that the diagnosis found.
-        model: the robot with the effects that were found; what prediction and compensation need.
         series: number of series of a plan that separates two explanations.
-        hidden: what may still be wrong at the targets although the recordings are consistent; None where they are not,
-            or where no targets were named.
-        accuracy: the same beside noise and load errors.
-        acceptance: of the targets, by the model that was found; None where no targets were named.
     """
 
     FILES: ClassVar = ("model.yaml", "diagnosis.json", "plan-next.csv", "law-*.csv", "report.html", "report.json")
-    robot: RobotFile
     result: Diagnosis
-    model: Model
     series: int
-    hidden: "HiddenByRecordings | None" = None
-    accuracy: "AccuracyStatement | None" = None
-    acceptance: Decision | None = None
 
     @property
     def summary(self) -> str:
@@ -74,10 +66,6 @@ class DiagnosisResult(FolderResult):
         return ", ".join(
             [*ended, self.verdict, *(f"{each.physics} at {each.component}" for each in self.result.findings)]
         )
-
-    def as_model(self) -> Model:
-        """The model with what was found."""
-        return self.model
 
     @property
     def verdict(self) -> str:
@@ -103,31 +91,14 @@ class DiagnosisResult(FolderResult):
     def record(self) -> dict[str, Any]:
         """The content of `diagnosis.json` (file-formats.md, diagnosis.json)."""
         record = diagnosis_record(self.result, None if self.result.rival is None else NEXT_PLAN)
-        hidden = self.hidden
-        if self.acceptance is not None:
-            record["acceptance"] = acceptance_record(self.acceptance)
-        if hidden is not None:
-            from expdesign.assurance.model_error.statement import hidden_record  # noqa: PLC0415 (of targets)
-
-            record["hidden"] = hidden_record(hidden.physics, hidden.freedom, "these recordings")
-            record["accuracy"] = None if self.accuracy is None else self.accuracy.record
-        return record
-
-    @property
-    def hidden_sentence(self) -> str | None:
-        """What may still be hidden, in words."""
-        if self.hidden is None:
-            return None
-        from expdesign.assurance.model_error.statement import hidden_sentence  # noqa: PLC0415 (of targets)
-
-        return hidden_sentence(self.hidden.physics, self.hidden.freedom, self.accuracy)
+        return record if self.at_targets is None else record | self.at_targets.record
 
     @property
     def lines(self) -> list[str]:
         """Verdict, findings, stiffnesses and what to do next: a line for each."""
         from expdesign.report.diagnosis_texts import terminal_lines  # noqa: PLC0415 (slow to import)
 
-        return terminal_lines(self.result, self.hidden_sentence, self.acceptance)
+        return terminal_lines(self.result, [] if self.at_targets is None else self.at_targets.lines)
 
     @property
     def notes(self) -> list[str]:
@@ -138,7 +109,11 @@ class DiagnosisResult(FolderResult):
         """The report."""
         from expdesign.report.diagnosis_report import diagnosis_report  # noqa: PLC0415 (slow to import)
 
-        return diagnosis_report(self.result, self.hidden, self.hidden_sentence, self.acceptance)
+        at = self.at_targets
+        if at is None:
+            return diagnosis_report(self.result)
+        sections = at.sections("the model that was found", in_words=False)
+        return diagnosis_report(self.result, at.hidden_sentence, sections, at.configuration)
 
     def files(self, folder: Path = Path()) -> dict[str, str]:
         """Names and texts of the files without the report."""
@@ -204,7 +179,7 @@ def diagnose(
     if series < 1:
         raise ArgumentError(f"{series} is not a number of series", argument="series", remedy="Use at least 1.")
     if isinstance(without, str):
-        raise InputError("identifiers of physics are a list", where="without", remedy=f"Write [{without!r}].")
+        raise ArgumentError("identifiers of physics are a list", argument="without", remedy=f"Write [{without!r}].")
     machine = robot_of(robot)
     problem = problem_at(targets, machine, confirmed=other_robot)
     if problem is not None:
@@ -227,18 +202,19 @@ def diagnose(
         birge_ratio=result.widening.parameters,
         verdict="refuted" if result.refuted else result.after.verdict,
     )
-    accepted, hidden, accuracy = None, None, None
+    at_targets = None
     if problem is not None:
-        from expdesign.app.api.at_targets import accept_diagnosed, hidden_at_targets  # noqa: PLC0415 (of targets)
+        from expdesign.app.api.at_targets import AtTargets  # noqa: PLC0415 (of targets)
 
-        accepted = accept_diagnosed(problem, result)
+        found = AtTargets.diagnosed(problem, result)
+        at_targets = found.stated(hidden=False)
         if result.verdict == "consistent" and not result.ended:
             told("looking for what may still be hidden")
             try:
-                hidden, accuracy = hidden_at_targets(problem, measured, result.noise.deviations, accepted)
+                at_targets = found.stated(hidden=True)
             except KeyboardInterrupt:
                 if not interruptible:
                     raise
                 result = replace(result, ended="looking for what may still be hidden")
     purpose = purpose_of("diagnose", robot, recordings)
-    return DiagnosisResult(machine, result, model, series, hidden, accuracy, accepted, purpose=purpose)
+    return DiagnosisResult(machine, model, result, series, at_targets=at_targets, purpose=purpose)

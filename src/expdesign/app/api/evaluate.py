@@ -14,8 +14,8 @@ from expdesign.app.api.inputs import TableInput, purpose_of, table_of
 from expdesign.app.api.result import Result
 from expdesign.assurance.acceptance.decision import Decision, acceptance_record, sentences
 from expdesign.assurance.acceptance.planned import planned_decision
-from expdesign.assurance.model_error.planned import hidden_by_plan, meir_of_problem
-from expdesign.assurance.model_error.statement import AccuracyStatement, HiddenPhysics, hidden_record
+from expdesign.assurance.model_error.meir import meir_of_problem
+from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden, hidden_by_plan
 from expdesign.chain.recordings.reader import points_from_table
 from expdesign.errors import InputError, SingularConfigurationError
 from expdesign.io.table import Table as GivenTable
@@ -74,8 +74,8 @@ class EvaluationResult(Result):
         """The document of `evaluate --json` (file-formats.md, evaluate --json)."""
         record = evaluation_record(self.assessment, self.problem.further)
         record["acceptance"] = acceptance_record(self.acceptance)
-        if self.hidden is not None:
-            record["hidden"] = hidden_record(*self.hidden, "this plan")
+        if meir_of_problem(self.problem) is not None:
+            record["hidden"] = None if self.hidden is None else self.hidden.record
             record["accuracy"] = None if self.accuracy is None else self.accuracy.record
         return record
 
@@ -85,15 +85,14 @@ class EvaluationResult(Result):
         return planned_decision(self.problem, self.assessment)
 
     @cached_property
-    def hidden(self) -> tuple[tuple[HiddenPhysics, ...], int] | None:
-        """What the plan hides, the worst first, and the degrees of freedom; None where MEIR is not asked for."""
-        meir = meir_of_problem(self.problem)
-        return None if meir is None else hidden_by_plan(meir, self.assessment)
+    def hidden(self) -> WhatIsHidden | None:
+        """What the plan hides; None where MEIR is not asked for, or the targets are not identified."""
+        return hidden_by_plan(self.problem, self.assessment, "this plan")
 
     @property
     def accuracy(self) -> AccuracyStatement | None:
         """Noise, load errors and what may be hidden; None where MEIR is not asked for, or nothing is determined."""
-        return None if self.hidden is None else AccuracyStatement.of(self.assessment, *self.hidden, "this plan")
+        return AccuracyStatement.of(self.assessment, self.hidden)
 
     @property
     def criteria(self) -> pd.DataFrame:

@@ -7,12 +7,17 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
 
 import pandas as pd
 
-from expdesign.app.api.inputs import RobotFile, RobotInput, purpose_of, robot_of
-from expdesign.app.api.recorded import RecordingsInput, problem_at, recorded_model, recordings_of, referenced
-from expdesign.app.api.result import FolderResult
-from expdesign.assurance.acceptance.decision import Decision, acceptance_record, sentences
+from expdesign.app.api.inputs import RobotInput, purpose_of, robot_of
+from expdesign.app.api.recorded import (
+    RecordedResult,
+    RecordingsInput,
+    problem_at,
+    recorded_model,
+    recordings_of,
+    referenced,
+)
 from expdesign.assurance.plausibility.recordings import recordings_findings
-from expdesign.chain.models.model_file import Model, model_text
+from expdesign.chain.models.model_file import model_text
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError
 from expdesign.estimation.arm_options import ArmOptions, Further, Loss
@@ -22,12 +27,11 @@ from expdesign.estimation.identify import identify as identify_recordings
 from expdesign.estimation.remarks import Implausible
 from expdesign.io.output import json_text
 from expdesign.mechanics.elastostatics.calibration import Calibration
-from expdesign.report.identification_record import identification_record, stiffness_unit
+from expdesign.report.identification_record import identification_record
+from expdesign.report.stiffness import stiffness_unit
 
 if TYPE_CHECKING:  # most recordings are identified without targets, and need not wait for planning
     from expdesign.app.api.configuration import Config
-    from expdesign.assurance.model_error.recorded import HiddenByRecordings
-    from expdesign.assurance.model_error.statement import AccuracyStatement
     from expdesign.report.page import Page
 
 SMALLEST_PRIOR = 1e-6
@@ -37,27 +41,15 @@ Frames = Literal["known", "unknown"]
 
 
 @dataclass(frozen=True, repr=False)
-class IdentificationResult(FolderResult):
-    """An identified robot.
+class IdentificationResult(RecordedResult):
+    """An identified robot; `at_targets` says what may be hidden where the configuration asks for MEIR.
 
     Attributes:
-        robot: with its file.
         result: everything that the identification found.
-        model: what prediction and compensation need.
-        acceptance: of the targets of a configuration, where one was given.
-        configuration: its path; empty where none was given.
-        hidden: what the recordings may hide at its targets, where it asks for MEIR.
-        accuracy: the same beside noise and load errors.
     """
 
     FILES: ClassVar = ("model.yaml", "identification.json", "report.html", "report.json", "robot.urdf")
-    robot: RobotFile
     result: Identification
-    model: Model
-    acceptance: Decision | None = None
-    configuration: str = ""
-    hidden: "HiddenByRecordings | None" = None
-    accuracy: "AccuracyStatement | None" = None
 
     @property
     def summary(self) -> str:
@@ -73,9 +65,7 @@ class IdentificationResult(FolderResult):
         """What was identified, how well it fits, and what is accepted."""
         from expdesign.report.identification_texts import identification_lines  # noqa: PLC0415 (slow to import)
 
-        accepted = [] if self.acceptance is None else sentences(self.acceptance)
-        accuracy = [] if self.accuracy is None else [self.accuracy.sentence]
-        return [*identification_lines(self.result), *accepted, *accuracy]
+        return [*identification_lines(self.result), *([] if self.at_targets is None else self.at_targets.lines)]
 
     @property
     def notes(self) -> list[str]:
@@ -84,17 +74,13 @@ class IdentificationResult(FolderResult):
 
         return identification_warnings(self.result)
 
-    def as_model(self) -> Model:
-        """The identified model."""
-        return self.model
-
     @property
     def stiffness(self) -> pd.DataFrame:
         """Estimate and 95 % interval of every actuator's stiffness, by its name."""
         interval = self.result.stiffness
         columns = {"estimate": interval.estimate, "low": interval.low, "high": interval.high}
         frame = pd.DataFrame(columns, index=pd.Index(self.result.robot.actuators, name="actuator"))
-        frame["unit"] = stiffness_unit(self.result)
+        frame["unit"] = stiffness_unit(self.result.robot)
         return frame
 
     @property
@@ -109,25 +95,16 @@ class IdentificationResult(FolderResult):
     @property
     def record(self) -> dict[str, Any]:
         """The content of `identification.json` (file-formats.md, identification.json)."""
-        accepted = {} if self.acceptance is None else {"acceptance": acceptance_record(self.acceptance)}
-        stated = {} if self.accuracy is None else {"accuracy": self.accuracy.record}
-        return identification_record(self.result) | accepted | stated
+        return identification_record(self.result) | ({} if self.at_targets is None else self.at_targets.record)
 
     def page(self) -> "Page":
         """The report."""
-        from expdesign.assurance.model_error.statement import hidden_sentence  # noqa: PLC0415 (of targets)
-        from expdesign.report.error_budget import acceptance_section  # noqa: PLC0415 (slow to import)
-        from expdesign.report.hidden_physics import recordings_section  # noqa: PLC0415 (slow to import)
         from expdesign.report.identification_report import identification_report  # noqa: PLC0415 (slow to import)
 
-        further = [] if self.acceptance is None else [acceptance_section(self.acceptance, "the identified robot")]
-        if self.hidden is not None:
-            further.append(
-                recordings_section(
-                    self.hidden, hidden_sentence(self.hidden.physics, self.hidden.freedom, self.accuracy)
-                )
-            )
-        return identification_report(self.result, self.robot.document.source, self.configuration, further)
+        at = self.at_targets
+        further = [] if at is None else at.sections("the identified robot")
+        source = self.robot.document.source
+        return identification_report(self.result, source, "" if at is None else at.configuration, further)
 
     def files(self, folder: Path = Path()) -> dict[str, str]:
         """Names and texts of the files without the report."""
@@ -221,12 +198,12 @@ def identify(
         options=ArmOptions(loss=loss, further=tuple(further)),
     )
     result = with_doubts(result)
-    accepted, hidden, accuracy = None, None, None
+    at_targets = None
     if problem is not None:
-        from expdesign.app.api.at_targets import accept_identified, hidden_by_identified  # noqa: PLC0415 (of targets)
+        from expdesign.app.api.at_targets import AtTargets  # noqa: PLC0415 (of targets)
+        from expdesign.assurance.model_error.meir import meir_of_problem  # noqa: PLC0415 (of targets)
 
-        accepted = accept_identified(problem, result)
-        hidden, accuracy = hidden_by_identified(problem, result, accepted) or (None, None)
+        at_targets = AtTargets.identified(problem, result).stated(hidden=meir_of_problem(problem) is not None)
     goodness = result.goodness
     model = recorded_model(
         result.fit,
@@ -237,6 +214,5 @@ def identify(
         birge_ratio=goodness.birge_ratio,
         verdict=goodness.verdict,
     )
-    source = "" if problem is None else problem.source
     purpose = purpose_of("identify", robot, recordings)
-    return IdentificationResult(machine, result, model, accepted, source, hidden, accuracy, purpose=purpose)
+    return IdentificationResult(machine, model, result, at_targets=at_targets, purpose=purpose)

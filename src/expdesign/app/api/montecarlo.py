@@ -200,10 +200,10 @@ def _truth(problem: DesignProblem, model: Model, plant: str) -> LoadedRobot:
     """The robot that is measured, under the loads of the configuration."""
     robot, own = model.chain.robot, problem.loaded.robot
     if plant != "explicit":
-        remedy = "Use `--plant explicit`, or a configuration of the true robot."
+        remedy = "Use argument `plant=explicit`, or a configuration of the true robot."
         raise ArgumentError("another robot as the truth needs the explicit plant", argument="truth", remedy=remedy)
     if model.chain.effects:
-        remedy = "Simulate single experiments of it with `expdesign simulate --truth`."
+        remedy = "Simulate single experiments of it with `simulate`."
         raise InputError("the truth has effects beyond the base model", where=model.source, remedy=remedy)
     if robot.configuration != own.configuration or robot.kind != own.kind:
         what = f"the truth is a {robot.kind}, and the configuration is of a {own.kind}"

@@ -10,9 +10,8 @@ import pandas as pd
 
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import TableInput, purpose_of, require_seed, table_of
-from expdesign.app.api.recorded import referenced
+from expdesign.app.api.recorded import referenced, say_unknown_columns
 from expdesign.app.api.result import TableResult
-from expdesign.app.api.unknown_columns import say_unknown_columns
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.reader import recordings_from_table, require_measured

@@ -1,14 +1,16 @@
 """Recordings of a robot, as functions take them, with their references and targets, and the model of a fit to them."""
 
+import difflib
+import logging
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pandas as pd
 
 from expdesign.app.api.inputs import RobotFile, table_of
-from expdesign.app.api.result import PathLike, Result
-from expdesign.app.api.unknown_columns import say_unknown_columns
+from expdesign.app.api.result import FolderResult, PathLike, Result
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.recordings import recordings_findings
@@ -16,13 +18,49 @@ from expdesign.chain.models.model_file import Model, ModelSource
 from expdesign.chain.recordings.reader import read_several, recordings_from_table, require_measured
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.recordings.references import Points, Sharing, with_references
+from expdesign.coordinates import SPATIAL
 from expdesign.errors import InputError
+from expdesign.io.tables_in_units import synonym
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # most recordings have no targets, and need not wait for planning
+    from expdesign.app.api.at_targets import StatedAtTargets
     from expdesign.app.api.configuration import Config
+    from expdesign.assurance.acceptance.decision import Decision
     from expdesign.planning.problem import DesignProblem
 
 RecordingsInput = PathLike | Sequence[PathLike] | pd.DataFrame | Recordings | Result
+_LOG = logging.getLogger(__name__)
+_KNOWN = [
+    *("sequence", "series", "time_s", "split", "mass_kg"),
+    *(column for names in vars(SPATIAL).values() if isinstance(names, tuple) for column in names),
+]
+"""Columns of robots in space."""
+_OF_THE_SHEET = ("do", "plan_row", "remarks")
+"""Columns that the laboratory sheet has for people; recordings made from it keep them."""
+
+
+@dataclass(frozen=True, repr=False)
+class RecordedResult(FolderResult):
+    """What recordings of a robot say.
+
+    Attributes:
+        robot: with its file.
+        model: what prediction and compensation need.
+        at_targets: what it says at the targets of a configuration; None where none was given.
+    """
+
+    robot: RobotFile
+    model: Model
+    at_targets: "StatedAtTargets | None" = field(default=None, kw_only=True)
+
+    def as_model(self) -> Model:
+        """The model that was found."""
+        return self.model
+
+    @property
+    def acceptance(self) -> "Decision | None":
+        """Whether the robot is accepted at the targets; None where none were named."""
+        return None if self.at_targets is None else self.at_targets.acceptance
 
 
 def recordings_of(recordings: RecordingsInput, robot: RobotFile) -> Recordings:
@@ -32,17 +70,16 @@ def recordings_of(recordings: RecordingsInput, robot: RobotFile) -> Recordings:
     if isinstance(recordings, pd.DataFrame | Result):
         measured = recordings_from_table(table_of(recordings, "recordings"), robot.robot)
         require_measured(measured, robot.robot)
-        say(recordings_findings(measured, robot.robot), measured.source)
-        say_unknown_columns(measured)
-        return measured
-    files = [recordings] if isinstance(recordings, str | Path) else recordings
-    if not isinstance(files, list | tuple) or not all(isinstance(file, str | Path) for file in files):
-        what = f"recordings cannot be a `{type(recordings).__name__}`"
-        raise InputError(what, remedy="Give one path or several, a frame, `Recordings`, or what `simulate` returned.")
-    read = read_several([Path(file) for file in files], robot.robot)
-    say(recordings_findings(read, robot.robot), read.source)
-    say_unknown_columns(read)
-    return read
+    else:
+        files = [recordings] if isinstance(recordings, str | Path) else recordings
+        if not isinstance(files, list | tuple) or not all(isinstance(file, str | Path) for file in files):
+            what = f"recordings cannot be a `{type(recordings).__name__}`"
+            remedy = "Give one path or several, a frame, `Recordings`, or what `simulate` returned."
+            raise InputError(what, remedy=remedy)
+        measured = read_several([Path(file) for file in files], robot.robot)
+    say(recordings_findings(measured, robot.robot), measured.source)
+    say_unknown_columns(measured)
+    return measured
 
 
 def problem_at(targets: "Config | None", robot: RobotFile, *, confirmed: bool) -> "DesignProblem | None":
@@ -109,3 +146,24 @@ def recorded_model(
         verdict=verdict,
         recordings=recordings.rows(fitted),
     )
+
+
+def say_unknown_columns(recordings: Recordings) -> None:
+    """Log on level INFO (which commands show) the columns that are kept and not used."""
+    unknown = [str(name) for name in recordings.extra.columns if name not in _OF_THE_SHEET]
+    spatial = [name for name in unknown if name in SPATIAL.pose or name in SPATIAL.deflection]
+    if spatial and recordings.configurations.shape[1] < len(SPATIAL.pose):
+        what = f"the columns {', '.join(spatial)} are of a robot in space, and this one moves in a plane"
+        likely = "Is the robot file that of the robot that was measured?"
+        say([Implausibility(what, likely)], recordings.source)
+        unknown = [name for name in unknown if name not in _KNOWN]
+    if unknown:
+        names = ", ".join(_with_near(name) for name in unknown)
+        _LOG.info("%s: columns without a meaning here, kept but not used: %s", recordings.source, names)
+
+
+def _with_near(name: str) -> str:
+    """A column with the known one that it resembles: `dx_mm` is in another unit, `dxm` a slip of the pen."""
+    near = [] if name in _KNOWN else difflib.get_close_matches(name, _KNOWN, n=1, cutoff=0.8)
+    other = near[0] if near else synonym(name)
+    return f"{name} (is `{other}` meant?)" if other else name

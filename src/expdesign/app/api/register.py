@@ -137,7 +137,7 @@ def register(
     sets = _read(points, unit)
     if deviation is not None and not 0.0 < deviation < 1.0:
         remedy = "Give it in m, e.g. 15e-6."
-        raise InputError(f"{deviation:g} is not a standard deviation in m", where="deviation", remedy=remedy)
+        raise ArgumentError(f"{deviation:g} is not a standard deviation in m", argument="deviation", remedy=remedy)
     unloaded = unloaded_rows(table, machine.coordinates)
     states = matched(table, sets, unloaded)
     purpose = purpose_of("register", robot, plan, points)
@@ -157,7 +157,7 @@ def register(
         variance = difference_variance(found)
         if variance is None:
             what = "three points a state leave nothing over from which their standard deviation could be estimated"
-            remedy = "Give it (--std 15um), or measure more points."
+            remedy = "Give it (argument `deviation`), or measure more points."
             raise InputError(what, where=sets[0].source, remedy=remedy)
     covariance = np.array([one.covariance(variance or 0.0) for one in found])
     doubts = [(state, suspicion(one, variance)) for state, one in zip(states, found, strict=True)]
@@ -199,7 +199,7 @@ def _frames(robot: Robot, configurations: FloatArray) -> list[InstrumentFrame]:
     if count != 6 or not robot.actuated:
         what = f"deflections are registered for platforms and arms, not for a {robot.kind}"
         raise InputError(
-            what, remedy="Take positions of markers instead (--positions), where the robot moves in space."
+            what, remedy="Take positions of markers instead (argument `positions`), where the robot moves in space."
         )
     origins, rates = robot.position(configurations), robot.pose_rates(configurations)
     return [InstrumentFrame(r, p, t) for r, p, t in zip(jacobians.rotation, origins, rates, strict=True)]

@@ -15,7 +15,7 @@ from expdesign.app.api.inputs import purpose_of
 from expdesign.app.api.result import FolderResult, PathLike
 from expdesign.assurance.acceptance.decision import acceptance_record, sentences
 from expdesign.assurance.acceptance.planned import recommended_acceptance
-from expdesign.assurance.model_error.planned import recommended_accuracy
+from expdesign.assurance.model_error.statement import accuracy_of_plan
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
 from expdesign.io.output import csv_text, json_text, output_folder, write_file
@@ -234,7 +234,8 @@ def _result(
 ) -> RunResult:
     record = run_record(problem, front, duir, total)
     record["acceptance"] = acceptance_record(recommended_acceptance(problem, front))
-    accuracy = recommended_accuracy(problem, front)
+    recommended = problem.assessed(front.decisions[[front.recommended]])
+    accuracy = accuracy_of_plan(problem, recommended, "the recommended plan")
     if accuracy is not None:
         record["accuracy"] = accuracy.record
     minutes = design_minutes(problem, front)

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 import expdesign
-from expdesign.app.api.inputs import ModelInput, model_of, purpose_of
+from expdesign.app.api.inputs import ModelInput, model_of, purpose_of, require_seed
 from expdesign.app.api.result import FolderResult
 from expdesign.arrays import FloatArray
 from expdesign.chain.models.model_file import Model
@@ -143,9 +143,9 @@ def table(
     Command:
         expdesign table model.yaml --over x_mm=-20:20 --over mass_kg=0:30 --at com_z_m=0.12 --out table
     """
-    if nodes < 2 or seed < 0:
-        what = "nodes must be at least 2 and the seed at least 0"
-        raise ArgumentError(what, argument="nodes", remedy="Correct it.")
+    require_seed(seed)
+    if nodes < 2:
+        raise ArgumentError(f"{nodes} nodes are no table", argument="nodes", remedy="Use at least 2.")
     identified = model_of(model)
     robot = identified.chain.robot
     ranges = {name: _range(name, pair) for name, pair in _in_si(over, "over", robot).items()}
@@ -154,14 +154,14 @@ def table(
     }
     both = next((name for name in held if name in ranges), None)
     if both is not None:
-        raise InputError(f"{both} is both varied and held", where="at", remedy="Name it once.")
+        raise ArgumentError(f"{both} is both varied and held", argument="at", remedy="Name it once.")
     if not ranges:
-        raise InputError("nothing varies", where="over", remedy="Name a coordinate, e.g. x_m=-0.03:0.03.")
+        raise ArgumentError("nothing varies", argument="over", remedy="Name a coordinate, e.g. x_m=-0.03:0.03.")
     loads = ("mass_kg", *robot.coordinates.wrench)
     if not any(name in ranges or name in held for name in loads):
-        raise InputError("no load is named", where="at", remedy=f"Name {', '.join(loads[:4])} ..., or vary it.")
+        raise ArgumentError("no load is named", argument="at", remedy=f"Name {', '.join(loads[:4])} ..., or vary it.")
     if not error.get("length", 0.0) > 0.0 or not error.get("angle", 0.0) > 0.0:
-        raise InputError("the error must be positive", where="error", remedy="Give lengths (m) and angles (rad).")
+        raise ArgumentError("the error must be positive", argument="error", remedy="Give lengths (m) and angles (rad).")
     axes = tuple(ranges)
     low, high = np.array(list(ranges.values())).T
     wanted = np.array([error["length" if name.endswith("_m") else "angle"] for name in robot.configuration])
@@ -186,9 +186,9 @@ def _in_si(values: Mapping[str, tuple[float, ...]], where: str, robot: Robot) ->
         measured = measured_column(name)
         si = name if measured is None else measured.si_name
         if si not in known:
-            raise InputError(f"unknown coordinate `{name}`", where=where, remedy=nearest(name, known))
+            raise ArgumentError(f"unknown coordinate `{name}`", argument=where, remedy=nearest(name, known))
         if si in found:
-            raise InputError(f"{si} is named twice", where=where, remedy="Name it once.")
+            raise ArgumentError(f"{si} is named twice", argument=where, remedy="Name it once.")
         found[si] = numbers if measured is None else tuple(measured.unit.to_si(number) for number in numbers)
     return found
 
@@ -197,7 +197,7 @@ def _range(name: str, pair: tuple[float, ...]) -> tuple[float, float]:
     low, high = pair
     if not low < high or not np.isfinite(high - low):
         what = f"the range of {name} from {low:g} to {high:g} is empty"
-        raise InputError(what, where="over", remedy="Give the lower end first, or hold the coordinate.")
+        raise ArgumentError(what, argument="over", remedy="Give the lower end first, or hold the coordinate.")
     return low, high
 
 

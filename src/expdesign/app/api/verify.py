@@ -172,7 +172,7 @@ def _deviations(model: Model, check: CheckMeasurement, problem: DesignProblem | 
     what = "how well the poses were measured is not stated"
     if check.deviations is not None:
         what += " (the standard deviations are still those of the prediction, which `compensate` wrote)"
-    remedy = f"Write the instrument's standard deviations into {names}, or give a configuration with them (--config)."
+    remedy = f"Write those of the instrument into {names}, or give a configuration with them (argument `config`)."
     raise InputError(what, where=check.points.source, remedy=remedy)
 
 

@@ -13,7 +13,7 @@ import expdesign as xd
 from expdesign.app.api.inputs import purpose_of
 from expdesign.app.api.result import FolderResult, Result
 from expdesign.app.commands.spelling import Spelling
-from expdesign.errors import ArgumentError
+from expdesign.errors import ExpdesignError
 from expdesign.io.output import json_text, require_writable
 from expdesign.io.written import is_stream, require_free, require_free_names
 
@@ -87,8 +87,9 @@ class Call:
 
             with engine_of(self.given.get("workers"), self.given.get("cluster"), self.spelling.workers) as engine:
                 return function(*positional, **arguments, engine=elsewhere(engine))
-        except ArgumentError as error:
-            raise ArgumentError(error.what, argument=self.spelling.name(error.argument), remedy=error.remedy) from None
+        except ExpdesignError as error:
+            where, remedy = self.spelling.said(error.where), self.spelling.said(error.remedy)
+            raise ExpdesignError(self.spelling.said(error.what), where=where, remedy=remedy) from None
 
     def kept(self, result: Any) -> Path | None:
         """The path under which the result is kept, None where it is not."""
@@ -109,8 +110,8 @@ class Call:
             print(json_text(getattr(result, "record")), end="")  # noqa: B009 (those with `--json` have one)
         else:
             for line in result.lines:
-                print(line)
+                print(self.spelling.said(line))
         for text in result.notes:
-            note(text)
+            note(self.spelling.said(text))
         if path is not None:
             print(path)

@@ -15,7 +15,8 @@ from typer.main import get_command
 
 import expdesign
 from expdesign.app.commands.listed import COMMANDS, listed_commands
-from expdesign.errors import ArgumentError, ExpdesignError
+from expdesign.app.commands.spelling import Spelling
+from expdesign.errors import ExpdesignError
 
 _LOOK: dict[str, Any] = {
     "pretty_exceptions_enable": False,
@@ -85,6 +86,13 @@ def _root(
     """Plan and evaluate the calibration of robots that carry loads."""
 
 
+class _Said(logging.StreamHandler[Any]):
+    """Prints what was found out about files as a command says it."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        return Spelling().said(super().format(record))
+
+
 class _Written(logging.Handler):
     """Collects what has been written completely, for whoever interrupts a command."""
 
@@ -105,10 +113,7 @@ class _Written(logging.Handler):
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit: 0 on success, 2 on bad input (one message on standard error), 130 on Ctrl-C."""
-    handler, written = (
-        logging.StreamHandler(sys.stderr),
-        _Written(),
-    )  # what was found out about files, and what is there
+    handler, written = _Said(sys.stderr), _Written()  # what was found out about files, and what is there
     handler.setLevel(logging.INFO)
     log, output = logging.getLogger("expdesign"), logging.getLogger("expdesign.io.output")
     log.addHandler(handler)
@@ -118,8 +123,7 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         app(args=arguments, standalone_mode=True)
     except ExpdesignError as error:
-        message = error.option if isinstance(error, ArgumentError) else error.message
-        print(f"expdesign: {message}", file=sys.stderr)
+        print(f"expdesign: {Spelling().said(error.message)}", file=sys.stderr)
         sys.exit(2)
     except MemoryError:
         print(

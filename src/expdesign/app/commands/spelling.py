@@ -1,11 +1,15 @@
 """What the signature of a function does not say about its command: names of options, and values written as text."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
 from expdesign.app.commands import values
 from expdesign.app.commands.values import Written
+
+_ARGUMENT = re.compile(r"argument `(\w+)(?:=([^`]+))?`")
+"""How messages name an argument, and a value of it."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,16 @@ class Spelling:
     def name(self, argument: str) -> str:
         """The name of an argument as the command has it."""
         return self.names.get(argument, argument)
+
+    def said(self, text: str) -> str:
+        """A message about arguments of the function as the command says it, by its options."""
+        return _ARGUMENT.sub(self._option, text)
+
+    def _option(self, found: re.Match[str]) -> str:
+        name = self.name(found[1]).replace("_", "-")
+        if found[2] in ("True", "False", None):
+            return f"--no-{name}" if found[2] == "False" else f"--{name}"
+        return f"--{name} {found[2]}"
 
 
 SPELLINGS: Mapping[str, Spelling] = {

@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import NOISE, Contribution, UncertaintyBudget, tolerances
+from expdesign.assurance.model_error.left_out import target_points
 from expdesign.chain.chain import Chain
 from expdesign.chain.models.model_file import Model
-from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.arm_targets import of_joints
@@ -106,28 +106,6 @@ def target_sensitivities(problem: DesignProblem, fit: Fit) -> FloatArray:
         moved = chain.predict_with_sensitivities(row_data(points, known.robot), fit.values)[1][0]
         rows.append(moved if turned is None else turned[index] @ moved)
     return np.array(rows)
-
-
-def target_points(problem: DesignProblem, index: int) -> LoadedPoints:
-    """A target as a point of its own series, relaxed and at the temperature of its reference."""
-    loaded, parameters = problem.target_loads[index]
-    one, load = np.ones(1, dtype=np.int64), parameters[None]
-    wrench = problem.target_wrenches[index][None]
-    return LoadedPoints(
-        source=problem.source,
-        lines=one,
-        sequence=one,
-        series=one,
-        time=None,
-        configurations=problem.targets.configurations[index][None],
-        wrenches=wrench,
-        absolute=wrench,
-        payload=loaded.load.payloads(load),
-        gravity=loaded.load.gravities(load, loaded.robot.gravity),
-        temperature=None,
-        leg_temperature=None,
-        extra=pd.DataFrame(index=[0]),
-    )
 
 
 def _effects_of_loads(problem: DesignProblem, model: FittedModel) -> list[FloatArray]:

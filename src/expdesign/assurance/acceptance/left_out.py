@@ -19,13 +19,8 @@ import numpy as np
 from expdesign.arrays import FloatArray, as_matrix
 from expdesign.assurance.acceptance.decision import Basis, Decision, LeftOutRisk
 from expdesign.assurance.acceptance.fitted import FittedModel, fitted_budget, places_tip, target_sensitivities
-from expdesign.assurance.model_error.left_out import Omitted, left_out, offsets
-from expdesign.assurance.model_error.meir import Meir
-from expdesign.assurance.model_error.planned import meir_of_problem
-from expdesign.assurance.model_error.prior import with_steps
-from expdesign.assurance.model_error.recorded import recorded_sensitivities
-from expdesign.assurance.model_error.settings import Assumptions
-from expdesign.chain.models.effect_entry import effect_classes
+from expdesign.assurance.model_error.left_out import Omitted, offsets
+from expdesign.assurance.model_error.recorded import Shown, shown_by
 from expdesign.errors import InputError
 from expdesign.planning.problem import DesignProblem
 
@@ -42,63 +37,60 @@ class LeftOutOptions:
 
 
 def decided_by(
-    problem: DesignProblem, model: FittedModel, *, refuted: bool, remedy: str = "run `expdesign diagnose`"
+    problem: DesignProblem,
+    model: FittedModel,
+    shown: Shown | None,
+    *,
+    refuted: bool,
+    remedy: str = "run `expdesign diagnose`",
 ) -> Decision:
     """The decision at the targets of a configuration by a model that recordings determined.
 
     Args:
         problem: with the targets.
         model: as its recordings determined it.
+        shown: what these show of physics that it leaves out; None where nothing can be left out.
         refuted: whether they refute it, so that nothing is decided.
         remedy: what to do then.
     """
     budget = fitted_budget(problem, model)
     if refuted:
         return Decision(budget, Basis.REFUTED, remedy)
-    return Decision(budget, left_out=left_out_risk(problem, model))
+    return Decision(budget, left_out=None if shown is None else left_out_risk(problem, model, shown))
+
+
+def left_out_by(problem: DesignProblem, model: FittedModel) -> Shown | None:
+    """What recordings show of physics that may be left out of a model; None where nothing can be.
+
+    None as well where geometry is calibrated: sizes and motions of physics are those of deflections (MEIR's).
+    """
+    if places_tip(model.fit) or not problem.loaded.regressor.referenced:
+        return None
+    known = {effect.slot for effect in model.fit.chain.effects}
+    try:
+        return shown_by(problem, model.recordings, model.whitening, known=known)
+    except InputError:  # the configuration leaves nothing over to consider
+        return None
 
 
 def left_out_risk(
-    problem: DesignProblem, model: FittedModel, options: LeftOutOptions | None = None
-) -> LeftOutRisk | None:
-    """What may be left out of a model that its recordings do not refute; None where nothing can be.
-
-    None as well where geometry is calibrated: sizes and motions of physics are those of deflections (MEIR's).
+    problem: DesignProblem, model: FittedModel, found: Shown, options: LeftOutOptions | None = None
+) -> LeftOutRisk:
+    """What may be left out of a model that its recordings do not refute.
 
     Args:
-        problem: whose targets count, and whose assumptions of MEIR if it has any.
+        problem: whose targets count.
         model: as its recordings determined it.
+        found: what these show.
         options: what is thought beforehand.
     """
-    robot, recordings, fit = problem.loaded.robot, model.recordings, model.fit
-    if places_tip(fit) or not problem.loaded.regressor.referenced:
-        return None
-    asked = meir_of_problem(problem)
-    assumptions = Assumptions() if asked is None else asked.assumptions
-    known = {effect.slot for effect in fit.chain.effects}
-    effects = [e for kind in effect_classes() for e in kind.candidates(robot, recordings) if e.slot not in known]
-    try:
-        physics = with_steps(problem, left_out(effects, recordings, assumptions), assumptions)
-    except InputError:  # the configuration leaves nothing over to consider
-        return None
-    meir = Meir(problem, assumptions, physics)
-    every = np.ones(len(recordings), dtype=bool)
-    found = recorded_sensitivities(robot, recordings, physics, model.whitening, every)[1] * meir.deviations
-    shown = np.where(np.isfinite(found).all(axis=0), found, 0.0)[: fit.residuals.size]
+    fit, meir = model.fit, found.meir
+    shown = np.where(np.isfinite(found.directions).all(axis=0), found.directions, 0.0)[: fit.residuals.size]
     gain = fit.estimable.generalised / fit.inflation @ as_matrix(fit.sensitivities).T
     taken = gain @ shown
-    missed = _motions(problem, meir) * meir.deviations - target_sensitivities(problem, fit) @ taken
+    missed = meir.motions * meir.deviations - target_sensitivities(problem, fit) @ taken
     remaining = shown - as_matrix(fit.sensitivities) @ taken
-    return _posterior(physics, shown, remaining, missed, fit.residuals.ravel(), options or LeftOutOptions())
-
-
-def _motions(problem: DesignProblem, meir: Meir) -> FloatArray:
-    """What each parameter of the physics does at the targets along the axes of the tolerances, shape (t, n, D)."""
-    targets, moved = problem.targets, []
-    for index, (loaded, parameters) in enumerate(problem.target_loads):
-        motion = meir.directions.at_target(loaded.load, targets.configurations[index], parameters)
-        moved.append(motion if targets.axes is None else targets.axes[index] @ motion)
-    return np.array(moved)
+    return _posterior(meir.physics, shown, remaining, missed, fit.residuals.ravel(), options or LeftOutOptions())
 
 
 def _posterior(

@@ -24,7 +24,7 @@ def require_comparable(problems: list[DesignProblem]) -> None:
         if found:
             more = f"; and {len(found) - MOST_SAID} more" if len(found) > MOST_SAID else ""
             what = f"not comparable with {first.source}: {'; '.join(found[:MOST_SAID])}{more}"
-            remedy = "Make them the same, or compare each by itself (--separate)."
+            remedy = "Make them the same, or compare each by itself (argument `separate`)."
             raise InputError(what, where=other.source, remedy=remedy)
 
 

@@ -13,8 +13,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.assurance.model_error.left_out import Omitted, offsets
-from expdesign.assurance.model_error.noticeable import noncentrality
-from expdesign.assurance.model_error.settings import Assumptions
+from expdesign.assurance.model_error.settings import Assumptions, noncentrality
 from expdesign.assurance.model_error.two_ellipsoids import largest_along_axes
 from expdesign.planning.criteria.information import Information
 
@@ -28,18 +27,14 @@ class Hidden:
 
     Attributes:
         squares: MEIR_e², shape (b, E); NaN where a design does not identify the base model.
-        target: index of the block of targets that is hit hardest, shape (b, E); 0 where targets are averaged.
         sizes: x of the worst combination in units of the prior sizes, per entry (b, d_e).
-        detection: multiplier of the detection constraint, dMEIR_e²/dλ, shape (b, E).
         visible: ‖R_e·x‖²/λ of that combination, shape (b, E): 1 where it is just noticed, 0 where it never is.
         rank: independent directions of each entry that show in the residuals, shape (b, E).
         freedom: degrees of freedom of the residuals, shape (b,).
     """
 
     squares: FloatArray
-    target: IntArray
     sizes: list[FloatArray]
-    detection: FloatArray
     visible: FloatArray
     rank: IntArray
     freedom: IntArray
@@ -73,8 +68,8 @@ def hidden_errors(
     missed = errors[..., n_p:] - errors[..., :n_p] @ (model.inverse @ seen_by_base)[:, None]
     scale = (directions**2).sum(axis=1)
     entries, start = len(physics), offsets(physics)
-    squares, detection, visible = (np.zeros((batch, entries)) for _ in range(3))
-    target, rank = (np.zeros((batch, entries), dtype=np.int64) for _ in range(2))
+    squares, visible = np.zeros((batch, entries)), np.zeros((batch, entries))
+    rank = np.zeros((batch, entries), dtype=np.int64)
     sizes: list[FloatArray] = [np.zeros((0, 0))] * entries
     for width in np.unique(np.diff(start)):
         chosen = np.flatnonzero(np.diff(start) == width)
@@ -90,18 +85,13 @@ def hidden_errors(
         repeated = np.broadcast_to(values[:, None], (*shape, width))
         solved = largest_along_axes(forms.reshape(-1, *forms.shape[3:]), repeated.reshape(-1, width))
         best: IntArray = solved.value.reshape(shape).argmax(axis=1)
-        worst, share, bound = (
-            np.take_along_axis(each.reshape(shape), best[:, None], axis=1)[:, 0]
-            for each in (solved.value, solved.share, solved.bound)
-        )
         point = np.take_along_axis(solved.point.reshape(*shape, width), best[:, None, :, None], axis=1)[:, 0]
-        squares[:, chosen], target[:, chosen] = worst, best
-        detection[:, chosen] = bound * share / threshold
+        squares[:, chosen] = np.take_along_axis(solved.value.reshape(shape), best[:, None], axis=1)[:, 0]
         visible[:, chosen] = (point**2 * values).sum(axis=-1)
         for place, combination in enumerate(((axes @ point[..., None])[..., 0]).swapaxes(0, 1)):
             sizes[chosen[place]] = combination
     squares[~(finite & model.estimable(errors[..., :n_p]).all(axis=(1, 2)))] = np.nan
-    return Hidden(squares, target, sizes, detection, visible, rank, readings - model.rank)
+    return Hidden(squares, sizes, visible, rank, readings - model.rank)
 
 
 def _thresholds(rank: IntArray, assumptions: Assumptions) -> FloatArray:

@@ -115,3 +115,9 @@ def plan_points(loaded: LoadedRobot, configurations: FloatArray, loads: FloatArr
         wrenches=wrenches, absolute=wrenches.copy(), payload=payload, gravity=gravity, temperature=None,
         leg_temperature=None, extra=pd.DataFrame(index=range(count)),
     )  # fmt: skip
+
+
+def target_points(problem: DesignProblem, index: int) -> LoadedPoints:
+    """A target as a point of its own series, relaxed and at the temperature of its reference."""
+    loaded, parameters = problem.target_loads[index]
+    return plan_points(loaded, problem.targets.configurations[index][None], parameters[None])

@@ -8,14 +8,15 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.assurance.model_error.directions import Directions
 from expdesign.assurance.model_error.hidden import Hidden, hidden_errors
-from expdesign.assurance.model_error.left_out import Omitted, effects_of_problem, left_out
+from expdesign.assurance.model_error.left_out import Omitted, effects_of_problem, left_out, plan_points, target_points
 from expdesign.assurance.model_error.prior import prior_deviations, with_steps
 from expdesign.assurance.model_error.settings import Assumptions
+from expdesign.chain.chain import Chain
+from expdesign.chain.row import row_data
 from expdesign.errors import InputError
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.planning.asked_criterion import AskedCriterion
 from expdesign.planning.criteria.assessment import Assessment
-from expdesign.planning.criteria.targets import Targets
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.schema import ModelErrorsSection, RunSection
 
@@ -49,8 +50,9 @@ class Meir(AskedCriterion):
         if physics is None:
             physics = with_steps(problem, left_out(*effects_of_problem(problem), self.assumptions), self.assumptions)
         self.physics = physics
-        known = None if problem.found is None else problem.found.physics
-        self.directions = Directions(problem.loaded.robot, physics, known)
+        known, robot = None if problem.found is None else problem.found.physics, problem.loaded.robot
+        chain, values = (Chain(robot), np.ones(len(robot.stiffness))) if known is None else (known.chain, known.values)
+        self.directions = Directions(Chain(chain.robot, chain.effects), values, physics)
 
     @classmethod
     def asked(cls, problem: DesignProblem, section: RunSection, document: YamlDocument) -> Self:
@@ -65,9 +67,29 @@ class Meir(AskedCriterion):
             raise InputError(error.what, where=where, remedy=error.remedy) from None
 
     @cached_property
+    def motions(self) -> FloatArray:
+        """How each parameter moves the platform at the targets along the axes of the tolerances, shape (t, n, D)."""
+        targets, moved = self.problem.targets, []
+        for index in range(len(targets.configurations)):
+            point = row_data(target_points(self.problem, index), self.directions.base.robot)
+            motion = self.directions.of_platform(point)[0]
+            moved.append(motion if targets.axes is None else targets.axes[index] @ motion)
+        return np.array(moved)
+
+    @cached_property
     def errors(self) -> FloatArray:
-        """Weighted deflections of the targets per compliance (1/apK) and per parameter, (blocks, q, n_p + D)."""
-        return target_errors(self.problem, self.directions)
+        """√(w_t/Σw)·W_t^½·S_t·[A_t·diag(1/apK), T_t] of the axes that matter, shape (blocks, q, n_p + D).
+
+        One block of all targets where their mean counts, a block per target where the worst does.
+        """
+        targets = self.problem.targets
+        both = np.concatenate([targets.observation * self.problem.loaded.robot.compliance, self.motions], axis=2)
+        stacked = np.sqrt(targets.importance)[..., None] * both
+        if targets.aggregate == "max":
+            return stacked
+        weighted = np.sqrt(targets.weights / targets.weights.sum())[:, None, None] * stacked
+        flat: FloatArray = weighted.reshape(1, -1, stacked.shape[-1])
+        return flat[:, (targets.importance > 0.0).ravel()]
 
     @cached_property
     def deviations(self) -> FloatArray:
@@ -83,7 +105,11 @@ class Meir(AskedCriterion):
     def whitened(self, assessment: Assessment) -> tuple[FloatArray, FloatArray]:
         """Ã in units of 1/apK (b, M, n_p) and B̃ in the parameters' own units (b, M, D) of b designs."""
         assert assessment.states is not None
-        rows = self.directions.at(self.problem.loaded.load, *assessment.states, assessment.measurements.jacobians)
+        configurations, loads = assessment.states
+        flat = (each.reshape(-1, each.shape[-1]) for each in (configurations, loads))
+        points = plan_points(self.problem.loaded, *flat)
+        rows = self.directions.at(row_data(points, self.directions.base.robot))[1]
+        rows = rows.reshape(*configurations.shape[:2], *rows.shape[1:])
         return assessment.whitened * self.problem.loaded.robot.compliance, assessment.white(rows)
 
     def hidden(self, assessment: Assessment) -> Hidden:
@@ -95,23 +121,6 @@ class Meir(AskedCriterion):
         return np.sqrt(self.hidden(assessment).squares.max(axis=1))
 
 
-def target_errors(problem: DesignProblem, directions: Directions) -> FloatArray:
-    """√(w_t/Σw)·W_t^½·S_t·[A_t·diag(1/apK), T_t] of the axes that matter, shape (blocks, q, n_p + D).
-
-    One block of all targets where their mean counts, a block per target where the worst does.
-    """
-    targets: Targets = problem.targets
-    compliance = problem.loaded.robot.compliance
-    rows = []
-    for index, (loaded, parameters) in enumerate(problem.target_loads):
-        moved = directions.at_target(loaded.load, targets.configurations[index], parameters)
-        if targets.axes is not None:
-            moved = targets.axes[index] @ moved
-        both = np.concatenate([targets.observation[index] * compliance, moved], axis=1)
-        rows.append(np.sqrt(targets.importance[index])[:, None] * both)
-    stacked = np.array(rows)
-    if targets.aggregate == "max":
-        return stacked
-    weighted = np.sqrt(targets.weights / targets.weights.sum())[:, None, None] * stacked
-    flat = weighted.reshape(1, -1, stacked.shape[-1])
-    return flat[:, (targets.importance > 0.0).ravel()]
+def meir_of_problem(problem: DesignProblem) -> Meir | None:
+    """The MEIR that a configuration asks for, or None."""
+    return next((criterion for criterion in problem.further if isinstance(criterion, Meir)), None)

@@ -13,54 +13,48 @@ from expdesign.mechanics.elastostatics.maps import actuator_forces
 from expdesign.planning.problem import DesignProblem
 
 
-def prior_deviations(
-    problem: DesignProblem, physics: tuple[Omitted, ...], assumptions: Assumptions, errors: FloatArray
-) -> FloatArray:
-    """σ of every column of `physics`, shape (D,).
+class PriorSizes:
+    """Prior sizes on the robot of a problem, at its targets.
 
     Args:
         problem: whose robot and targets the sizes may be multiples of.
-        physics: what is left out.
         assumptions: with sizes in place of the declared ones.
-        errors: weighted deflections of the targets per compliance (in units of 1/apK) and per column, shape
-            (q, n_p + D).
+        springs: weighted deflections of the targets per compliance in units of 1/apK, shape (q, n_p); none where no
+            size is a multiple of them.
     """
-    sizes = _sizes(problem, errors[:, : len(problem.loaded.robot.stiffness)])
-    column = errors.shape[1] - sum(entry.columns for entry in physics)
-    deviations = []
-    for entry in physics:
-        for index in entry.free:
-            parameter = entry.effect.parameters[index]
-            size = assumptions.size(entry.effect, parameter)
-            deviations.append(sizes.of(size, entry.effect, parameter, errors[:, column]))
-            column += 1
-    return np.array(deviations)
+
+    def __init__(self, problem: DesignProblem, assumptions: Assumptions, springs: FloatArray | None = None) -> None:
+        robot, targets = problem.loaded.robot, problem.targets.configurations
+        forces = actuator_forces(robot.jacobians(targets), problem.target_wrenches)
+        pairs = zip(targets, problem.target_loads, strict=True)
+        measured = [loaded.measure(pose, load) for pose, (loaded, load) in pairs]
+        mean = np.mean([np.diag(m.compliance) for m in measured], axis=0)
+        self.assumptions = assumptions
+        self._springs = np.zeros((1, len(robot.stiffness))) if springs is None else springs
+        self._sizes = PhysicalSizes(robot, forces, mean, self._springs)
+
+    def of(self, effect: Effect, parameter: Parameter, moved: FloatArray | None = None) -> float:
+        """σ of one parameter, of which one unit moves the weighted deflections by so much, shape (q,)."""
+        moved = np.zeros(len(self._springs)) if moved is None else moved
+        return self._sizes.of(self.assumptions.size(effect, parameter), effect, parameter, moved)
+
+
+def prior_deviations(
+    problem: DesignProblem, physics: tuple[Omitted, ...], assumptions: Assumptions, errors: FloatArray
+) -> FloatArray:
+    """σ of every column of `physics`, shape (D,), from weighted deflections per compliance and column (q, n_p + D)."""
+    base, moved = np.split(errors, [len(problem.loaded.robot.stiffness)], axis=1)
+    sizes = PriorSizes(problem, assumptions, base)
+    parameters = [(entry.effect, entry.effect.parameters[index]) for entry in physics for index in entry.free]
+    return np.array([sizes.of(*each, column) for each, column in zip(parameters, moved.T, strict=True)])
 
 
 def with_steps(problem: DesignProblem, physics: tuple[Omitted, ...], assumptions: Assumptions) -> tuple[Omitted, ...]:
     """The entries, those with memory and one parameter with the prior size of that parameter as their step."""
-    n_p = len(problem.loaded.robot.stiffness)
-    sizes = _sizes(problem, np.zeros((1, n_p)))
-    stepped = []
-    for entry in physics:
-        if entry.effect.states and entry.columns == 1:
-            parameter = entry.effect.parameters[entry.free[0]]
-            size = assumptions.size(entry.effect, parameter)
-            step = sizes.of(size, entry.effect, parameter, np.zeros(1))
-            entry = replace(entry, step=step)  # noqa: PLW2901
-        stepped.append(entry)
-    return tuple(stepped)
-
-
-def usual_size(problem: DesignProblem, effect: Effect, parameter: Parameter) -> float:
-    """σ of one parameter of an effect on the robot of a problem."""
-    count = len(problem.loaded.robot.stiffness)
-    return _sizes(problem, np.zeros((1, count))).of(effect.size(parameter), effect, parameter, np.zeros(1))
-
-
-def _sizes(problem: DesignProblem, base: FloatArray) -> PhysicalSizes:
-    """At the targets."""
-    robot, targets = problem.loaded.robot, problem.targets.configurations
-    forces = actuator_forces(robot.jacobians(targets), problem.target_wrenches)
-    measured = [loaded.measure(pose, load) for pose, (loaded, load) in zip(targets, problem.target_loads, strict=True)]
-    return PhysicalSizes(robot, forces, np.mean([np.diag(m.compliance) for m in measured], axis=0), base)
+    sizes = PriorSizes(problem, assumptions)
+    return tuple(
+        replace(entry, step=sizes.of(entry.effect, entry.effect.parameters[entry.free[0]]))
+        if entry.effect.states and entry.columns == 1
+        else entry
+        for entry in physics
+    )

@@ -12,7 +12,10 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.assurance.model_error.hidden import Hidden
 from expdesign.assurance.model_error.left_out import Omitted, offsets
-from expdesign.planning.criteria.targets import GivenVariances, Targets, TargetVariances
+from expdesign.assurance.model_error.meir import meir_of_problem
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.targets import TargetVariances
+from expdesign.planning.problem import DesignProblem
 
 
 @dataclass(frozen=True)
@@ -27,7 +30,6 @@ class HiddenPhysics:
         parameter: the one that is largest against its prior size.
         noticed: by which factor that combination has to grow until it is noticed with the required power; 1 where it
             just is, infinite where the readings do not show it at all.
-        tolerable: by which factor it may grow until it uses up the tolerance, below 1 where it already does more.
         rank: independent directions in which the effect shows in the residuals.
     """
 
@@ -39,8 +41,12 @@ class HiddenPhysics:
     parameters: dict[str, float]
     parameter: str
     noticed: float
-    tolerable: float
     rank: int
+
+    @property
+    def tolerable(self) -> float:
+        """By which factor it may grow until it uses up the tolerance, below 1 where it already does more."""
+        return 1.0 / self.error if self.error > 0.0 else float("inf")
 
     @property
     def limited_by(self) -> str:
@@ -83,25 +89,55 @@ def hidden_physics(
             parameters={p.name: float(v) for p, v in zip(entry.effect.parameters, values, strict=True)},
             parameter=entry.effect.parameters[entry.free[int(np.abs(size).argmax())]].name,
             noticed=1.0 / float(np.sqrt(visible)) if visible > 0.0 else float("inf"),
-            tolerable=1.0 / error if error > 0.0 else float("inf"),
             rank=int(hidden.rank[design, index]),
         )
     return tuple(sorted(worst.values(), key=lambda each: -each.error))
 
 
-def sentence(worst: HiddenPhysics, freedom: int, readings: str) -> str:
-    """What a plan or recordings (`readings`) hide with so many degrees of freedom, for people."""
-    if freedom == 0:
-        return (
-            f"With as many readings as unknowns, {readings} cannot show missing physics: {worst.phrase} of the assumed "
-            f"size would cost {worst.error:.3g} tolerances at the targets."
-        )
-    text = f"The worst that {readings} could hide is {worst.phrase}: {worst.error:.3g} tolerances at the targets"
-    if worst.limited_by == "detection":
-        return f"{text}, at the largest size that goes unnoticed."
-    if worst.noticed == float("inf"):
-        return f"{text}, at the assumed size; {readings} would not show it at any size."
-    return f"{text}, at the assumed size; {readings} would show it from {worst.noticed:.3g} times that size."
+@dataclass(frozen=True)
+class WhatIsHidden:
+    """What a plan or recordings hide.
+
+    Attributes:
+        physics: every effect that was considered, the largest error first.
+        freedom: degrees of freedom of the residuals; where there are none nothing could be noticed.
+        readings: what would have to show it: `this plan`, `these recordings`.
+    """
+
+    physics: tuple[HiddenPhysics, ...]
+    freedom: int
+    readings: str
+
+    @property
+    def meir(self) -> float:
+        """The largest error at the targets, in tolerances."""
+        return self.physics[0].error
+
+    @property
+    def sentence(self) -> str:
+        """The worst of it, for people."""
+        worst, readings = self.physics[0], self.readings
+        if self.freedom == 0:
+            return (
+                f"With as many readings as unknowns, {readings} cannot show missing physics: {worst.phrase} of the "
+                f"assumed size would cost {worst.error:.3g} tolerances at the targets."
+            )
+        text = f"The worst that {readings} could hide is {worst.phrase}: {worst.error:.3g} tolerances at the targets"
+        if worst.limited_by == "detection":
+            return f"{text}, at the largest size that goes unnoticed."
+        if worst.noticed == float("inf"):
+            return f"{text}, at the assumed size; {readings} would not show it at any size."
+        return f"{text}, at the assumed size; {readings} would show it from {worst.noticed:.3g} times that size."
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The worst as a sentence, and every effect."""
+        return {
+            "meir": self.meir,
+            "freedom": self.freedom,
+            "sentence": self.sentence,
+            "effects": [each.record for each in self.physics],
+        }
 
 
 @dataclass(frozen=True)
@@ -110,34 +146,22 @@ class AccuracyStatement:
 
     Attributes:
         noise, load_errors: DUIR and FEIR.
-        hidden: the worst of what may be hidden, which adds up to `hidden.error`.
-        freedom: degrees of freedom of the residuals.
-        readings: what would have to show it: `this plan`, `these recordings`.
+        hidden: what may be hidden, of which the worst adds up to `hidden.meir`.
     """
 
     noise: float
     load_errors: float
-    hidden: HiddenPhysics
-    freedom: int
-    readings: str
+    hidden: WhatIsHidden
 
     @classmethod
-    def of(
-        cls, variances: TargetVariances, physics: tuple[HiddenPhysics, ...], freedom: int, readings: str
-    ) -> Self | None:
-        """The statement on the first of some variances at the targets; None where these are not determined.
+    def of(cls, variances: TargetVariances, hidden: WhatIsHidden | None) -> Self | None:
+        """The statement on the first of some variances at the targets, shape (t, n) or (1, t, n).
 
-        Args:
-            variances: shape (t, n), or (1, t, n).
-            physics: what is hidden, the worst first.
-            freedom: degrees of freedom of the residuals.
-            readings: what would have to show it.
+        None where these are not determined, or nothing is known of what is hidden.
         """
         parts = (variances.noise_variance, variances.force_variance)
         noise, force = (float(np.ravel(variances.aggregated(variances.weighted(part)))[0]) for part in parts)
-        if not physics or not (np.isfinite(noise) and np.isfinite(force)):
-            return None
-        return cls(noise, force, physics[0], freedom, readings)
+        return cls(noise, force, hidden) if hidden is not None and np.isfinite([noise, force]).all() else None
 
     @property
     def total(self) -> float:
@@ -149,8 +173,7 @@ class AccuracyStatement:
         """The statement for people."""
         return (
             f"Expected error at the targets: {self.total:.3g} tolerances, {self.noise:.3g} from noise and "
-            f"{self.load_errors:.3g} from load errors, if the model is right. "
-            f"{sentence(self.hidden, self.freedom, self.readings)}"
+            f"{self.load_errors:.3g} from load errors, if the model is right. {self.hidden.sentence}"
         )
 
     @property
@@ -160,32 +183,27 @@ class AccuracyStatement:
             "noise": self.noise,
             "load_errors": self.load_errors,
             "total": self.total,
-            "hidden": self.hidden.error,
-            "hidden_physics": self.hidden.physics,
-            "hidden_component": self.hidden.component,
+            "hidden": self.hidden.meir,
+            "hidden_physics": self.hidden.physics[0].physics,
+            "hidden_component": self.hidden.physics[0].component,
             "sentence": self.sentence,
         }
 
 
-def given_variances(targets: Targets, noise: FloatArray, load_errors: FloatArray) -> GivenVariances:
-    """Variances from standard deviations (m, rad) at the targets, (t, n) each; 0 for axes that do not matter."""
-    matters = targets.importance > 0.0
-    squares = [np.where(matters, deviation**2, 0.0) for deviation in (noise, load_errors)]
-    return GivenVariances(targets, *squares)
+def hidden_by_plan(problem: DesignProblem, assessment: Assessment, plan: str) -> WhatIsHidden | None:
+    """What the first design of an assessment hides, `plan` being what sentences call it.
 
-
-def hidden_sentence(physics: tuple[HiddenPhysics, ...], freedom: int, stated: AccuracyStatement | None) -> str:
-    """What recordings may still hide, with the accuracy to expect where it is stated."""
-    return sentence(physics[0], freedom, "these recordings") if stated is None else stated.sentence
-
-
-def hidden_record(physics: tuple[HiddenPhysics, ...], freedom: int, readings: str) -> dict[str, Any] | None:
-    """What is hidden: the worst as a sentence, and every effect; None where nothing is known of it."""
-    if not physics:
+    None where the configuration does not ask for MEIR, or the design does not identify what the targets need.
+    """
+    meir = meir_of_problem(problem)
+    if meir is None:
         return None
-    return {
-        "meir": physics[0].error,
-        "freedom": freedom,
-        "sentence": sentence(physics[0], freedom, readings),
-        "effects": [each.record for each in physics],
-    }
+    found = meir.hidden(assessment)
+    if not np.isfinite(found.squares[0]).all():
+        return None
+    return WhatIsHidden(hidden_physics(found, meir.physics, meir.deviations), int(found.freedom[0]), plan)
+
+
+def accuracy_of_plan(problem: DesignProblem, assessment: Assessment, plan: str) -> AccuracyStatement | None:
+    """What the first design of an assessment promises and hides; None as of `hidden_by_plan`."""
+    return AccuracyStatement.of(assessment, hidden_by_plan(problem, assessment, plan))

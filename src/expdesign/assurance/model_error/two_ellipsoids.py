@@ -18,12 +18,12 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 
-_STEPS = 80
+_HALVINGS = 45
+"""Of the bracket of log(μ/(1 − μ)) at most, until it is as wide as rounding."""
 _FARTHEST = 30.0
 """Largest |log(μ/(1 − μ))|; where something is not visible at all, D(1) is singular and s is infinite."""
 _GAP = 1e-10
-"""Relative difference of the bound from what is attained, imbalance log(xᵀHx/xᵀx), and width of the bracket of
-log(μ/(1 − μ)), at which the search ends."""
+"""Relative difference of the bound from what is attained at which the search ends."""
 
 
 @dataclass(frozen=True)
@@ -34,13 +34,11 @@ class Largest:
         bound: s at the best μ, an upper bound whatever the accuracy of the search, shape (b,).
         value: ‖C·x‖² at `point`, which is feasible, shape (b,); equal to `bound` up to rounding.
         point: x, shape (b, d).
-        share: μ, shape (b,): 0 where only xᵀx ≤ 1 binds, 1 where only xᵀHx ≤ 1 does.
     """
 
     bound: FloatArray
     value: FloatArray
     point: FloatArray
-    share: FloatArray
 
 
 def largest_along_axes(forms: FloatArray, values: FloatArray) -> Largest:
@@ -48,48 +46,35 @@ def largest_along_axes(forms: FloatArray, values: FloatArray) -> Largest:
     if forms.shape[2] == 1:
         weight = np.maximum(values[:, 0], 1.0)  # the tighter of the two constraints
         value = (forms[:, :, 0] ** 2).sum(axis=1) / weight
-        return Largest(value, value, 1.0 / np.sqrt(weight)[:, None], (values[:, 0] > 1.0).astype(float))
+        return Largest(value, value, 1.0 / np.sqrt(weight)[:, None])
     if forms.shape[1] > forms.shape[2]:
         forms = np.asarray(np.linalg.qr(forms, mode="r"))  # ‖C·x‖ = ‖R·x‖
     return _several(forms, values)
 
 
 def _several(forms: FloatArray, values: FloatArray) -> Largest:
-    """The least of s(μ) over t = log(μ/(1 − μ)), within a bracket of the root of the imbalance, which falls with μ.
-
-    False position and halving by turns: where two eigenvalues cross at the least, the imbalance jumps.
-    """
-    count = len(forms)
-    share = np.zeros(count)
+    """The least of s(μ) by halving a bracket of t = log(μ/(1 − μ)): the imbalance falls with μ."""
     # At μ = 0, that is without the first constraint, the maximiser may satisfy it already.
-    bound, below, imbalance = _top(forms, values, share)
+    bound, below, imbalance = _top(forms, values, np.zeros(len(forms)))
     above = below.copy()
-    low, high, t = np.full(count, -_FARTHEST), np.full(count, _FARTHEST), np.zeros(count)
-    left, right = np.maximum(imbalance, 0.0), np.full(count, -np.inf)
+    low, high = np.full(len(forms), -_FARTHEST), np.full(len(forms), _FARTHEST)
     active = np.flatnonzero(imbalance > 0.0)
-    for turn in range(_STEPS):
+    for _ in range(_HALVINGS):
         if active.size == 0:
             break
-        here: FloatArray = 1.0 / (1.0 + np.exp(-t[active]))
-        top, point, imbalance = _top(forms[active], values[active], here)
+        t = 0.5 * (low[active] + high[active])
+        top, point, imbalance = _top(forms[active], values[active], 1.0 / (1.0 + np.exp(-t)))
         rising = imbalance > 0.0
         up, down = active[rising], active[~rising]
-        low[up], below[up], left[up] = t[up], point[rising], imbalance[rising]
-        high[down], above[down], right[down] = t[down], point[~rising], imbalance[~rising]
-        better = top < bound[active]
-        bound[active[better]], share[active[better]] = top[better], here[better]
-        width = high[active] - low[active]
-        with np.errstate(invalid="ignore"):
-            root = low[active] + width * left[active] / (left[active] - right[active])
-        inside = (turn % 3 < 2) & np.isfinite(root) & (root > low[active]) & (root < high[active])
-        t[active] = np.where(inside, root, low[active] + 0.5 * width)
+        low[up], below[up] = t[rising], point[rising]
+        high[down], above[down] = t[~rising], point[~rising]
+        bound[active] = np.minimum(bound[active], top)
         reached = _feasible(forms[active], values[active], below[active], above[active])[1]
-        going = (np.abs(imbalance) > _GAP) & (width > _GAP) & (bound[active] - reached > _GAP * bound[active])
-        active = active[going]
+        active = active[bound[active] - reached > _GAP * bound[active]]
     # Where detection alone binds, the upper end of the bracket has never been left.
     above = np.where((high == _FARTHEST)[:, None], below, above)
     point, value = _feasible(forms, values, below, above)
-    return Largest(bound, value, point, share)
+    return Largest(bound, value, point)
 
 
 def _top(forms: FloatArray, values: FloatArray, share: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -70,10 +70,10 @@ class EquilibriumPlant(Plant):
         super().__init__(loaded, plan)
         if not loaded.robot.on_legs:
             what = f"the full equilibrium is for robots on legs, not for a {loaded.robot.kind}"
-            raise ArgumentError(what, argument="plant", remedy="Use `--plant explicit`.")
+            raise ArgumentError(what, argument="plant", remedy="Use argument `plant=explicit`.")
         if loaded.under_load is not None:
             what = "the full equilibrium is of legs that stretch alone, and this robot is a model with effects"
-            raise ArgumentError(what, argument="plant", remedy="Use `--plant explicit`, which has them.")
+            raise ArgumentError(what, argument="plant", remedy="Use argument `plant=explicit`, which has them.")
         closed_form = self._robot = loaded.robot.inverse_kinematics
         self._measured = Equilibrium(closed_form, loaded.load, self.true)
         self._used = Equilibrium(closed_form, Wrench(closed_form.coordinates), self.true)

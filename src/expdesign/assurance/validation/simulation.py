@@ -186,9 +186,7 @@ def _require_nominal(plant: type[Plant], truth: LoadedRobot | None) -> None:
         raise ArgumentError(what, argument="plant", remedy="Leave it out.")
     if truth is not None:
         what = "a geometric calibration is repeated with the robot of the configuration"
-        raise ArgumentError(
-            what, argument="truth", remedy="Use `simulate --truth` and `identify` for single experiments."
-        )
+        raise ArgumentError(what, argument="truth", remedy="Use `simulate` and `identify` for single experiments.")
 
 
 def _of_geometry(

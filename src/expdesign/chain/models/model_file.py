@@ -47,7 +47,7 @@ class ModelSource(Protocol):
     def subspace(self) -> Estimable | None: ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Model(Copied):
     """A robot as it was identified.
 
@@ -77,6 +77,10 @@ class Model(Copied):
     reading_std: Mapping[str, float] = field(default_factory=dict)
     fit: str = ""
     calibrated: Calibrated | None = None
+
+    def __repr__(self) -> str:
+        effects = ", ".join(f"{effect.physics} at {effect.component}" for effect in self.chain.effects)
+        return f"<Model of {self.chain.robot.name}: {effects or 'stiffnesses'} ({self.source})>"
 
     @classmethod
     def from_fit(

@@ -38,7 +38,7 @@ def reading_of(robot: Robot, points: LoadedPoints, *, frames_known: bool = True)
     if points.poses:
         if not frames_known and robot.orientation is None:
             what = f"frames that are unknown need a robot with six pose coordinates, and this is a {robot.kind}"
-            raise InputError(what, where=points.source, remedy="Leave `--frames unknown` out.")
+            raise InputError(what, where=points.source, remedy="Leave argument `frames=unknown` out.")
         return MeasuredPose(frames_known)
     if robot.coordinates.rotations == 0 and robot.on_legs:
         what = f"marker positions are not supported for a {robot.kind}, whose platform has no orientation"

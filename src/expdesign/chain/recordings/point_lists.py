@@ -308,6 +308,6 @@ def _agreed(given: Unit | None, stated: Unit | None, source: str) -> Unit:
         raise InputError(what, where=source, remedy="Leave the option out, or correct the header.")
     unit = given or stated
     if unit is None:
-        remedy = "Give it (--unit mm), or write it into the file (`// Units: mm`)."
+        remedy = "Give it (argument `unit=mm`), or write it into the file (`// Units: mm`)."
         raise InputError("the file does not state the unit of its coordinates", where=source, remedy=remedy)
     return unit

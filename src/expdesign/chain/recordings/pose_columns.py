@@ -89,7 +89,7 @@ def require_commanded_coordinates(
 _FRAMES = (
     "Measured poses are in the coordinates of the commanded ones: check the unit (m, rad), and the frames and zeros of "
     "instrument and platform; transform the poses into the robot's frame, as near as it is known, and say "
-    "`--frames unknown` for what is left."
+    "argument `frames=unknown` for what is left."
 )
 
 

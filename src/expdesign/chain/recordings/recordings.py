@@ -62,7 +62,7 @@ def measured_names(coordinates: Coordinates) -> tuple[str, ...]:
     return tuple(f"measured_{name}" for name in coordinates.pose)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LoadedPoints:
     """Rows of commands and loads in the order of their sequence; what `predict` and `compensate` need.
 
@@ -150,6 +150,10 @@ class LoadedPoints:
     def __len__(self) -> int:
         return len(self.sequence)
 
+    def __repr__(self) -> str:
+        series = len(np.unique(self.series))
+        return f"<{type(self).__name__}: {len(self)} rows in {series} series ({self.source})>"
+
 
 def _indicators(index: IntArray | None, count: int, rows: int) -> FloatArray:
     indicators = np.zeros((rows, count))
@@ -179,7 +183,7 @@ def complete_positions(recordings: "Recordings") -> "Recordings":
     return places.rows(np.flatnonzero(np.isfinite(places.deflections).all(axis=1)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Recordings(LoadedPoints):
     """Loaded points with measured deflections.
 

@@ -44,7 +44,7 @@ class Sharing:
     def name(self) -> str:
         """Who says it, in words."""
         if self.option is not None:
-            return f"the option --{'' if self.option else 'no-'}shared-reference"
+            return f"argument `shared_reference={self.option}`"
         return f"`shared_reference: {'true' if self.configured else 'false'}` of {self.configuration}"
 
 

@@ -187,7 +187,7 @@ def _to_base(
         remedy = (
             "Give the points' places on the platform (`markers`) or the `instrument` in the robot file, or say that "
         )
-        remedy += "the points were measured in the robot's base frame (--base-frame)."
+        remedy += "the points were measured in the robot's base frame (argument `base_frame`)."
         near = near_names(names, list(markers))
         if near:
             what, remedy = f"only {len(known)} of the points are among the robot's `markers`", near

@@ -123,7 +123,9 @@ def _nominal(robot: Robot, position: FloatArray, rotation: FloatArray, posture: 
     if found:
         return min(found, key=lambda q: float(np.linalg.norm(q - posture)))
     what = "no joint coordinates within the limits bring the tip of the nominal robot there"
-    raise ConvergenceError(what, where=where, remedy="Check reach, frame (--frame) and unit, or state a posture.")
+    raise ConvergenceError(
+        what, where=where, remedy="Check reach, frame (argument `frame`) and unit, or state a posture."
+    )
 
 
 def _descend(robot: Robot, position: FloatArray, rotation: FloatArray, start: FloatArray) -> FloatArray | None:

@@ -29,6 +29,7 @@ from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
 from expdesign.mechanics.robots.orientation import chosen, constant, moved, rotation_matrix
 from expdesign.mechanics.robots.urdf import Motion, Urdf, UrdfJoint, leading
+from expdesign.mechanics.symbolic import remembered
 
 FRAME_AXES = ("x", "y", "z", "rx", "ry", "rz")
 TIP_COLUMN = "tip"
@@ -144,6 +145,7 @@ class KinematicTree:
             ]
         )
 
+    @remembered
     def tip_pose(self, q: ca.SX, geometry: ca.SX | None = None) -> ca.SX:
         """Pose (4×4) in the base link's frame of the tip that is looked at."""
         poses, options = self.forward(q, geometry), []
@@ -274,6 +276,7 @@ class KinematicTree:
             children.setdefault(joint.parent, []).append(joint)
         return children
 
+    @remembered
     def forward(self, q: ca.SX, geometry: ca.SX | None = None) -> dict[str, ca.SX]:
         """Poses (4×4) in the base link's frame of every link that the base carries; `geometry` holds the errors."""
         poses: dict[str, ca.SX] = {self.base: ca.SX.eye(4)}
@@ -343,21 +346,30 @@ class KinematicTree:
             factors: true over nominal mass of link 1, ..., n, or None; with them, branches of the base do not count.
             payloads: whether what links carry counts with them.
         """
-        poses = self.forward(q, geometry)
         total = ca.SX.zeros(4)
-        for name, pose in poses.items():
-            number = self.link_of(name)
-            if not self.moves(name) or (number == 0 and factors is not None):
+        for number, of_link, of_payload in self._weights(q, geometry):
+            if number == 0 and factors is not None:
                 continue
             factor = ca.SX(1.0) if factors is None else factors[number - 1]
-            link = self.urdf.links[name]
-            if link.mass:
-                place = pose[:3, :3] @ ca.SX(link.centre) + pose[:3, 3]
-                total += factor * link.mass * ca.vertcat(1.0, place)
-            if payloads and name in self.carriers:
-                mass, centre = self._payload(q, name)
-                total += factor * mass * ca.vertcat(1.0, pose[:3, :3] @ centre + pose[:3, 3])
+            total += factor * (of_link + of_payload if payloads else of_link)
         return total
+
+    @remembered
+    def _weights(self, q: ca.SX, geometry: ca.SX | None) -> list[tuple[int, ca.SX, ca.SX]]:
+        """Number of the link, m·(1, p) of itself and of what it carries (4,), of every link of the URDF that moves."""
+        found = []
+        for name, pose in self.forward(q, geometry).items():
+            link, carries = self.urdf.links[name], name in self.carriers
+            if not self.moves(name) or not (link.mass or carries):
+                continue
+            own, payload = ca.SX.zeros(4), ca.SX.zeros(4)
+            if link.mass:
+                own = link.mass * ca.vertcat(1.0, pose[:3, :3] @ ca.SX(link.centre) + pose[:3, 3])
+            if carries:
+                mass, centre = self._payload(q, name)
+                payload = mass * ca.vertcat(1.0, pose[:3, :3] @ centre + pose[:3, 3])
+            found.append((self.link_of(name), own, payload))
+        return found
 
     def _payload(self, q: ca.SX, carrier: str) -> tuple[ca.SX, ca.SX]:
         """Mass (kg) and centre (3,) in the link's frame (m) of what a link carries."""

@@ -95,7 +95,7 @@ def require_same_robot(robot: Robot, source: str, other: Robot, other_source: st
     differs = None if confirmed else difference(robot, other)
     if differs is not None:
         what = f"this is about `{robot.name}`, and {other_source} about `{other.name}`, another geometry: {differs}"
-        remedy = "Give files of one robot, or say that another one is meant (--other-robot)."
+        remedy = "Give files of one robot, or say that another one is meant (argument `other_robot`)."
         raise InputError(what, where=source, remedy=remedy)
 
 

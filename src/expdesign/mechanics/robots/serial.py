@@ -30,7 +30,7 @@ from expdesign.mechanics.robots.drawing import Drawing, DrawnPart
 from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, TIP_COLUMN, KinematicTree
 from expdesign.mechanics.robots.robot import STANDARD_GRAVITY, CommandedState, Jacobians, Robot, RobotSection
 from expdesign.mechanics.robots.urdf import CouplingSection, coupled, leading, read_urdf, require_joint
-from expdesign.mechanics.symbolic import BatchFunction
+from expdesign.mechanics.symbolic import BatchFunction, remembered
 
 Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
 
@@ -189,6 +189,7 @@ class SerialRobot(Robot):
         pose = self.tree.tip_pose(q, geometry)
         return pose[:3, 3], pose[:3, :3]
 
+    @remembered
     def jacobian_expressions(self, configuration: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX, ca.SX]:
         """J, J̌ = J and R; the angular rows from [ω]ₓ = Ṙ·Rᵀ."""
         position, rotation = self.tip(configuration, geometry)
