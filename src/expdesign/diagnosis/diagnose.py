@@ -9,7 +9,7 @@ from expdesign.arrays import BoolArray
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.averaging import averaged
 from expdesign.diagnosis.by_groups import by_groups
-from expdesign.diagnosis.caveats import caveats
+from expdesign.diagnosis.caveats import caveats, not_sought
 from expdesign.diagnosis.confirmation import confirmed, gains, pruned
 from expdesign.diagnosis.dispersion import dispersion
 from expdesign.diagnosis.evidence.options import EVIDENCE
@@ -22,7 +22,6 @@ from expdesign.diagnosis.library import OUTLIER
 from expdesign.diagnosis.locate import drivers, locate
 from expdesign.diagnosis.nameable import Nameable, nameable
 from expdesign.diagnosis.names import Model, Names
-from expdesign.diagnosis.not_sought import not_sought
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.remarks import Averaged

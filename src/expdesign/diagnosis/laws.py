@@ -2,13 +2,20 @@
 
 Named effects take part, so that what is named and what is not are sought together; where a named form carries as much
 evidence it wins, having fewer weights.
+
+Where laws are is said by evidence over ports: every component is given its chance in the place of one that was found.
+The log evidence of a component is what its laws gain together (`Search.weighed`), with the laws of all other
+components kept. Machines and kernels are never exact, so that differences of log evidence are divided by a
+temperature before they become probabilities; it was set on simulated cases (results/ports).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, as_matrix
+from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.curve import Curve, curve_of
 from expdesign.chain.ports.law import Law
@@ -16,7 +23,6 @@ from expdesign.chain.ports.sight import Sight
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
 from expdesign.diagnosis.evidence.dictionary import Dictionary, Measured, law_of
 from expdesign.diagnosis.evidence.options import EVIDENCE
-from expdesign.diagnosis.evidence.places import Place, places
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.evidence.state import Present, regular
@@ -25,6 +31,31 @@ from expdesign.diagnosis.names import Model, Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Fit, fit
+
+
+@dataclass(frozen=True)
+class Place:
+    """A component where a law may be.
+
+    Attributes:
+        component: where.
+        log_evidence: gain of log evidence by its laws together.
+        probability: that the law is there.
+    """
+
+    component: Component
+    log_evidence: float
+    probability: float
+
+
+def places(gains: Mapping[Component, float]) -> tuple[Place, ...]:
+    """Components by probability, from the gain of log evidence by the laws of each."""
+    names = sorted(gains, key=lambda name: -gains[name])
+    evidence = np.array([gains[name] for name in names])
+    temperature = max(EVIDENCE.temperature, EVIDENCE.share * float(evidence.max()))
+    weights = np.exp((evidence - evidence.max()) / temperature)
+    weights /= weights.sum()
+    return tuple(Place(name, float(e), float(w)) for name, e, w in zip(names, evidence, weights, strict=True))
 
 
 @dataclass(frozen=True)
