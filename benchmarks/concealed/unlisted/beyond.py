@@ -1,7 +1,7 @@
 """Points after the end of the campaign: `python -m benchmarks.concealed.unlisted.beyond` generates, asks and scores.
 
-Whatever changes with time or remembers is hidden (drift, warming, creep, settling); the diagnosis sees the series of the
-first two thirds of the time, and the judge those of the last third, time beyond the recorded by half of it.
+Whatever changes with time or remembers is hidden (drift, warming, creep, settling); the diagnosis sees the series of
+the first two thirds of the time, and the judge those of the last third, time beyond the recorded by half of it.
 """
 
 from __future__ import annotations
