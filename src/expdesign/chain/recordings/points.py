@@ -32,12 +32,17 @@ LEVER = 0.05
 
 def points_from_table(table: Table, robot: Robot, *, measured: bool = False) -> LoadedPoints:
     """Points in a table. Where they are to be `measured`, rows of a series share one command."""
-    return points_of(with_joints(with_targets(table, robot), robot), robot, order_in_time(table), measured=measured)
+    return points_of(
+        with_joints(with_targets(table, robot), robot), robot, order_in_time(table), measured=measured, recorded=False
+    )
 
 
-def points_of(table: Table, robot: Robot, order: IntArray, *, measured: bool) -> LoadedPoints:
+def points_of(table: Table, robot: Robot, order: IntArray, *, measured: bool, recorded: bool) -> LoadedPoints:
     """Points of a table whose joints have their numbered names (`with_joints`) and whose measured poses of an arm stand
     as positions (`with_targets`), its rows taken in an order (N,).
+
+    Where they are to be `measured` the rows of a series share one command; where they were `recorded` those of one
+    unloaded reading do as well.
     """
     coordinates, poses = robot.coordinates, _measures_poses(table, robot)
     configurations = table.numbers(robot.configuration)[order]
@@ -95,7 +100,7 @@ def points_of(table: Table, robot: Robot, order: IntArray, *, measured: bool) ->
         fixed=fixed,
         along=along,
         poses=poses,
-        references=read_references(table, order, configurations if commanded else None),
+        references=read_references(table, order, configurations if commanded and recorded else None),
     )
 
 

@@ -70,7 +70,7 @@ def recordings_from_table(table: Table, robot: Robot) -> Recordings:
         _LOG.info("%s: %s", table.source, "; ".join(notes))
     table = with_joints(table, robot)
     order = order_in_time(table)
-    points = points_of(table, robot, order, measured=True)
+    points = points_of(table, robot, order, measured=True, recorded=True)
     return with_readings(table, points, robot.coordinates, order)
 
 
