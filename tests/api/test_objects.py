@@ -159,6 +159,24 @@ def test_what_is_loaded_says_itself_in_a_line(
     assert re.fullmatch(rf"<Model of {machine.robot.name}: stiffnesses \(.*\)>", repr(identified.model))
 
 
+def test_what_is_computed_with_a_refuted_model_says_so(identified: xd.IdentificationResult, tmp_path: Path) -> None:
+    plan = plan_file(tmp_path)
+    refuted = replace(identified.model, fit="refuted")
+    for model, said in ((identified.model, False), (refuted, True)):
+        for result in (xd.predict(model, plan), xd.compensate(model, plan)):
+            assert any("refuted by its own recordings" in note for note in result.notes) == said
+
+
+def test_recordings_in_space_are_not_those_of_a_robot_in_a_plane(
+    simulated: xd.SimulationResult, caplog: pytest.LogCaptureFixture
+) -> None:
+    xd.read_recordings(simulated, CONFIG.parent / "robots" / "bipod.yaml")
+    (warned,) = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
+    assert "z_m, rx_rad, ry_rad, rz_rad" in warned
+    assert "Is the robot file that of the robot that was measured?" in warned
+    assert "meant?)" not in caplog.text
+
+
 def test_a_prediction_says_where_it_extrapolates(identified: xd.IdentificationResult, tmp_path: Path) -> None:
     points = pd.read_csv(plan_file(tmp_path))
     assert xd.predict(identified, points).beyond == 0

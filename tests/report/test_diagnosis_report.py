@@ -101,7 +101,7 @@ def test_findings_are_told_with_their_numbers() -> None:
     assert f"{number(1e6 * low)} to {number(1e6 * high)}" in shown
     assert "The mismatch appears in" in shown
     assert in_prose(result.location.region) in shown
-    assert "model.yaml points.csv" in shown
+    assert "model.yaml 'bi<b>pod</b>" in shown
 
 
 def test_nothing_is_named_where_nothing_was_found() -> None:

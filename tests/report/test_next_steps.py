@@ -72,10 +72,14 @@ def test_commands_can_be_copied_as_they_stand(
         capsys.readouterr()
         assert call(*shlex.split(step)[1:]) == 0, (step, capsys.readouterr().err)
     assert call("identify", "robots/bipod.yaml", "recordings.csv", "--out", "identified") == 0
-    assert "expdesign predict identified/model.yaml points.csv" in Path("identified/report.html").read_text()
+    page = html.unescape(Path("identified/report.html").read_text(encoding="utf-8"))
+    steps = re.findall(r"expdesign (?:predict|diagnose) [^<]*", page)
+    assert steps[0].startswith("expdesign predict identified/model.yaml recordings.csv")
+    for step in steps:
+        assert call(*shlex.split(step)[1:]) == 0, step
     monkeypatch.chdir(tmp_path / "identified")
     assert call("report", ".") == 0  # seen from another folder
-    assert "expdesign predict model.yaml points.csv" in Path("report.html").read_text()
+    assert "expdesign predict model.yaml recordings.csv" in Path("report.html").read_text()
 
 
 def test_residuals_are_drawn_over_what_varies_most(tmp_path: Path) -> None:

@@ -159,3 +159,16 @@ def test_headings_are_not_skipped_and_figures_are_described(html: str) -> None:
     assert tags.count("table") == tags.count("caption")
     assert tags.count("figure") == tags.count("figcaption")
     assert all(attributes.get("aria-label") for _, attributes in structure.elements if attributes.get("role") == "img")
+
+
+def test_marked_words_are_set_as_code_and_all_else_is_text() -> None:
+    page = Page("T", "", [PageSection("a", "A", [Sentences(["run `expdesign <b>`, not <i>"]), Paragraph("`x` & `")])])
+    shown = render(page)
+    assert "<li>run <code>expdesign &lt;b&gt;</code>, not &lt;i&gt;</li>" in shown
+    assert "<code>x</code> &amp; `" in shown
+
+
+def test_numbers_stay_numbers_where_one_of_them_is_said_in_words() -> None:
+    rows = [["leg 1", "below 1e-6", "1.0", "pass"], ["leg 2", "0.31", "none", "fail"], ["leg 3", "0.1", "2.0", "pass"]]
+    table = DataTable("t", "T", ["a", "p", "tolerance", "result"], rows)
+    assert [bool(table.look(column)) for column in range(4)] == [True, False, False, True]

@@ -4,6 +4,8 @@ Each block is plain data; `blocks.html` has one macro for each kind, and escapes
 a page's script fills in again (when another design is chosen, say) is found by its `id`.
 """
 
+import re
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,6 +16,8 @@ from markupsafe import Markup
 from expdesign.io.output import csv_text
 from expdesign.report.words import UNDETERMINED
 
+_BOUND = re.compile(r"(below|above) \d")
+"""How a cell begins that is a number."""
 _UNBROKEN = 30
 """Characters of a cell that stay in one line."""
 
@@ -88,6 +92,32 @@ HERE = "@here@/"
 """In a command: the folder of the page, as seen from the current folder, filled in when the page is written."""
 
 
+def model_steps(recordings: str, configuration: str) -> list[tuple[str, str]]:
+    """What can be done with the `model.yaml` beside a page.
+
+    Args:
+        recordings: path of the recordings that it comes from.
+        configuration: path of the run configuration whose targets count; empty where none was named.
+    """
+    targets = shlex.quote(configuration or "targets.csv")
+    check = "Measure at these commands (fill in commands.csv, saved as check.csv), and certify what is attained."
+    return [
+        (
+            "Predict deflections: here at the recorded commands and loads, or at those of any other table.",
+            f"expdesign predict {HERE}model.yaml {shlex.quote(recordings)} --out predicted.csv",
+        ),
+        (
+            "Find commands that reach the targets under load.",
+            f"expdesign compensate {HERE}model.yaml {targets} --out commands.csv",
+        ),
+        (
+            check,
+            f"expdesign verify {HERE}model.yaml check.csv --config {shlex.quote(configuration or 'CONFIG.yaml')} "
+            "--out verified",
+        ),
+    ]
+
+
 @dataclass(frozen=True)
 class Download:
     """A file that the page offers: its name and its text."""
@@ -120,8 +150,9 @@ class DataTable(Block):
 
     def look(self, column: int) -> Markup:
         """Class of a column's cells: words are set flush left rather than as numbers, and sentences are broken."""
-        cells = [row[column] for row in self.rows]
-        if not any(cell[:1].isalpha() and cell != UNDETERMINED for cell in cells):
+        cells = [row[column] for row in self.rows if row[column]]
+        words = sum(cell[:1].isalpha() and cell != UNDETERMINED and not _BOUND.match(cell) for cell in cells)
+        if 2 * words <= len(cells):  # a number now and then is only said to be none
             return Markup()
         return Markup(' class="text long"' if max(map(len, cells)) > _UNBROKEN else ' class="text"')
 

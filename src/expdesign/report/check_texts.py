@@ -39,10 +39,10 @@ def fit_sentences(result: Identification) -> list[str]:
 def diagnosed_fit_sentences(result: "Diagnosis") -> list[str]:
     """What the statements of fit say of the base model and of the model that was found, in words."""
     texts = [words.sentence(result.before.sentence())]
-    if result.after is not result.before:
-        texts.append(words.sentence(result.after.sentence("the model that was found")))
     if result.before.worst is not None:
         texts.append(result.before.worst.sentence)
+    if result.after is not result.before:
+        texts.append(words.sentence(result.after.sentence("the model that was found")))
     factor = result.widening.parameters
     if factor > 1.0:
         texts.append(f"Predicted standard deviations are {factor:.3g} times wider than the stated noise makes them.")
@@ -100,7 +100,7 @@ def problem_remarks(problem: DesignProblem, found: Feasibility) -> tuple[str, ..
     return tuple(f"{problem.source}: {remark}" for remark in remarks)
 
 
-def identified_summary(result: Identification) -> str:
+def identified_sentences(result: Identification) -> list[str]:
     """What recordings identify, and how well: the stiffness of every actuator, the geometry, or both."""
     texts = []
     if result.calibration != "geometric":
@@ -125,5 +125,4 @@ def identified_summary(result: Identification) -> str:
             f"They identify {counted(half.size, 'parameter')} of the geometry, with 95 % intervals of "
             f"±{1e6 * half.min():.3g} to ±{1e6 * half.max():.3g} µm."
         )
-    texts += fit_sentences(result)
-    return " ".join(texts)
+    return texts + fit_sentences(result)

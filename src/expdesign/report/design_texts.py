@@ -50,7 +50,7 @@ def next_steps(problem: DesignProblem, front: Front) -> PageSection:
         ),
         (
             f"Compute the commands that bring the loaded {moving_part(problem.loaded.robot)} to the targets.",
-            "expdesign compensate identified/model.yaml targets.csv --out commands.csv",
+            f"expdesign compensate identified/model.yaml {config} --out commands.csv",
         ),
     )
     if not problem.loaded.regressor.referenced:

@@ -11,7 +11,6 @@ from expdesign.diagnosis.result import Diagnosis
 from expdesign.probabilities import probability_text
 from expdesign.report import words
 from expdesign.report.blocks import (
-    HERE,
     Block,
     DataTable,
     Definitions,
@@ -23,6 +22,7 @@ from expdesign.report.blocks import (
     Sentences,
     SideBySide,
     framed,
+    model_steps,
     table_of,
 )
 from expdesign.report.diagnosis_figures import added, axis_figure, error_figure, law_blocks, residual_figures
@@ -37,13 +37,16 @@ MOST_MODELS = 60
 """Models that the table of what was considered shows; its CSV has all."""
 
 
-def diagnosis_report(result: Diagnosis, hidden: str | None = None, at_targets: Sequence[PageSection] = ()) -> Page:
+def diagnosis_report(
+    result: Diagnosis, hidden: str | None = None, at_targets: Sequence[PageSection] = (), configuration: str = ""
+) -> Page:
     """The report of a diagnosis.
 
     Args:
         result: what was found.
         hidden: what may still be hidden where targets were named, in words, with the accuracy to expect.
         at_targets: sections about the targets.
+        configuration: path of the run configuration that has them.
     """
     drawn, data = _picture(result)
     laws = law_blocks(result)
@@ -66,7 +69,7 @@ def diagnosis_report(result: Diagnosis, hidden: str | None = None, at_targets: S
         PageSection("residuals", "Residuals", residual_figures(result)),
         *([PageSection("machine", "The robot", drawn)] if drawn and result.verdict == "consistent" else []),
         PageSection("considered", "What was considered", _considered(result)),
-        PageSection("next", "Next steps", [_next_steps(result)]),
+        PageSection("next", "Next steps", [_next_steps(result, configuration)]),
         PageSection("words", "Words", [Definitions(_WORDS)]),
     )
     rows = len(result.recordings)
@@ -173,17 +176,8 @@ def _shown(value: object) -> str:
     return "" if value is None else words.number(float(str(value)), 5)
 
 
-def _next_steps(result: Diagnosis) -> NextSteps:
-    steps = [
-        (
-            f"Predict {'with the physics included' if added(result) else 'deflections anywhere'}.",
-            f"expdesign predict {HERE}model.yaml points.csv --out predicted.csv",
-        ),
-        (
-            "Find commands that reach targets under load.",
-            f"expdesign compensate {HERE}model.yaml targets.csv --out commands.csv",
-        ),
-    ]
+def _next_steps(result: Diagnosis, configuration: str) -> NextSteps:
+    steps = model_steps(result.recordings.source, configuration)
     if result.rival is not None:
         steps.insert(0, (MEASURE_NEXT, ""))
     if result.verdict == "unexplained":

@@ -32,7 +32,8 @@ def terminal_lines(result: Diagnosis, at_targets: Sequence[str] = ()) -> list[st
     if result.verdict == "unexplained":
         lines += [mismatch(result), next_recording(result)]
     lines += [
-        f"{one.sentence} (probability {probability_text(one.probability, 2)}){_instead(one)}" for one in result.findings
+        f"{one.sentence.rstrip('.')} (probability {probability_text(one.probability, 2)}){_instead(one)}."
+        for one in result.findings
     ]
     if added_physics(result):
         lines += ["With this physics in the model:", *stiffness_lines(diagnosed_stiffness(result), result.robot)]

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from expdesign.estimation.identify import Identification
-from expdesign.probabilities import probability_text
+from expdesign.probabilities import p_text
 from expdesign.report import words
 from expdesign.report.arm_section import accuracy_lines, arm_sections
 from expdesign.report.blocks import (
-    HERE,
     Block,
     Definitions,
     KeyFigure,
@@ -18,6 +17,7 @@ from expdesign.report.blocks import (
     NextSteps,
     PageSection,
     Sentences,
+    model_steps,
 )
 from expdesign.report.check_texts import coverage_sentence, fit_sentences
 from expdesign.report.identification_record import rms
@@ -139,13 +139,13 @@ def _tests(result: Identification) -> list[tuple[str, str]]:
     chi2 = "none: the noise level was estimated from these recordings"
     if goodness.chi2 is not None and goodness.p_value is not None:
         chi2 = (
-            f"{words.number(goodness.chi2, 4)} for {goodness.dof} degrees of freedom, p = "
-            f"{probability_text(goodness.p_value)} (refuted below {goodness.options.refuted:g})"
+            f"{words.number(goodness.chi2, 4)} for {goodness.dof} degrees of freedom, "
+            f"{p_text(goodness.p_value)} (refuted below {goodness.options.refuted:g})"
         )
     replicates = "none: there are no replicates"
     if lack is not None:
         freedom = f"{lack.dof} and {lack.pure_dof} degrees of freedom"
-        replicates = f"F = {words.number(lack.ratio)} with {freedom}, p = {probability_text(lack.p_value)}"
+        replicates = f"F = {words.number(lack.ratio)} with {freedom}, {p_text(lack.p_value)}"
     items = [("χ² test", chi2), ("Lack of fit", replicates)]
     for group in noise.groups:
         unit = "µm" if group.name == "translations" else "µrad"
@@ -162,18 +162,7 @@ def _next_steps(result: Identification, robot_file: str, configuration: str) -> 
     targets = f" --targets {config}" if configuration else ""
     return NextSteps(
         [
-            (
-                "Predict deflections anywhere (model.yaml lies beside this page).",
-                f"expdesign predict {HERE}model.yaml points.csv --out predicted.csv",
-            ),
-            (
-                "Find commands that reach targets under load.",
-                f"expdesign compensate {HERE}model.yaml targets.csv --out commands.csv",
-            ),
-            (
-                "Measure compensated poses, and certify what is attained.",
-                f"expdesign verify {HERE}model.yaml check.csv --config {config} --out verified",
-            ),
+            *model_steps(result.recordings.source, configuration),
             (
                 "If the model does not fit, find out why.",
                 f"expdesign diagnose {robot} {recordings}{targets} --out diagnosed",

@@ -141,7 +141,11 @@ const report = (() => {
   function setSentences(id, sentences) {
     document.getElementById(id).replaceChildren(...sentences.map((sentence) => {
       const item = document.createElement("li");
-      item.textContent = sentence;
+      sentence.split("`").forEach((part, index) => { // parts between marks are code
+        const piece = document.createElement(index % 2 ? "code" : "span");
+        piece.textContent = part;
+        item.append(piece);
+      });
       return item;
     }));
   }

@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from plotly.offline import get_plotlyjs
 
 from expdesign.report.blocks import Block, DataTable, Figure, PageSection, SideBySide
@@ -82,6 +82,7 @@ def render(page: Page) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["code"] = _with_code
     blocks = [block for section in page.sections for block in _flat(section.blocks)]
     figures = {block.id: block.plot for block in blocks if isinstance(block, Figure)}
     csv = {
@@ -98,6 +99,11 @@ def render(page: Page) -> str:
         scripts=[Markup(_text(name)) for name in ("page.js", *page.scripts)],
         unpacking=Markup(_text("unpack.js")),
     )
+
+
+def _with_code(text: str) -> Markup:
+    """A text, escaped, whose `parts between such marks` are set as code."""
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 
 def packed(text: str) -> Markup:

@@ -221,11 +221,19 @@ class CheckedRecordings(Checked):
     @property
     def summary(self) -> str:
         """What they hold and, with a robot, what they identify."""
+        return " ".join([self.structure, *self.details])
+
+    @property
+    def details(self) -> list[str]:
+        """What they identify, and how well the base model fits, a line for each sentence."""
         if self.recordings is None:
-            return f"{self.structure} Give the robot (argument `robot`) to see what they identify."
-        if self.identification is None:
-            return self.structure
-        return f"{self.structure} {check_texts.identified_summary(self.identification)}"
+            return ["Give the robot (argument `robot`) to see what they identify."]
+        return [] if self.identification is None else check_texts.identified_sentences(self.identification)
+
+    @property
+    def lines(self) -> list[str]:
+        """The file, what it holds, and details."""
+        return [f"{', '.join(self.purpose.inputs)}: {self.structure}", *self.details]
 
     @property
     def remarks(self) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import ModelInput, TableInput, model_of, purpose_of, table_of
+from expdesign.app.api.inputs import REFUTED, ModelInput, TableInput, model_of, purpose_of, table_of
 from expdesign.app.api.result import Result, TableResult
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import say
@@ -16,7 +16,7 @@ from expdesign.chain.models.estimable import Calibrated
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import Frame
 from expdesign.chain.recordings.joint_columns import with_joint_columns
-from expdesign.chain.recordings.reader import points_from_table
+from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import ArgumentError
@@ -52,12 +52,14 @@ class CompensationResult(TableResult):
         corrections: how large they are, and how well the attained pose is known, in the same order.
         sequence: numbers of the targets, in the same order.
         robot: that is commanded.
+        refuted: whether the recordings of the model refute it.
     """
 
     compensation: Compensation
     corrections: Corrections
     sequence: list[int]
     robot: Robot
+    refuted: bool = False
 
     @property
     def summary(self) -> str:
@@ -69,6 +71,11 @@ class CompensationResult(TableResult):
         """Corrections and expected uncertainties as a table in words, a line for each target, and the summary."""
         table = correction_lines(self.corrections, self.sequence, self.robot.coordinates.translations)
         return [*table, self.summary]
+
+    @property
+    def notes(self) -> list[str]:
+        """That the model is refuted."""
+        return [REFUTED] if self.refuted else []
 
 
 def compensate(
@@ -109,9 +116,8 @@ def compensate(
         raise ArgumentError(f"`{frame}` is no frame", argument="frame", remedy="Choose base or instrument.")
     commanded = _of_platform if not robot.jointed else _of_arm
     text, found, corrections, points = commanded(identified, table, frame, problem)
-    return CompensationResult(
-        text, found, corrections, points.sequence.tolist(), robot, purpose=purpose_of("compensate", model, targets)
-    )
+    purpose, refuted = purpose_of("compensate", model, targets), identified.fit == "refuted"
+    return CompensationResult(text, found, corrections, points.sequence.tolist(), robot, refuted, purpose=purpose)
 
 
 def _configuration(

@@ -112,9 +112,8 @@ class DiagnosisResult(RecordedResult):
         at = self.at_targets
         if at is None:
             return diagnosis_report(self.result)
-        return diagnosis_report(
-            self.result, at.hidden_sentence, at.sections("the model that was found", in_words=False)
-        )
+        sections = at.sections("the model that was found", in_words=False)
+        return diagnosis_report(self.result, at.hidden_sentence, sections, at.configuration)
 
     def files(self, folder: Path = Path()) -> dict[str, str]:
         """Names and texts of the files without the report."""

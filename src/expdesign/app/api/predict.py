@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
-from expdesign.app.api.inputs import TableInput, TruthInput, purpose_of, table_of, truth_of
+from expdesign.app.api.inputs import REFUTED, TableInput, TruthInput, purpose_of, table_of, truth_of
 from expdesign.app.api.result import TableResult
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.models.model_file import Model
+from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.recordings.pose_columns import TARGET
-from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, LoadedPoints, measured_names
 from expdesign.chain.recordings.spans import SPAN_DEVIATIONS, SPANS
 from expdesign.counted import counted
@@ -38,12 +38,14 @@ class PredictionResult(TableResult):
         birge_ratio: by which the standard deviations are widened, because the recordings of the model ask for it.
         readings: whether they are of readings (else of the model alone).
         beyond: rows at which the model extrapolates: commands or loads outside of those of its recordings.
+        refuted: whether the recordings of the model refute it.
     """
 
     prediction: Prediction
     birge_ratio: float = 1.0
     readings: bool = False
     beyond: int = 0
+    refuted: bool = False
 
     @property
     def summary(self) -> str:
@@ -59,12 +61,12 @@ class PredictionResult(TableResult):
     @property
     def notes(self) -> list[str]:
         """How many points there are, and what their standard deviations contain."""
-        return [f"{self.summary}; {self.contains}"]
+        return [f"{self.summary}; {self.contains}", *([REFUTED] if self.refuted else [])]
 
     @property
     def contains(self) -> str:
         """What the standard deviations contain, in words."""
-        ratio = "" if self.birge_ratio == 1.0 else f", {self.birge_ratio:.3g} times as wide as its residuals ask for"
+        ratio = "" if self.birge_ratio == 1.0 else f", widened {self.birge_ratio:.3g} times as its residuals ask for"
         if self.readings:
             return f"standard deviations are of readings: those of the model{ratio}, and the noise of a reading"
         return f"standard deviations are of the model{ratio}; argument `readings` adds the noise of a reading"
@@ -128,7 +130,13 @@ def predict(
     outside = [] if identified.calibrated is None else identified.calibrated.beyond(loaded, robot)
     purpose = purpose_of("predict", model, points)
     return PredictionResult(
-        frame, prediction, identified.birge_ratio, readings, sum(map(bool, outside)), purpose=purpose
+        frame,
+        prediction,
+        identified.birge_ratio,
+        readings,
+        sum(map(bool, outside)),
+        identified.fit == "refuted",
+        purpose=purpose,
     )
 
 

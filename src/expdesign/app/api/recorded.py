@@ -30,6 +30,11 @@ if TYPE_CHECKING:  # most recordings have no targets, and need not wait for plan
 
 RecordingsInput = PathLike | Sequence[PathLike] | pd.DataFrame | Recordings | Result
 _LOG = logging.getLogger(__name__)
+_KNOWN = [
+    *("sequence", "series", "time_s", "split", "mass_kg"),
+    *(column for names in vars(SPATIAL).values() if isinstance(names, tuple) for column in names),
+]
+"""Columns of robots in space."""
 _OF_THE_SHEET = ("do", "plan_row", "remarks")
 """Columns that the laboratory sheet has for people; recordings made from it keep them."""
 
@@ -146,6 +151,12 @@ def recorded_model(
 def say_unknown_columns(recordings: Recordings) -> None:
     """Log on level INFO (which commands show) the columns that are kept and not used."""
     unknown = [str(name) for name in recordings.extra.columns if name not in _OF_THE_SHEET]
+    spatial = [name for name in unknown if name in SPATIAL.pose or name in SPATIAL.deflection]
+    if spatial and recordings.configurations.shape[1] < len(SPATIAL.pose):
+        what = f"the columns {', '.join(spatial)} are of a robot in space, and this one moves in a plane"
+        likely = "Is the robot file that of the robot that was measured?"
+        say([Implausibility(what, likely)], recordings.source)
+        unknown = [name for name in unknown if name not in _KNOWN]
     if unknown:
         names = ", ".join(_with_near(name) for name in unknown)
         _LOG.info("%s: columns without a meaning here, kept but not used: %s", recordings.source, names)
@@ -153,8 +164,6 @@ def say_unknown_columns(recordings: Recordings) -> None:
 
 def _with_near(name: str) -> str:
     """A column with the known one that it resembles: `dx_mm` is in another unit, `dxm` a slip of the pen."""
-    known = ["sequence", "series", "time_s", "split", "mass_kg"]
-    known += [column for names in vars(SPATIAL).values() if isinstance(names, tuple) for column in names]
-    near = difflib.get_close_matches(name, known, n=1, cutoff=0.8)
+    near = [] if name in _KNOWN else difflib.get_close_matches(name, _KNOWN, n=1, cutoff=0.8)
     other = near[0] if near else synonym(name)
     return f"{name} (is `{other}` meant?)" if other else name
