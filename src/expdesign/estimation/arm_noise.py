@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2 as chi2_distribution
+from scipy.special import chdtrc
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.recordings.recordings import Remark
@@ -65,7 +65,7 @@ class ArmNoise:
                 break
         squares, dof = self._by_kind(found, deviations, weights)
         total, freedom = float(squares.sum()), max(float(dof.sum()), 1.0)
-        judged = (total, round(freedom), float(chi2_distribution.sf(total, freedom)))
+        judged = (total, round(freedom), float(chdtrc(freedom, total)))
         beyond = judged[2] < self.options.refuted
         generous = total < self.options.generous**2 * freedom and 1.0 - judged[2] < self.options.refuted
         if not (beyond or generous):

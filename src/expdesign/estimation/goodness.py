@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import Any, Literal
 
-from scipy.stats import chi2, f
+from scipy.special import chdtr, chdtrc, fdtrc
 
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.fit import Fit
@@ -49,7 +49,7 @@ def noise_ratio(value: float, dof: int, options: FitOptions = FIT) -> float:
     """√(χ²/ν) where χ² speaks against the stated noise, in either direction, else 1: the noise that readings have."""
     if dof < 1:
         return 1.0
-    beyond = float(chi2.sf(value, dof)) < options.refuted or float(chi2.cdf(value, dof)) < options.too_good
+    beyond = float(chdtrc(dof, value)) < options.refuted or float(chdtr(dof, value)) < options.too_good
     return sqrt(value / dof) if beyond else 1.0
 
 
@@ -136,7 +136,7 @@ class StatementOfFit:
     @classmethod
     def of_chi2(cls, value: float, dof: int, worst: WorstRow | None = None) -> "StatementOfFit":
         """The statement of a χ² against stated noise."""
-        p_value = float(chi2.sf(value, dof)) if dof > 0 else None
+        p_value = float(chdtrc(dof, value)) if dof > 0 else None
         return cls(value, dof, p_value, worst=worst, mean_square=value / max(dof, 1))
 
     @property
@@ -148,7 +148,7 @@ class StatementOfFit:
             return "refuted" if against else ("noise estimated" if self.chi2 is None else "not refuted")
         if self.p_value < self.options.refuted:
             return "refuted"
-        small = self.chi2 is not None and float(chi2.cdf(self.chi2, self.dof)) < self.options.too_good
+        small = self.chi2 is not None and float(chdtr(self.dof, self.chi2)) < self.options.too_good
         return "too good" if small and self.overstated >= self.options.overstated else "not refuted"
 
     @property
@@ -237,7 +237,7 @@ def statement_of_fit(
         columns: of what the instrument reads, whether it was measured or not.
     """
     value, dof = squares_of(fit)
-    p_value = float(chi2.sf(value, dof)) if noise.known and dof > 0 else None
+    p_value = float(chdtrc(dof, value)) if noise.known and dof > 0 else None
     lack = _lack_of_fit(value, dof, recordings, noise)
     worst = None
     if fit.residuals.size:
@@ -256,7 +256,7 @@ def squares_of(fit: Fit) -> tuple[float, int]:
 def _worst_row(outlying: Outlying, recordings: Recordings, columns: tuple[str, ...], *, noise_known: bool) -> WorstRow:
     without = None
     if outlying.aside and noise_known and outlying.dof > 0:
-        without = float(chi2.sf(outlying.chi2, outlying.dof))
+        without = float(chdtrc(outlying.dof, outlying.chi2))
     return WorstRow(
         recordings.where(outlying.worst),
         columns[outlying.reading],
@@ -274,4 +274,4 @@ def _lack_of_fit(value: float, freedom: int, recordings: Recordings, noise: Nois
     if pure_dof == 0 or dof <= 0 or squares <= 0.0:
         return None
     ratio = max(value - squares, 0.0) / dof / (squares / pure_dof)
-    return LackOfFit(ratio, dof, pure_dof, float(f.sf(ratio, dof, pure_dof)))
+    return LackOfFit(ratio, dof, pure_dof, float(fdtrc(dof, pure_dof, ratio)))
