@@ -23,7 +23,8 @@ from expdesign.arrays import FloatArray
 from expdesign.assurance.validation.repeated import mean, root_mean_square
 from expdesign.chain.chain import Chain
 from expdesign.chain.models.model_file import Model
-from expdesign.chain.recordings.reader import points_from_table, recordings_from_table
+from expdesign.chain.recordings.points import points_from_table
+from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.recordings.references import Sharing, with_references
 from expdesign.estimation.compensation.compensate import compensate

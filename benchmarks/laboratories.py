@@ -237,13 +237,14 @@ def main(arguments: list[str] | None = None) -> int:
     """Work through the laboratories and write the table as CSV and as a page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=200)
+    parser.add_argument("--first", type=int, default=0, help="seed of the first laboratory")
     parser.add_argument("--seconds", type=float, default=float("inf"), help="no laboratory begins after so long")
     parser.add_argument("--out", type=Path, required=True, help="table and page, without ending")
     options = parser.parse_args(arguments)
     began, cpu = time.monotonic(), time.process_time()
     plan = xd.run(configuration()).plan
     found: list[Laboratory] = []
-    for seed in range(options.count):
+    for seed in range(options.first, options.first + options.count):
         if time.monotonic() - began > options.seconds:
             break
         found.append(laboratory(seed, plan))
@@ -253,7 +254,8 @@ def main(arguments: list[str] | None = None) -> int:
             writer.writeheader()
             writer.writerows(asdict(each) for each in found)
         limit = "" if np.isinf(options.seconds) else f" --seconds {options.seconds:g}"
-        command = f"python -m benchmarks.laboratories --count {options.count}{limit} --out {options.out}"
+        first = f" --first {options.first}" if options.first else ""
+        command = f"python -m benchmarks.laboratories --count {options.count}{first}{limit} --out {options.out}"
         text = page(found, command, time.process_time() - cpu)
         options.out.with_suffix(".md").write_text(text, encoding="utf-8")
     return 0

@@ -11,7 +11,6 @@ PROOFS = {
     "acceptance/test_laboratories.py": "robots that pass and are out of tolerance more often than stated",
     "acceptance/test_verify.py::test_a_robot_whose_truth_fails": "a risk of passing beyond the stated one",
     "api/test_coverage.py": "intervals of held-out readings that cover too little or too much",
-    "api/test_machine_notebook.py": "a notebook whose outputs are not today's",
     "api/test_notebook.py": "a notebook whose outputs are not today's",
     "chain/test_bodies.py::test_a_body_without_standard_deviations": "a noise level that an explanation does not leave",
     "chain/test_markers.py": "geometry of an arm that is not recovered from positions",

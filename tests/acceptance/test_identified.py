@@ -11,7 +11,9 @@ from tests.acceptance.test_acceptance import decision, plan_for
 from tests.design.problems import HEXAPOD, problem
 
 import expdesign as xd
+from expdesign.app.api.at_targets import AtTargets
 from expdesign.assurance.acceptance.decision import Decision, acceptance_record, sentences
+from expdesign.assurance.acceptance.left_out import LeftOutOptions, left_out_by, left_out_risk
 from expdesign.assurance.model_error.left_out import left_out, offsets
 from expdesign.assurance.model_error.recorded import shown_by
 from expdesign.assurance.model_error.settings import Assumptions
@@ -166,8 +168,40 @@ def test_the_odds_of_what_is_hidden_are_those_of_integrating_over_its_size() -> 
     generator = np.random.default_rng(1)
     odds = []
     for first, last in pairwise(start):
-        sizes = generator.standard_normal((100_000, last - first))
-        left = residuals - sizes @ shown[:, first:last].T
-        odds.append(np.exp(0.5 * (residuals @ residuals - (left**2).sum(axis=1))).mean() / len(physics))
+        for scale in (1.0, 3.0):  # the size is assumed: as likely three times as large
+            sizes = scale * generator.standard_normal((100_000, last - first))
+            left = residuals - sizes @ shown[:, first:last].T
+            gain = np.exp(0.5 * (residuals @ residuals - (left**2).sum(axis=1))).mean()
+            odds.append(gain / len(physics) / 2.0)
     expected = np.array(odds) / (1.0 + sum(odds))
-    np.testing.assert_allclose(hidden.probability, expected, rtol=0.05)
+    np.testing.assert_allclose(hidden.probability, expected, rtol=0.1)
+
+
+def test_friction_is_integrated_over_its_size() -> None:
+    """A few sizes stand for all: the same odds and the same risk with twenty times as many."""
+    case = problem(HEXAPOD, CASE | {"model_error": {"physics": ["friction_hysteresis"]}})
+    recorded = xd.simulate(case, plan_frame(plan_for(case, 2), case.loaded, False), load_errors=False).frame
+    found = AtTargets.identified(case, xd.identify(HEXAPOD["robot"], recorded).result)
+    dense = LeftOutOptions(sizes=tuple(np.linspace(0.05, 9.0, 200)))
+    shown = left_out_by(case, found.model, dense)
+    assert shown is not None
+    exact = replace(found.decision, left_out=left_out_risk(case, found.model, shown, dense))
+    assert found.decision.left_out is not None
+    assert exact.left_out is not None
+    assert found.decision.left_out.nothing == pytest.approx(exact.left_out.nothing, rel=0.02)
+    assert found.decision.whole_risk == pytest.approx(exact.whole_risk, rel=0.1)
+
+
+def test_physics_of_several_prior_sizes_is_believed() -> None:
+    """Friction is assumed to be about 1 N: recordings that hint at 4 N are not held for noise as readily."""
+    case = problem(HEXAPOD, CASE)
+    frame = plan_frame(plan_for(case, 2), case.loaded, False)
+    hidden = "friction_hysteresis at leg 4, rigid, 4 N"
+    recorded = xd.simulate(case, frame, conceal=hidden, seed=0, load_errors=False).frame
+    found = AtTargets.identified(case, xd.identify(HEXAPOD["robot"], recorded).result)
+    narrow = LeftOutOptions(scales=(1.0,), sizes=())
+    shown = left_out_by(case, found.model, narrow)
+    assert shown is not None
+    assert not shown.at_sizes
+    before = replace(found.decision, left_out=left_out_risk(case, found.model, shown, narrow))
+    assert found.decision.whole_risk > 1.5 * before.whole_risk

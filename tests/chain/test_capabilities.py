@@ -40,8 +40,15 @@ ELSEWHERE = ("axis", "one", "part")
 """Owners of other things of these names: noise of an axis' reading, a fit to markers; files that are joined."""
 
 
+#: Where a reading is compared with another, and why.
+COMPARED = {
+    # A deflection is the motion of the platform itself where nothing acts on the reading.
+    "assurance/model_error/directions.py": 1,
+}
+
+
 def test_no_one_branches_on_markers_but_the_strategies() -> None:
-    asked = []
+    asked: dict[str, int] = {}
     for name, nodes in _modules(*STRATEGIES):
         for node in nodes:
             if isinstance(node, ast.Compare) and any(isinstance(op, ast.Is | ast.IsNot) for op in node.ops):
@@ -49,8 +56,8 @@ def test_no_one_branches_on_markers_but_the_strategies() -> None:
                 called = left.attr if isinstance(left, ast.Attribute) else getattr(left, "id", "")
                 owner = getattr(getattr(left, "value", None), "id", "")
                 if called in ("marker", "markers", "reading", "positions") and owner not in ELSEWHERE:
-                    asked.append(f"{name}:{node.lineno}")
-    assert asked == []
+                    asked[name] = asked.get(name, 0) + 1
+    assert asked == COMPARED
 
 
 #: Where a branch on the kind of reading still stands, and why: how often each module asks.
@@ -70,7 +77,7 @@ BRANCHES = {
     # Whether the calibration that is asked for can be read off the columns, and which is usual.
     "estimation/geometric.py": 2,
     # Positions have no unloaded reading that rows could share.
-    "chain/recordings/references.py": 2,
+    "chain/recordings/references.py": 1,
     # Units and signs of deflections are judged by the base model, which positions do not have alone.
     "assurance/plausibility/recordings.py": 1,
 }

@@ -15,7 +15,7 @@ from expdesign.app.api.callbacks import ProgressReport
 from expdesign.app.api.diagnose import STAGES
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.transmission import LegBacklash
-from expdesign.chain.recordings.reader import points_from_table
+from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.row import row_data
 from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table

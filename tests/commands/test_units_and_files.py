@@ -10,8 +10,6 @@ from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, rec
 
 from expdesign.io.table import read_table
 
-FACTORS = {"_m,": ("_um,", 1e6), "_rad,": ("_mdeg,", 180e3 / np.pi)}
-
 
 def stiffness(folder: Path) -> np.ndarray:
     found = json.loads((folder / "identification.json").read_text(encoding="utf-8"))["stiffness"]

@@ -10,7 +10,6 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.models.model_file import Model
-from expdesign.chain.recordings.reader import points_from_table
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import predict, require_history
 from expdesign.estimation.identify import identify
@@ -110,11 +109,3 @@ def test_history_is_asked_for_where_the_model_depends_on_it(physics: str, compon
         assert missing in caught.value.where
     full = frame.assign(time_s=[0.0, 1.0, 2.0], temperature_degC=[20.0, 21.0, 22.0])
     require_history(model, table_of(full))
-
-
-def test_points_keep_the_order_of_their_file() -> None:
-    made = experiment("H1", 5)
-    frame = made.frame(made.exact).iloc[::-1]
-    points = points_from_table(table_of(frame), robot("H1"))
-    np.testing.assert_array_equal(points.sequence, np.arange(1, 6))
-    np.testing.assert_array_equal(np.argsort(points.lines), np.arange(5)[::-1])

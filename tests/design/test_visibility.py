@@ -112,12 +112,18 @@ def test_of_several_reflectors_as_many_have_to_be_seen_as_asked(tmp_path: Path) 
     assert Visibility(station, (FORWARD, away), 0.0).excess(robot, still)[0] == pytest.approx(np.deg2rad(150.0))
 
 
-def test_plans_keep_reflectors_in_sight(tmp_path: Path) -> None:
+@pytest.mark.parametrize("listed", [True, pytest.param(False, marks=pytest.mark.slow)])
+def test_plans_keep_reflectors_in_sight(tmp_path: Path, listed: bool) -> None:
+    """Of listed poses in every run; within bounds, where descents have to keep them in sight, as a proof."""
+    poses = np.random.default_rng(1).uniform([-2.5, -0.8, -2.5], [2.5, 0.8, 2.5], (400, 3))
     config = written(tmp_path)
+    if listed:
+        document = yaml.safe_load(config.read_text(encoding="utf-8"))
+        document["experiment"]["poses"] = {"candidates": poses.tolist()}
+        config.write_text(yaml.safe_dump(document), encoding="utf-8")
     problem = problem_of(config)
     assert problem.constraints is not None
     assert problem.constraints.visibility is not None
-    poses = np.random.default_rng(1).uniform([-2.5, -0.8, -2.5], [2.5, 0.8, 2.5], (400, 3))
     seen = problem.constraints.visibility.excess(problem.loaded.robot, poses).max(axis=-1) <= 0.0
     assert 0.05 < seen.mean() < 0.9
     chosen = xd.run(config).plan[["q1_rad", "q2_rad", "q3_rad"]].to_numpy()

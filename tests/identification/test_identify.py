@@ -10,7 +10,6 @@ from tests.cases import ROBOTS, robot
 from tests.identification.experiments import Experiment, by_series, experiment, read
 
 from expdesign.app.api.identify import with_doubts
-from expdesign.chain.recordings.reader import join
 from expdesign.errors import InputError, NotIdentifiableError, SingularConfigurationError
 from expdesign.estimation.identify import Identification, identify
 from expdesign.mechanics.robots.bipod import Bipod
@@ -189,15 +188,6 @@ def test_the_order_of_the_rows_changes_nothing(shared: bool, stated: bool) -> No
     same(first, identify(made.robot, by_series(read(shuffled, made.robot), shared)))
     renumbered = shuffled.assign(sequence=np.arange(1, 13))
     same(first, identify(made.robot, by_series(read(renumbered, made.robot), shared)))
-
-
-@pytest.mark.parametrize("shared", [True, False])
-def test_a_file_split_in_two_changes_nothing(shared: bool) -> None:
-    made = experiment("H1", 11, seed=10, loads_per_pose=3)
-    frame = made.frame(made.noisy(np.random.default_rng(3)))
-    first = identify(made.robot, by_series(read(frame, made.robot), shared))
-    parts = [read(frame.iloc[:5], made.robot, "a.csv"), read(frame.iloc[5:], made.robot, "b.csv")]
-    same(first, identify(made.robot, by_series(join(parts), shared)))
 
 
 @pytest.mark.parametrize(("length", "force"), [(2.5, 1.0), (1.0, 4.0), (0.4, 0.3)])

@@ -9,7 +9,8 @@ import pytest
 
 from expdesign.app.api.inputs import table_of
 from expdesign.chain.recordings.filled_in import check_structure
-from expdesign.chain.recordings.reader import points_from_table, recordings_from_table
+from expdesign.chain.recordings.points import points_from_table
+from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES
 from expdesign.errors import InputError
 from expdesign.estimation.identify import identify

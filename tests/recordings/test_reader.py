@@ -9,7 +9,7 @@ from tests.cases import robot
 from tests.identification.experiments import experiment, read, table_of
 
 from expdesign.chain.recordings.filled_in import check_structure
-from expdesign.chain.recordings.reader import points_from_table
+from expdesign.chain.recordings.points import points_from_table
 from expdesign.errors import InputError
 
 Fault = Callable[[pd.DataFrame], pd.DataFrame]

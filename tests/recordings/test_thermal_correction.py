@@ -12,7 +12,7 @@ from tests.oracle import Array
 import expdesign as xd
 from expdesign.app.api.inputs import RobotFile
 from expdesign.chain.instrument.deflection_noise import ReferencedNoise, series_by_pose
-from expdesign.chain.recordings.reader import points_from_table
+from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.recordings.thermal_correction import (
     ForwardKinematics,
     MeasuredPoses,

@@ -20,7 +20,8 @@ from expdesign.chain.effects.load.tool import UnknownTool
 from expdesign.chain.models.model_file import Model, model_text, read_model
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
-from expdesign.chain.recordings.reader import points_from_table, recordings_from_table
+from expdesign.chain.recordings.points import points_from_table
+from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.held_out import held_out_rows

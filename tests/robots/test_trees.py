@@ -13,7 +13,7 @@ from tests.robots.arms import ARMS
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.base.compliance import BaseCompliance
 from expdesign.chain.readings.position import MarkerPosition
-from expdesign.chain.recordings.reader import points_from_table
+from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
 from expdesign.mechanics.robots.robot_file import read_robot

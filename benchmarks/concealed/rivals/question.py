@@ -15,7 +15,8 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from expdesign.chain.recordings.reader import points_from_table, recordings_from_table
+from expdesign.chain.recordings.points import points_from_table
+from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
 from expdesign.chain.row import RowData, row_data
 from expdesign.io.output import csv_text

@@ -11,7 +11,7 @@ from expdesign.chain.ports.naming import FREE, LAW, physics_of
 from expdesign.chain.ports.words import FORMS, columns, depends_on, identifier, quantity_name, unit_of, usually
 from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.findings import Finding, reported
-from expdesign.diagnosis.laws import Laws, Part
+from expdesign.diagnosis.laws import FoundLaw, Laws
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.mechanics.robots.robot import Robot
 
@@ -69,7 +69,7 @@ def _finding(laws: Laws, index: int, robot: Robot, known: Collection[str]) -> Fi
     )  # fmt: skip
 
 
-def sentence(part: Part, robot: Robot, others: tuple[str, ...] = ()) -> str:
+def sentence(part: FoundLaw, robot: Robot, others: tuple[str, ...] = ()) -> str:
     """What a technician should know of a law: where, what it does, on what it depends, how large, what does that."""
     effect, curve = part.effect, part.curve
     assert isinstance(effect, Law)

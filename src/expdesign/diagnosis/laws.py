@@ -27,7 +27,7 @@ from expdesign.estimation.fit import Fit, fit
 
 
 @dataclass(frozen=True)
-class Part:
+class FoundLaw:
     """One law, or one named effect beside laws.
 
     Attributes:
@@ -59,7 +59,7 @@ class Laws:
         noise: standard deviation of the readings in the stated or first estimated one: 1 where it is known.
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[FoundLaw, ...]
     fit: Fit
     left_out: LeftOut
     gain: float
@@ -196,9 +196,9 @@ def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
         if isinstance(effect, Law):
             seen = np.column_stack([sight.values(q)[sight.counts] for q in effect.form.channels[0].inputs])
             curve = curve_of(effect, robot, result.values, result.covariance, part, seen)
-            parts.append(Part(effect, where, share, None, curve))
+            parts.append(FoundLaw(effect, where, share, None, curve))
         else:
-            parts.append(Part(effect, where, share, model.candidates[position]))
+            parts.append(FoundLaw(effect, where, share, model.candidates[position]))
     parts.sort(key=lambda item: -item.share)
     gain = state.log_evidence - start.log_evidence
     return Laws(tuple(parts), result, left_out, gain, inflation, noise)

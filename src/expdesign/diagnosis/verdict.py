@@ -9,7 +9,6 @@ cause is more likely beforehand than that number of known ones at once.
 """
 
 import numpy as np
-from scipy.stats import chi2 as chi2_distribution
 
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.laws import Laws
@@ -70,7 +69,7 @@ def doubt(
 
 def within_noise(after: tuple[float, int]) -> bool:
     """Whether χ² (with its degrees of freedom) is that of noise."""
-    return float(chi2_distribution.sf(*after)) >= FIT.refuted
+    return FIT.allows(*after)
 
 
 def fits(before: tuple[float, int], after: tuple[float, int]) -> bool:

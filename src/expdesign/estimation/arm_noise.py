@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtrc
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.recordings.recordings import Remark
@@ -11,6 +10,7 @@ from expdesign.errors import NotIdentifiableError
 from expdesign.estimation.arm_options import ArmOptions
 from expdesign.estimation.arm_problem import ArmProblem
 from expdesign.estimation.evidence import Priors, Sized, with_evidence
+from expdesign.estimation.goodness import FIT, p_value_of
 from expdesign.estimation.noise_level import NoiseGroup, NoiseLevel, axis_groups
 from expdesign.estimation.noise_remarks import GenerousNoise, NoiseBeyondStated
 from expdesign.estimation.robust_loss import Weighting
@@ -65,9 +65,9 @@ class ArmNoise:
                 break
         squares, dof = self._by_kind(found, deviations, weights)
         total, freedom = float(squares.sum()), max(float(dof.sum()), 1.0)
-        judged = (total, round(freedom), float(chdtrc(freedom, total)))
-        beyond = judged[2] < self.options.refuted
-        generous = total < self.options.generous**2 * freedom and 1.0 - judged[2] < self.options.refuted
+        judged = (total, round(freedom), p_value_of(total, freedom))
+        beyond = judged[2] < FIT.refuted
+        generous = total < self.options.generous**2 * freedom and 1.0 - judged[2] < FIT.refuted
         if not (beyond or generous):
             noise = NoiseLevel(deviations, "recordings")
             effective = deviations / np.sqrt(weights)[:, None]

@@ -30,7 +30,6 @@ class ArmOptions:
             efficient at normal noise; Huber, Annals of Mathematical Statistics 35, 1964, 73) or `student` (Student's t
             with `freedom` degrees of freedom; Lange, Little and Taylor, J. Am. Stat. Assoc. 84, 1989, 881).
         freedom: of Student's t; 4 as recommended there for unknown tails.
-        refuted: p-value of χ² below which the stated noise is too small and a second component is estimated.
         generous: RMS of the residuals in stated standard deviations below which these are far too large, and are
             estimated; only where χ² is improbably small as well.
         determined: part of its deviation beforehand that a parameter keeps at most where the rows tell it apart.
@@ -51,7 +50,6 @@ class ArmOptions:
     most: float = 10.0
     loss: Loss = "squares"
     freedom: float = 4.0
-    refuted: float = 0.01
     generous: float = 0.7
     determined: float = 0.5
     redundant: float = 1e-7

@@ -41,15 +41,24 @@ class FitOptions:
     too_good: float = 0.001
     overstated: float = 1.25
 
+    def allows(self, value: float, dof: float) -> bool:
+        """Whether a χ² against stated noise does not refute the model."""
+        return p_value_of(value, dof) >= self.refuted
+
 
 FIT = FitOptions()
+
+
+def p_value_of(value: float, dof: float) -> float:
+    """Probability of a larger χ² if model and noise are right."""
+    return float(chdtrc(dof, value))
 
 
 def noise_ratio(value: float, dof: int, options: FitOptions = FIT) -> float:
     """√(χ²/ν) where χ² speaks against the stated noise, in either direction, else 1: the noise that readings have."""
     if dof < 1:
         return 1.0
-    beyond = float(chdtrc(dof, value)) < options.refuted or float(chdtr(dof, value)) < options.too_good
+    beyond = not options.allows(value, dof) or float(chdtr(dof, value)) < options.too_good
     return sqrt(value / dof) if beyond else 1.0
 
 
@@ -136,7 +145,7 @@ class StatementOfFit:
     @classmethod
     def of_chi2(cls, value: float, dof: int, worst: WorstRow | None = None) -> "StatementOfFit":
         """The statement of a χ² against stated noise."""
-        p_value = float(chdtrc(dof, value)) if dof > 0 else None
+        p_value = p_value_of(value, dof) if dof > 0 else None
         return cls(value, dof, p_value, worst=worst, mean_square=value / max(dof, 1))
 
     @property
@@ -237,7 +246,7 @@ def statement_of_fit(
         columns: of what the instrument reads, whether it was measured or not.
     """
     value, dof = squares_of(fit)
-    p_value = float(chdtrc(dof, value)) if noise.known and dof > 0 else None
+    p_value = p_value_of(value, dof) if noise.known and dof > 0 else None
     lack = _lack_of_fit(value, dof, recordings, noise)
     worst = None
     if fit.residuals.size:
@@ -256,7 +265,7 @@ def squares_of(fit: Fit) -> tuple[float, int]:
 def _worst_row(outlying: Outlying, recordings: Recordings, columns: tuple[str, ...], *, noise_known: bool) -> WorstRow:
     without = None
     if outlying.aside and noise_known and outlying.dof > 0:
-        without = float(chdtrc(outlying.dof, outlying.chi2))
+        without = p_value_of(outlying.chi2, outlying.dof)
     return WorstRow(
         recordings.where(outlying.worst),
         columns[outlying.reading],

@@ -87,18 +87,18 @@ def search(problem: DesignProblem, report: Follow = lambda progress: None, start
     _require_finite(problem, drawn)
     population = DesignPopulation(problem)
     found = evolution(population, drawn if start is None else np.concatenate([drawn, start]))
-    known = _Known(settings.generations or 0, report)
-    complete = _first_generation(found, known)
-    while not complete and not known.ended and found.has_next():
+    course = _Course(settings.generations or 0, report)
+    complete = _first_generation(found, course)
+    while not complete and not course.ended and found.has_next():
         found.next()
-        known.add(found, found.operators[found.asked].name)
-    if known.point is None and known.ended:
+        course.add(found, found.operators[found.asked].name)
+    if course.point is None and course.ended:
         what = "the search was ended before any plan was known"
         raise InputError(what, where=problem.source, remedy="Give it more time.")
     missing, archive = 0.0 if complete else _missing(found), found.state.archive
-    if not complete and not known.ended:
+    if not complete and not course.ended:
         settle(found.state, archive.designs[_chosen(problem, archive.values, len(problem.objectives))])
-    return _front(problem, archive.designs, DesignPopulation(problem), known.point, missing, found)
+    return _front(problem, archive.designs, DesignPopulation(problem), course.point, missing, found)
 
 
 def search_single(
@@ -133,20 +133,20 @@ def joined(problem: DesignProblem, front: Front, designs: Sequence[FloatArray | 
     return replace(found, evaluations=evaluations, missing=front.missing)
 
 
-def _first_generation(found: Evolution, known: "_Known") -> bool:
+def _first_generation(found: Evolution, course: "_Course") -> bool:
     """Designs at random, then roundings of the convex relaxation; whether they are all designs that there are."""
     problem = found.state.problem
     found.next()
-    known.add(found, "random designs")
-    if known.ended:
+    course.add(found, "random designs")
+    if course.ended:
         return False
     every = every_design(problem)
     if every is not None:
         found.take(every)
-        known.add(found, "every design there is")
+        course.add(found, "every design there is")
         return True
     found.take(np.concatenate([relaxed_designs(problem), repeated_designs(problem)]))
-    known.add(found, "designs of the convex relaxation")
+    course.add(found, "designs of the convex relaxation")
     return False
 
 
@@ -177,7 +177,7 @@ def _require_finite(problem: DesignProblem, designs: FloatArray) -> None:
             raise InputError(what, where=f"{problem.source}, objectives", remedy=remedy)
 
 
-class _Known:
+class _Course:
     """What is reported: the front so far, and its hypervolume with respect to a point that stays.
 
     `ended` says whether somebody who was reported to wants no more.

@@ -3,9 +3,8 @@
 from collections.abc import Mapping
 from importlib.metadata import version
 
-from expdesign.assurance.acceptance.about import About
 from expdesign.assurance.acceptance.check_measurement import CheckMeasurement
-from expdesign.assurance.acceptance.record import RULE
+from expdesign.assurance.acceptance.record import RULE, About
 from expdesign.assurance.acceptance.verification import AxisResult, Verification
 from expdesign.chain.models.model_file import Model
 from expdesign.probabilities import probability_text

@@ -16,7 +16,7 @@ from expdesign.chain.models.estimable import Calibrated
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import Frame
 from expdesign.chain.recordings.joint_columns import with_joint_columns
-from expdesign.chain.recordings.reader import points_from_table
+from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import ArgumentError

@@ -10,7 +10,7 @@ import pandas as pd
 from expdesign.app.api.inputs import RobotInput, TableInput, purpose_of, robot_of, table_of
 from expdesign.app.api.result import RecordedTable
 from expdesign.arrays import FloatArray
-from expdesign.chain.recordings.columns import order_in_time
+from expdesign.chain.recordings.points import order_in_time
 from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.thermal_correction import (
     CorrectedDeflections,

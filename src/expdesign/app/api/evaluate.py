@@ -16,7 +16,7 @@ from expdesign.assurance.acceptance.decision import Decision, acceptance_record,
 from expdesign.assurance.acceptance.planned import planned_decision
 from expdesign.assurance.model_error.meir import meir_of_problem
 from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden, hidden_by_plan
-from expdesign.chain.recordings.reader import points_from_table
+from expdesign.chain.recordings.points import points_from_table
 from expdesign.errors import InputError, SingularConfigurationError
 from expdesign.io.table import Table as GivenTable
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT

@@ -13,7 +13,7 @@ from expdesign.app.api.result import TableResult
 from expdesign.arrays import FloatArray
 from expdesign.chain.models.model_file import Model, model_of_robot
 from expdesign.chain.recordings.columns import REFERENCE
-from expdesign.chain.recordings.reader import points_from_table
+from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.recordings.recordings import measured_names
 from expdesign.chain.recordings.references import reference_names
 from expdesign.counted import counted

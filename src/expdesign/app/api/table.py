@@ -13,7 +13,7 @@ from expdesign.app.api.inputs import ModelInput, model_of, purpose_of, require_s
 from expdesign.app.api.result import FolderResult
 from expdesign.arrays import FloatArray
 from expdesign.chain.models.model_file import Model
-from expdesign.chain.recordings.reader import points_from_table
+from expdesign.chain.recordings.points import points_from_table
 from expdesign.errors import ArgumentError, ConvergenceError, InfeasibleError, InputError, SingularConfigurationError
 from expdesign.estimation.compensation.c_source import c_source
 from expdesign.estimation.compensation.compensate import compensate as commands_for

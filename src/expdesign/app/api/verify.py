@@ -13,11 +13,10 @@ from expdesign.app.api.inputs import ModelInput, TableInput, model_of, purpose_o
 from expdesign.app.api.recorded import referenced
 from expdesign.app.api.result import FolderResult, PathLike
 from expdesign.arrays import FloatArray
-from expdesign.assurance.acceptance.about import About, about_of, read_about
 from expdesign.assurance.acceptance.budget import tolerances
 from expdesign.assurance.acceptance.check_measurement import CheckMeasurement, read_check_measurement
 from expdesign.assurance.acceptance.planned import reading_deviations
-from expdesign.assurance.acceptance.record import certificate_number, verification_record
+from expdesign.assurance.acceptance.record import About, about_of, certificate_number, read_about, verification_record
 from expdesign.assurance.acceptance.verification import Tolerances, Verification, compare, judge, tip_errors
 from expdesign.chain.models.model_file import Model
 from expdesign.errors import ArgumentError, InputError

@@ -33,7 +33,7 @@ def any_beyond(above: FloatArray, below: FloatArray, covariance: FloatArray, neg
     alone = np.concatenate([above, below])
     total = float(alone.sum())
     if total < negligible:
-        return total
+        return min(total, 1.0)
     deviation = np.sqrt(np.diag(covariance))
     unit = np.where(deviation > 0.0, deviation, 1.0)
     values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))

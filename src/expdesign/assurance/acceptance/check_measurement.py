@@ -12,9 +12,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.chain.recordings.columns import order_in_time, read_deflections, read_deviations
+from expdesign.chain.recordings.measured import read_deflections, read_deviations
+from expdesign.chain.recordings.points import order_in_time, points_from_table
 from expdesign.chain.recordings.pose_columns import rotations_of
-from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.errors import InputError
 from expdesign.io.table import Table

@@ -27,7 +27,7 @@ import numpy as np
 from scipy.special import ndtr, stdtr
 
 from expdesign.arrays import BoolArray, FloatArray
-from expdesign.assurance.acceptance.any_axis import any_beyond
+from expdesign.assurance.acceptance.any_axis import NEGLIGIBLE, any_beyond
 from expdesign.assurance.acceptance.budget import UncertaintyBudget
 from expdesign.probabilities import SMALLEST, probability_text
 
@@ -185,8 +185,8 @@ class Decision:
         if self.left_out is None or not self.decided:
             return np.zeros(0)
         hidden = self.left_out
-        each = [self._any(mean, root) for mean, root in zip(hidden.mean, hidden.roots, strict=True)]
-        return hidden.probability * np.array(each)
+        alternatives = zip(hidden.probability, hidden.mean, hidden.roots, strict=True)
+        return np.array([p * self._any(mean, root, NEGLIGIBLE / max(p, NEGLIGIBLE)) for p, mean, root in alternatives])
 
     def _tails(self, mean: FloatArray | float = 0.0, root: FloatArray | None = None) -> FloatArray:
         """Probabilities of an error above and below the tolerance, shape (2, t, n).
@@ -206,8 +206,10 @@ class Decision:
         tails: FloatArray = np.where(finite, stdtr(np.where(finite, degrees, 1.0), scores), ndtr(scores))
         return tails
 
-    def _any(self, mean: FloatArray | float = 0.0, root: FloatArray | None = None) -> float:
-        """Probability of an error beyond any tolerance, arguments as of `_tails`."""
+    def _any(
+        self, mean: FloatArray | float = 0.0, root: FloatArray | None = None, negligible: float = NEGLIGIBLE
+    ) -> float:
+        """Probability of an error beyond any tolerance, arguments as of `_tails`; `negligible` as of `any_beyond`."""
         matters = self.budget.matters
         above, below = self._tails(mean, root)[:, matters]
         if np.isnan(above).any():
@@ -215,7 +217,7 @@ class Decision:
         covariance = self.budget.covariance[matters][:, matters]
         if root is not None:
             covariance = covariance + root[matters] @ root[matters].T
-        return any_beyond(above, below, covariance)
+        return any_beyond(above, below, covariance, negligible)
 
     @property
     def repetitions(self) -> FloatArray:

@@ -30,21 +30,20 @@ class Directions:
     def at(self, rows: RowData) -> tuple[FloatArray, FloatArray]:
         """Derivatives of readings with respect to the base's parameters (N, r, p) and to the physics (N, r, D)."""
         groups = self._groups()
-        found = [self._of(group, rows, instrument=True) for group in groups]
+        found = [self._of(group, rows, platform=False) for group in groups]
         return found[0][..., : len(self.values)], self._gathered(groups, found)
 
     def of_platform(self, rows: RowData) -> FloatArray:
         """Derivatives of the motion of the platform with respect to the physics, shape (N, n, D)."""
         groups = self._groups()
-        # Where nothing acts on the reading of a deflection it is the motion of the platform.
-        reads = self.base.reading is not DEFLECTION or any(effect.changes_reading for effect in self.base.effects)
-        found = [
-            self._of(
-                group, rows, instrument=not reads and not any(self.physics[i].effect.changes_reading for i in group)
-            )
-            for group in groups
-        ]
-        return self._gathered(groups, found)
+        return self._gathered(groups, [self._of(group, rows, platform=True) for group in groups])
+
+    def change(self, index: int, rows: RowData, size: float, *, platform: bool) -> FloatArray:
+        """What physics with a step changes at a size in its prior ones: readings, or the platform's motion, (N, r)."""
+        chain, entry = self._chain((index,), platform=platform), self.physics[index]
+        start = np.concatenate([self.values, entry.start])
+        end = np.concatenate([self.values, entry.start + size * (entry.stepped - entry.start)])
+        return chain.predict(rows, end) - chain.predict(rows, start)
 
     def _groups(self) -> list[tuple[int, ...]]:
         """Indices of physics that stands on one chain, first that without memory which does not act on the reading."""
@@ -56,21 +55,24 @@ class Directions:
                 (read if entry.effect.changes_reading else plain).append(index)
         return [tuple(plain), *([tuple(read)] if read else []), *alone]
 
-    def _of(self, group: tuple[int, ...], rows: RowData, *, instrument: bool) -> FloatArray:
+    def _chain(self, group: tuple[int, ...], *, platform: bool) -> Chain:
+        """The chain of a group, which ends with the reading or with the motion of the platform."""
+        effects = (*self.base.effects, *(self.physics[index].effect for index in group))
+        # Where nothing acts on the reading of a deflection it is the motion of the platform.
+        reads = self.base.reading is not DEFLECTION or any(effect.changes_reading for effect in effects)
+        key = group, not (platform and reads)
+        if key not in self._chains:
+            self._chains[key] = Chain(self.base.robot, effects, instrument=key[1], reading=self.base.reading)
+        return self._chains[key]
+
+    def _of(self, group: tuple[int, ...], rows: RowData, *, platform: bool) -> FloatArray:
         """Derivatives with respect to the base's parameters and those of a group, shape (N, r, p + columns)."""
-        entries = [self.physics[index] for index in group]
-        if (group, instrument) not in self._chains:
-            effects = (*self.base.effects, *(entry.effect for entry in entries))
-            self._chains[group, instrument] = Chain(
-                self.base.robot, effects, instrument=instrument, reading=self.base.reading
-            )
-        chain, known = self._chains[group, instrument], len(self.values)
-        values = np.concatenate([self.values, *(entry.start for entry in entries)])
+        entries, known = [self.physics[index] for index in group], len(self.values)
         if entries and entries[0].step:
-            step = np.concatenate([np.zeros(known), entries[0].stepped - entries[0].start])
-            change = chain.predict(rows, values + step) - chain.predict(rows, values)
-            mean = change[..., None] / entries[0].step
-            return np.concatenate([np.zeros((*change.shape, known)), mean], axis=-1)
+            mean = self.change(group[0], rows, 1.0, platform=platform)[..., None] / entries[0].step
+            return np.concatenate([np.zeros((*mean.shape[:2], known)), mean], axis=-1)
+        chain = self._chain(group, platform=platform)
+        values = np.concatenate([self.values, *(entry.start for entry in entries)])
         free = [i for i, parameter in enumerate(chain.parameters) if i < known or not parameter.shape]
         return chain.predict_with_sensitivities(rows, values)[1][..., free]
 

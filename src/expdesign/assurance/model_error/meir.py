@@ -12,7 +12,7 @@ from expdesign.assurance.model_error.left_out import Omitted, effects_of_problem
 from expdesign.assurance.model_error.prior import prior_deviations, with_steps
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.chain import Chain
-from expdesign.chain.row import row_data
+from expdesign.chain.row import RowData, row_data
 from expdesign.errors import InputError
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.planning.asked_criterion import AskedCriterion
@@ -69,12 +69,21 @@ class Meir(AskedCriterion):
     @cached_property
     def motions(self) -> FloatArray:
         """How each parameter moves the platform at the targets along the axes of the tolerances, shape (t, n, D)."""
-        targets, moved = self.problem.targets, []
-        for index in range(len(targets.configurations)):
-            point = row_data(target_points(self.problem, index), self.directions.base.robot)
-            motion = self.directions.of_platform(point)[0]
-            moved.append(motion if targets.axes is None else targets.axes[index] @ motion)
-        return np.array(moved)
+        return self._along_axes([self.directions.of_platform(point)[0] for point in self._points])
+
+    def moved_by(self, index: int, size: float) -> FloatArray:
+        """How physics with a step moves the platform there at a size in its prior ones, shape (t, n)."""
+        change = [self.directions.change(index, point, size, platform=True)[0] for point in self._points]
+        return self._along_axes(change)
+
+    @cached_property
+    def _points(self) -> list[RowData]:
+        robot, count = self.directions.base.robot, len(self.problem.targets.configurations)
+        return [row_data(target_points(self.problem, index), robot) for index in range(count)]
+
+    def _along_axes(self, moved: list[FloatArray]) -> FloatArray:
+        axes = self.problem.targets.axes
+        return np.array(moved if axes is None else [turned @ each for turned, each in zip(axes, moved, strict=True)])
 
     @cached_property
     def errors(self) -> FloatArray:

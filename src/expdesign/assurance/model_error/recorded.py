@@ -4,8 +4,8 @@ Unlike a plan, recordings have series, times and temperatures: effects that depe
 and drift can show. At the targets no time has passed, and what depends on history starts relaxed.
 """
 
-from collections.abc import Collection, Hashable
-from dataclasses import dataclass
+from collections.abc import Collection, Hashable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -27,6 +27,19 @@ from expdesign.planning.problem import DesignProblem
 
 
 @dataclass(frozen=True)
+class AtSizes:
+    """What physics does that is no multiple of its size, at K sizes: friction that holds a leg altogether.
+
+    Attributes:
+        shown: whitened changes of the readings, shape (K, M).
+        motions: of the targets along the axes of the tolerances (m, rad), shape (K, t, n).
+    """
+
+    shown: FloatArray
+    motions: FloatArray
+
+
+@dataclass(frozen=True)
 class Shown:
     """What recordings show of physics that a model leaves out.
 
@@ -34,11 +47,13 @@ class Shown:
         meir: the physics, its prior sizes and what it does at the targets.
         base: whitened sensitivities of the base model, with what is known of its parameters, shape (M, b).
         directions: whitened, of the physics in units of its prior sizes, shape (M, D).
+        at_sizes: by its index, physics that is known at the sizes that were asked for.
     """
 
     meir: Meir
     base: FloatArray
     directions: FloatArray
+    at_sizes: Mapping[int, AtSizes] = field(default_factory=dict)
 
     def hidden(self) -> WhatIsHidden:
         """What the recordings hide, should the base model explain them."""
@@ -57,6 +72,7 @@ def shown_by(
     whitening: Whitening,
     assumptions: Assumptions | None = None,
     known: Collection[tuple[Hashable, ...]] = (),
+    sizes: Sequence[float] = (),
 ) -> Shown:
     """What recordings show of the physics that a robot may have and a model leaves out.
 
@@ -66,6 +82,7 @@ def shown_by(
         whitening: of these rows.
         assumptions: of MEIR; those of the problem where left out.
         known: slots of the physics that the model has.
+        sizes: in prior ones, at which physics with memory and one parameter is worked through the recordings.
 
     Raises:
         InputError: no physics is left to consider.
@@ -77,13 +94,24 @@ def shown_by(
     meir, chain = Meir(problem, assumptions, physics), Chain(robot, reading=reading_of(robot, recordings))
     directions = meir.directions if chain.linear and problem.found is None else None
     directions = directions or Directions(chain, chain.start(), physics)
-    base, columns = (
-        whitening.apply(each[:, recordings.axes]).reshape(-1, each.shape[-1])
-        for each in directions.at(row_data(recordings, robot))
-    )
+    rows = row_data(recordings, robot)
+
+    def white(readings: FloatArray) -> FloatArray:
+        whitened = whitening.apply(readings[:, recordings.axes])
+        return whitened.reshape(-1, *whitened.shape[2:])
+
+    base, columns = (white(each) for each in directions.at(rows))
+    at_sizes = {
+        index: AtSizes(
+            np.array([white(directions.change(index, rows, size, platform=False)) for size in sizes]),
+            np.array([meir.moved_by(index, size) for size in sizes]),
+        )
+        for index, entry in enumerate(physics)
+        if entry.step and len(sizes)
+    }
     columns, knowledge = columns * meir.deviations, chain.knowledge()
     if knowledge is not None:
         prior = np.diag(1.0 / knowledge[1])
         base = np.concatenate([base, prior])
         columns = np.concatenate([columns, np.zeros((len(prior), columns.shape[1]))])
-    return Shown(meir, base, columns)
+    return Shown(meir, base, columns, at_sizes)

@@ -119,23 +119,22 @@ def _tolerances(problem: "DesignProblem") -> list[Implausibility]:
 
 def _centres(problem: "DesignProblem") -> list[Implausibility]:
     robot = problem.loaded.robot
-    size = extent(robot)
-    if size is None or not robot.coordinates.centre_of_mass:
+    if not robot.coordinates.centre_of_mass:
         return []
     loads = problem.space.decode(np.stack([problem.space.lower, problem.space.upper]))[1]
     centres = [(problem.loaded.load.centres(loads), "experiment.load")]
     for index, (loaded, parameters) in enumerate(problem.target_loads):
         centres.append((loaded.load.centres(parameters), f"targets.{index}.payload.com_m"))
-    return [
-        Implausibility(
-            f"a centre of mass would be {far:.3g} m away from a robot of {size:.3g} m",
-            "Is it in millimetres? It has to be in m.",
-            where,
-            far > 10.0 * FAR * size,
-        )
-        for far, where in ((largest(places), where) for places, where in centres if places.size)
-        if far > FAR * size
-    ][:1]
+    return [finding for places, where in centres for finding in centre_findings(robot, places, where)][:1]
+
+
+def centre_findings(robot: Robot, centres: FloatArray, where: str) -> list[Implausibility]:
+    """What speaks against the unit of centres of mass (m), of any shape."""
+    size, far = extent(robot), largest(centres)
+    if size is None or far <= FAR * size:
+        return []
+    what = f"a centre of mass would be {far:.3g} m away from a robot of {size:.3g} m"
+    return [Implausibility(what, "Is it in millimetres? It has to be in m.", where, far > 10.0 * FAR * size)]
 
 
 def _masses(problem: "DesignProblem") -> list[Implausibility]:

@@ -4,7 +4,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import Implausibility, extent
-from expdesign.assurance.plausibility.problem import FAR, deflection_finding, pose_findings
+from expdesign.assurance.plausibility.problem import centre_findings, deflection_finding, pose_findings
 from expdesign.chain.models.estimable import FORCE, MASS, MOMENT, Calibrated, quantities
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.mechanics.robots.robot import Robot
@@ -41,16 +41,10 @@ def correction_findings(
 
 
 def _centres(points: LoadedPoints, robot: Robot) -> list[Implausibility]:
-    size = extent(robot)
-    if size is None or points.payload is None or points.payload.shape[1] < 2:
+    if points.payload is None or points.payload.shape[1] < 2:
         return []
-    distances = np.abs(points.payload[:, 1:]).max(axis=1)
-    row = int(np.argmax(distances))
-    if distances[row] <= FAR * size:
-        return []
-    what = f"a centre of mass would be {distances[row]:.3g} m away from a robot of {size:.3g} m"
-    likely = "Is it in millimetres? It has to be in m."
-    return [Implausibility(what, likely, f"row {points.lines[row]}", bool(distances[row] > 10.0 * FAR * size))]
+    row = int(np.argmax(np.abs(points.payload[:, 1:]).max(axis=1)))
+    return centre_findings(robot, points.payload[row, 1:], f"row {points.lines[row]}")
 
 
 def _loads(points: LoadedPoints, robot: Robot, calibrated: Calibrated) -> list[Implausibility]:

@@ -15,16 +15,13 @@ from dataclasses import replace
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, TextArray
-from expdesign.chain.recordings.columns import (
-    REFERENCE,
+from expdesign.chain.recordings.columns import REFERENCE
+from expdesign.chain.recordings.measured import read_deflections, read_deviations, read_positions, read_test_rows
+from expdesign.chain.recordings.points import (
     order_in_time,
-    read_deflections,
-    read_deviations,
     read_markers,
     read_payload,
-    read_positions,
     read_sequence,
-    read_test_rows,
     read_time,
     require_one_command,
 )

@@ -22,6 +22,17 @@ _LIKE = 0.85
 """Similarity (0 to 1) above which a name is a slip of the pen for a joint's."""
 
 
+def with_joints(table: Table, robot: Robot) -> Table:
+    """`with_joint_columns` of rows that have to be commanded as the robot is.
+
+    Raises:
+        InputError: as there, or rows are commanded by joints and the robot is by poses, or the reverse.
+    """
+    table = with_joint_columns(table, robot)
+    _require_its_own(table, robot)
+    return table
+
+
 def with_joint_columns(table: Table, robot: Robot) -> Table:
     """The table with the joints of the chain under their numbered names.
 
@@ -49,7 +60,7 @@ def with_joint_columns(table: Table, robot: Robot) -> Table:
     return replace(table, frame=table.frame.rename(columns=renamed), written=written) if renamed else table
 
 
-def require_its_own(table: Table, robot: Robot) -> None:
+def _require_its_own(table: Table, robot: Robot) -> None:
     """Raise an `InputError` where rows are commanded by joints and the robot is by poses, or the reverse."""
     first = robot.configuration[0]
     if table.has(first):

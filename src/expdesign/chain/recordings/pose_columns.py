@@ -29,15 +29,6 @@ _UNITS = {"m": (("mm", 1e3), ("µm", 1e6)), "rad": (("degrees", np.degrees(1.0))
 KINDS = ("reference", "pose")
 
 
-def measures_poses(table: Table, robot: Robot) -> bool:
-    """Whether a table is one of measured poses: by its columns `measured_x_m` ..., or by `kind` where those are due."""
-    if not robot.on_legs:
-        return False
-    if any(table.has(name) for name in measured_names(robot.coordinates)):
-        return True
-    return table.has("kind") and bool(table.frame["kind"].astype(str).str.strip().isin(KINDS).all())
-
-
 def read_measured(
     table: Table, points: LoadedPoints, coordinates: Coordinates, order: IntArray
 ) -> tuple[IntArray, FloatArray]:

@@ -1,12 +1,6 @@
-"""Read recordings and points from tables; faults name file, row and column (file-formats.md, Recordings).
-
-What was measured, read by the kind of quantity that the columns of a table hold.
-
-Several recordings of one robot as one.
-"""
+"""Read recordings and points from files, and several recordings of one robot as one."""
 
 import logging
-from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -14,112 +8,18 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray, TextArray
-from expdesign.chain.recordings.columns import (
-    known_columns,
-    leg_temperatures,
-    order_in_time,
-    read_deflections,
-    read_deviations,
-    read_markers,
-    read_payload,
-    read_position_deviations,
-    read_positions,
-    read_sequence,
-    read_test_rows,
-    read_time,
-    require_one_command,
-    whole_load,
-)
+from expdesign.arrays import TextArray
 from expdesign.chain.recordings.filled_in import filled_in
-from expdesign.chain.recordings.joint_columns import require_its_own, with_joint_columns
-from expdesign.chain.recordings.pose_columns import (
-    measures_poses,
-    read_aims,
-    read_measured,
-    read_turn_deviations,
-    turned,
-    with_targets,
-)
-from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES, POSITIONS, LoadedPoints, Measurand, Recordings
-from expdesign.chain.recordings.references import read_references, require_one_command_per_reference
-from expdesign.chain.recordings.spans import (
-    ALONG,
-    POINT,
-    SPAN_DEVIATIONS,
-    SPANS,
-    read_fixed,
-    read_span_deviations,
-    read_spans,
-)
-from expdesign.coordinates import Coordinates
+from expdesign.chain.recordings.joint_columns import with_joints
+from expdesign.chain.recordings.measured import with_readings
+from expdesign.chain.recordings.points import order_in_time, points_from_table, points_of
+from expdesign.chain.recordings.pose_columns import with_targets
+from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
 from expdesign.errors import InputError
 from expdesign.io.table import Table, read_table
-from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.mechanics.loads.load import Payload
 from expdesign.mechanics.robots.robot import Robot
 
-Measured = tuple[IntArray, FloatArray, FloatArray | None]
-"""Indices of the measured components (k,), readings (N, k) and their standard deviations (N, k), where stated."""
-
-
-def _deflections(table: Table, points: LoadedPoints, coordinates: Coordinates, order: IntArray) -> Measured:
-    axes, readings = read_deflections(table, coordinates, order)
-    return axes, readings, read_deviations(table, coordinates, axes, order)
-
-
-def _poses(table: Table, points: LoadedPoints, coordinates: Coordinates, order: IntArray) -> Measured:
-    axes, readings = read_measured(table, points, coordinates, order)
-    return axes, readings, read_deviations(table, coordinates, axes, order)
-
-
-def _positions(table: Table, points: LoadedPoints, coordinates: Coordinates, order: IntArray) -> Measured:
-    axes, readings, deviations = _marked(table, points, coordinates, order)
-    if points.point is None:
-        return axes, readings, deviations
-    spans, stated = read_spans(table, order), read_span_deviations(table, order)
-    readings, axes = np.hstack([readings, spans]), np.concatenate([axes, [6, 7]])
-    seen: BoolArray = np.logical_or.reduce(np.isfinite(readings), axis=0)
-    if (stated is None) != (deviations is None) and seen[:-2].any():
-        what = "standard deviations of positions or of distances are missing where the others are stated"
-        raise InputError(what, where=table.where(), remedy="State both, or none to have them estimated.")
-    if stated is None:
-        return axes[seen], readings[:, seen], None
-    none = np.full((len(readings), len(axes) - 2), np.nan)
-    both = np.hstack([none if deviations is None else deviations, stated])
-    return axes[seen], readings[:, seen], both[:, seen]
-
-
-def _marked(table: Table, points: LoadedPoints, coordinates: Coordinates, order: IntArray) -> Measured:
-    positions, deviations = read_positions(table, coordinates, order), read_position_deviations(table, order)
-    if points.aim is None:
-        return np.arange(3), positions, deviations
-    rotations = turned(table, order)
-    stated = read_turn_deviations(table, coordinates, rotations, order)
-    if (stated is None) != (deviations is None):
-        what = "standard deviations of positions or of orientations are missing where the others are stated"
-        raise InputError(what, where=table.where(), remedy="State both, or none to have them estimated.")
-    both = None if stated is None or deviations is None else np.hstack([deviations, stated])
-    return np.arange(6), np.hstack([positions, rotations]), both
-
-
-READERS: dict[Measurand, Callable[[Table, LoadedPoints, Coordinates, IntArray], Measured]] = {
-    DEFLECTIONS: _deflections,
-    POSES: _poses,
-    POSITIONS: _positions,
-}
-
-
 _LOG = logging.getLogger(__name__)
-
-LARGEST_ANGLE = 2.0 * np.pi
-"""rad; a larger angle of a platform is in degrees."""
-LARGEST_STRETCH = 10.0
-"""A pose at which a leg is this many times longer than at the reference pose is in mm."""
-CONTRADICTION = 0.01
-"""Relative difference of a payload and a wrench that are both given, above which they contradict each other."""
-LEVER = 0.05
-"""m; moments below `CONTRADICTION` × force × this lever are not compared."""
 
 
 def read_recordings(path: Path, robot: Robot) -> Recordings:
@@ -136,11 +36,6 @@ def read_recordings(path: Path, robot: Robot) -> Recordings:
 def read_points(path: Path, robot: Robot) -> LoadedPoints:
     """Points at which a prediction or a command is wanted; measured columns are ignored. Raises `InputError`."""
     return points_from_table(read_table(path), robot)
-
-
-def points_from_table(table: Table, robot: Robot, *, measured: bool = False) -> LoadedPoints:
-    """Points in a table; see `read_points`. Where they are to be `measured`, rows of a series share one command."""
-    return _points(table, robot, measured=measured)
 
 
 def read_several(paths: list[Path], robot: Robot) -> Recordings:
@@ -173,142 +68,10 @@ def recordings_from_table(table: Table, robot: Robot) -> Recordings:
     table, notes = filled_in(with_targets(table, robot), robot.coordinates)
     if notes:
         _LOG.info("%s: %s", table.source, "; ".join(notes))
-    points = _points(table, robot, measured=True)
-    if robot.actuated:
-        require_one_command_per_reference(points)
+    table = with_joints(table, robot)
     order = order_in_time(table)
-    axes, deflections, deviations = READERS[points.measurand](table, points, robot.coordinates, order)
-    return Recordings(
-        **vars(points),
-        axes=axes,
-        deflections=deflections,
-        deviations=deviations,
-        test=read_test_rows(table, order),
-    )
-
-
-def _points(table: Table, robot: Robot, *, measured: bool) -> LoadedPoints:
-    table = with_targets(with_joint_columns(table, robot), robot)
-    require_its_own(table, robot)
-    order = order_in_time(table)
-    coordinates = robot.coordinates
-    configurations = table.numbers(robot.configuration)[order]
-    _sensible_poses(table, robot, configurations, order)
-    sequence = read_sequence(table)[order]
-    series = table.integers("series")[order] if table.has("series") else sequence
-    time = read_time(table, order)
-    marker, markers = read_markers(table, order)
-    poses = measures_poses(table, robot)
-    point, fixed, along = read_fixed(table, order) if markers and robot.jointed else (None, (), None)
-    if measured and robot.actuated and not markers and not poses:
-        # A body has no actuators: its pose says where it is, and is not a command that a series shares.
-        require_one_command(table, robot.configuration, configurations, series, order)
-    gravity = np.broadcast_to(robot.gravity, (len(table), len(robot.gravity))).copy()
-    for i, name in enumerate(coordinates.gravity):
-        if table.has(name):
-            gravity[:, i] = table.numbers((name,))[order, 0]
-    payload = read_payload(table, coordinates)[order] if table.has("mass_kg") else None
-    unloaded = payload is None and not any(table.has(name) for name in coordinates.wrench)
-    # Deflections need a load; absolute readings show the weight of what is there.
-    unloaded &= poses or bool(markers) or (robot.jointed and not measured)
-    load = (table, robot, configurations, payload, gravity, order)
-    wrenches = np.zeros((len(table), coordinates.n)) if unloaded else _wrenches(*load)
-    absolute = wrenches.copy()
-    absolute_names = whole_load(coordinates)
-    if any(table.has(name) for name in absolute_names):
-        for i, name in enumerate(absolute_names):
-            absolute[:, i] = table.numbers((name,))[order, 0] if table.has(name) else 0.0
-    legs = leg_temperatures(robot)
-    known = known_columns(robot) | ({"kind"} if poses or markers else set())
-    known |= {POINT, *ALONG, *SPANS, *SPAN_DEVIATIONS} if point is not None else set()
-    # A standard deviation whose reading is missing has no meaning, and is not to be dropped in silence.
-    readings = dict(zip(coordinates.deviation, coordinates.deflection, strict=True))
-    if measured and not poses and not markers:
-        known -= {deviation for deviation, reading in readings.items() if not table.has(reading)}
-    extra = table.frame.iloc[order][[name for name in table.columns if name not in known]]
-    return LoadedPoints(
-        source=table.source,
-        lines=table.lines[order],
-        sequence=sequence,
-        series=series,
-        time=time,
-        configurations=configurations,
-        wrenches=wrenches,
-        absolute=absolute,
-        payload=payload,
-        gravity=gravity,
-        temperature=table.numbers(("temperature_degC",))[order, 0] if table.has("temperature_degC") else None,
-        leg_temperature=table.numbers(legs)[order] if any(table.has(name) for name in legs) else None,
-        extra=extra.reset_index(drop=True),
-        marker=marker,
-        markers=markers,
-        aim=read_aims(table, order) if markers else None,
-        point=point,
-        fixed=fixed,
-        along=along,
-        poses=poses,
-        references=read_references(table, order),
-    )
-
-
-def _sensible_poses(table: Table, robot: Robot, configurations: FloatArray, order: IntArray) -> None:
-    """Raise where an angle must be in degrees or a position in mm."""
-    if not robot.on_legs:
-        return
-    split = robot.coordinates.translations
-    angles, what = configurations[:, split:], "{:g} cannot be an angle of the platform in rad"
-    large = np.abs(angles) > LARGEST_ANGLE
-    table.refuse(large, robot.configuration[split:], what, "Check the unit.", order, angles)
-    farthest = np.abs(configurations[:, :split])
-    row, column = divmod(int(np.argmax(farthest)), split)
-    closed_form = robot.inverse_kinematics
-    reference = closed_form.lengths(robot.reference_configuration()).max()
-    stretch = float(closed_form.lengths(configurations[row]).max() / reference)
-    if stretch > LARGEST_STRETCH:
-        where = table.where(int(order[row]), robot.configuration[column])
-        what = f"at {configurations[row, column]:g} m a leg would be {stretch:.3g} times as long as it is"
-        raise InputError(what, where=where, remedy="Check the unit (m).")
-
-
-def _wrenches(
-    table: Table,
-    robot: Robot,
-    configurations: FloatArray,
-    payload: FloatArray | None,
-    gravity: FloatArray,
-    order: IntArray,
-) -> FloatArray:
-    coordinates = robot.coordinates
-    given = None
-    if payload is None or any(table.has(name) for name in coordinates.wrench):
-        if payload is None and not any(table.has(name) for name in coordinates.wrench):
-            remedy = f"Add {', '.join(coordinates.wrench)}, or mass_kg and the centre of mass."
-            raise InputError("there is no load", where=table.where(), remedy=remedy)
-        given = table.numbers(coordinates.wrench)[order]
-    if payload is None:
-        assert given is not None
-        return given
-    loaded = LoadedRobot(robot, Payload(coordinates))
-    rotation = robot.jacobians(configurations).rotation
-    weights = loaded.wrenches(rotation, np.concatenate([payload, gravity], axis=1))[0]
-    if given is not None:
-        _no_contradiction(table, robot, given, weights, order)
-    return weights
-
-
-def _no_contradiction(table: Table, robot: Robot, given: FloatArray, weights: FloatArray, order: IntArray) -> None:
-    split = robot.coordinates.translations
-    force = np.maximum(np.linalg.norm(given[:, :split], axis=1), np.linalg.norm(weights[:, :split], axis=1))
-    moment = np.maximum(np.linalg.norm(given[:, split:], axis=1), np.linalg.norm(weights[:, split:], axis=1))
-    allowed = np.empty_like(given)
-    allowed[:, :split] = force[:, None]
-    allowed[:, split:] = np.maximum(moment, LEVER * force)[:, None]
-    differs = np.abs(given - weights) > CONTRADICTION * allowed + 1e-12
-    if differs.any():
-        row, column = np.argwhere(differs)[0]
-        what = f"the wrench ({given[row, column]:g}) contradicts the payload (which makes {weights[row, column]:g})"
-        remedy = "They describe the same load; correct one of them, or leave one out."
-        raise InputError(what, where=table.where(int(order[row]), robot.coordinates.wrench[column]), remedy=remedy)
+    points = points_of(table, robot, order, measured=True, recorded=True)
+    return with_readings(table, points, robot.coordinates, order)
 
 
 def join(parts: list[Recordings]) -> Recordings:

@@ -17,7 +17,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, IntArray, TextArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray, TextArray
 from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
 from expdesign.errors import InputError
@@ -61,25 +61,31 @@ def reference_names(series: Sequence[int] | IntArray) -> list[str]:
     return [f"unloaded-{number}" for number in series]
 
 
-def read_references(table: Table, order: IntArray) -> TextArray | None:
-    """Name of the unloaded reading of every row in the order of the sequence, shape (N,); None without the column."""
+def read_references(table: Table, order: IntArray, commands: FloatArray | None = None) -> TextArray | None:
+    """Name of the unloaded reading of every row in the order of the sequence, shape (N,); None without the column.
+
+    Args:
+        table: the recordings.
+        order: of the rows, shape (N,).
+        commands: in this order, shape (N, n_q), where rows of one unloaded reading share one.
+
+    Raises:
+        InputError: rows that are counted from one unloaded reading have different commands.
+    """
     if not table.has(REFERENCE):
         return None
     names: TextArray = table.frame[REFERENCE].astype(str).str.strip().to_numpy(dtype=str)[order]
-    return names
-
-
-def require_one_command_per_reference(points: LoadedPoints) -> None:
-    """Raise an `InputError` where deflections counted from one unloaded reading have different commands."""
-    if points.references is None or points.measurand.absolute:
-        return
-    _, first, index = np.unique(groups(points.references), return_index=True, return_inverse=True)
-    differs = np.abs(points.configurations - points.configurations[first[index]]).max(axis=1) > 1e-9
+    if commands is None:
+        return names
+    _, first, index = np.unique(groups(names), return_index=True, return_inverse=True)
+    differs = np.abs(commands - commands[first[index]]).max(axis=1) > 1e-9
     if differs.any():
         row = int(np.argmax(differs))
-        what = f"the command differs from that of row {points.lines[first[index[row]]]}, which has the same reference"
+        other = table.lines[order[first[index[row]]]]
+        what = f"the command differs from that of row {other}, which has the same reference"
         remedy = "An unloaded reading is the reference of rows at its own command. Correct the name or the command."
-        raise InputError(what, where=points.where(row, REFERENCE), remedy=remedy)
+        raise InputError(what, where=table.where(int(order[row]), REFERENCE), remedy=remedy)
+    return names
 
 
 def groups(references: TextArray) -> IntArray:

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import BoolArray
-from expdesign.chain.recordings.columns import order_in_time
 from expdesign.chain.recordings.point_lists import PointSet
+from expdesign.chain.recordings.points import order_in_time
 from expdesign.errors import InputError
 from expdesign.io.table import Table
 

@@ -13,8 +13,8 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import Frame, MarkerPosition
 from expdesign.chain.recordings.joint_columns import with_joint_columns
+from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.recordings.pose_columns import rotations_of
-from expdesign.chain.recordings.reader import points_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import ArgumentError, ConvergenceError

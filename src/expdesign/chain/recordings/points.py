@@ -1,0 +1,236 @@
+"""Loaded points of a table: order, commands, loads, gravity and temperatures, each asked of the table once.
+
+Faults name file, row and column (file-formats.md, Recordings).
+"""
+
+import numpy as np
+import pandas as pd
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.chain.recordings.columns import known_columns, leg_temperatures, require_mass, whole_load
+from expdesign.chain.recordings.joint_columns import with_joints
+from expdesign.chain.recordings.pose_columns import KINDS, read_aims, with_targets
+from expdesign.chain.recordings.recordings import LoadedPoints, measured_names
+from expdesign.chain.recordings.references import read_references
+from expdesign.chain.recordings.spans import ALONG, POINT, SPAN_DEVIATIONS, SPANS, read_fixed
+from expdesign.coordinates import Coordinates
+from expdesign.errors import InputError
+from expdesign.io.table import Table
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.loads.load import Payload
+from expdesign.mechanics.robots.robot import Robot
+
+LARGEST_ANGLE = 2.0 * np.pi
+"""rad; a larger angle of a platform is in degrees."""
+LARGEST_STRETCH = 10.0
+"""A pose at which a leg is this many times longer than at the reference pose is in mm."""
+CONTRADICTION = 0.01
+"""Relative difference of a payload and a wrench that are both given, above which they contradict each other."""
+LEVER = 0.05
+"""m; moments below `CONTRADICTION` × force × this lever are not compared."""
+
+
+def points_from_table(table: Table, robot: Robot, *, measured: bool = False) -> LoadedPoints:
+    """Points in a table. Where they are to be `measured`, rows of a series share one command."""
+    return points_of(
+        with_joints(with_targets(table, robot), robot), robot, order_in_time(table), measured=measured, recorded=False
+    )
+
+
+def points_of(table: Table, robot: Robot, order: IntArray, *, measured: bool, recorded: bool) -> LoadedPoints:
+    """Points of a table whose joints have their numbered names (`with_joints`) and whose measured poses of an arm stand
+    as positions (`with_targets`), its rows taken in an order (N,).
+
+    Where they are to be `measured` the rows of a series share one command; where they were `recorded` those of one
+    unloaded reading do as well.
+    """
+    coordinates, poses = robot.coordinates, _measures_poses(table, robot)
+    configurations = table.numbers(robot.configuration)[order]
+    _sensible_poses(table, robot, configurations, order)
+    sequence = read_sequence(table)[order]
+    series = table.integers("series")[order] if table.has("series") else sequence
+    time = read_time(table, order)
+    marker, markers = read_markers(table, order)
+    point, fixed, along = read_fixed(table, order) if markers and robot.jointed else (None, (), None)
+    # A body has no actuators: its pose says where it is, and is not a command that a series shares.
+    commanded = measured and robot.actuated and not markers and not poses
+    if commanded:
+        require_one_command(table, robot.configuration, configurations, series, order)
+    gravity = np.broadcast_to(robot.gravity, (len(table), len(robot.gravity))).copy()
+    for i, name in enumerate(coordinates.gravity):
+        if table.has(name):
+            gravity[:, i] = table.numbers((name,))[order, 0]
+    payload = read_payload(table, coordinates)[order] if table.has("mass_kg") else None
+    unloaded = payload is None and not any(table.has(name) for name in coordinates.wrench)
+    # Deflections need a load; absolute readings show the weight of what is there.
+    unloaded &= poses or bool(markers) or (robot.jointed and not measured)
+    load = (table, robot, configurations, payload, gravity, order)
+    wrenches = np.zeros((len(table), coordinates.n)) if unloaded else _wrenches(*load)
+    absolute = wrenches.copy()
+    absolute_names = whole_load(coordinates)
+    if any(table.has(name) for name in absolute_names):
+        for i, name in enumerate(absolute_names):
+            absolute[:, i] = table.numbers((name,))[order, 0] if table.has(name) else 0.0
+    legs = leg_temperatures(robot)
+    known = known_columns(robot) | ({"kind"} if poses or markers else set())
+    known |= {POINT, *ALONG, *SPANS, *SPAN_DEVIATIONS} if point is not None else set()
+    # A standard deviation whose reading is missing has no meaning, and is not to be dropped in silence.
+    readings = dict(zip(coordinates.deviation, coordinates.deflection, strict=True))
+    if measured and not poses and not markers:
+        known -= {deviation for deviation, reading in readings.items() if not table.has(reading)}
+    extra = table.frame.iloc[order][[name for name in table.columns if name not in known]]
+    return LoadedPoints(
+        source=table.source,
+        lines=table.lines[order],
+        sequence=sequence,
+        series=series,
+        time=time,
+        configurations=configurations,
+        wrenches=wrenches,
+        absolute=absolute,
+        payload=payload,
+        gravity=gravity,
+        temperature=table.numbers(("temperature_degC",))[order, 0] if table.has("temperature_degC") else None,
+        leg_temperature=table.numbers(legs)[order] if any(table.has(name) for name in legs) else None,
+        extra=extra.reset_index(drop=True),
+        marker=marker,
+        markers=markers,
+        aim=read_aims(table, order) if markers else None,
+        point=point,
+        fixed=fixed,
+        along=along,
+        poses=poses,
+        references=read_references(table, order, configurations if commanded and recorded else None),
+    )
+
+
+def _measures_poses(table: Table, robot: Robot) -> bool:
+    """Whether a table is one of measured poses: by its columns `measured_x_m` ..., or by `kind` where those are due."""
+    if not robot.on_legs:
+        return False
+    if any(table.has(name) for name in measured_names(robot.coordinates)):
+        return True
+    return table.has("kind") and bool(table.frame["kind"].astype(str).str.strip().isin(KINDS).all())
+
+
+def _sensible_poses(table: Table, robot: Robot, configurations: FloatArray, order: IntArray) -> None:
+    """Raise where an angle must be in degrees or a position in mm."""
+    if not robot.on_legs:
+        return
+    split = robot.coordinates.translations
+    angles, what = configurations[:, split:], "{:g} cannot be an angle of the platform in rad"
+    large = np.abs(angles) > LARGEST_ANGLE
+    table.refuse(large, robot.configuration[split:], what, "Check the unit.", order, angles)
+    farthest = np.abs(configurations[:, :split])
+    row, column = divmod(int(np.argmax(farthest)), split)
+    closed_form = robot.inverse_kinematics
+    reference = closed_form.lengths(robot.reference_configuration()).max()
+    stretch = float(closed_form.lengths(configurations[row]).max() / reference)
+    if stretch > LARGEST_STRETCH:
+        where = table.where(int(order[row]), robot.configuration[column])
+        what = f"at {configurations[row, column]:g} m a leg would be {stretch:.3g} times as long as it is"
+        raise InputError(what, where=where, remedy="Check the unit (m).")
+
+
+def _wrenches(
+    table: Table,
+    robot: Robot,
+    configurations: FloatArray,
+    payload: FloatArray | None,
+    gravity: FloatArray,
+    order: IntArray,
+) -> FloatArray:
+    coordinates = robot.coordinates
+    given = None
+    if payload is None or any(table.has(name) for name in coordinates.wrench):
+        if payload is None and not any(table.has(name) for name in coordinates.wrench):
+            remedy = f"Add {', '.join(coordinates.wrench)}, or mass_kg and the centre of mass."
+            raise InputError("there is no load", where=table.where(), remedy=remedy)
+        given = table.numbers(coordinates.wrench)[order]
+    if payload is None:
+        assert given is not None
+        return given
+    loaded = LoadedRobot(robot, Payload(coordinates))
+    rotation = robot.jacobians(configurations).rotation
+    weights = loaded.wrenches(rotation, np.concatenate([payload, gravity], axis=1))[0]
+    if given is not None:
+        _no_contradiction(table, robot, given, weights, order)
+    return weights
+
+
+def _no_contradiction(table: Table, robot: Robot, given: FloatArray, weights: FloatArray, order: IntArray) -> None:
+    split = robot.coordinates.translations
+    force = np.maximum(np.linalg.norm(given[:, :split], axis=1), np.linalg.norm(weights[:, :split], axis=1))
+    moment = np.maximum(np.linalg.norm(given[:, split:], axis=1), np.linalg.norm(weights[:, split:], axis=1))
+    allowed = np.empty_like(given)
+    allowed[:, :split] = force[:, None]
+    allowed[:, split:] = np.maximum(moment, LEVER * force)[:, None]
+    differs = np.abs(given - weights) > CONTRADICTION * allowed + 1e-12
+    if differs.any():
+        row, column = np.argwhere(differs)[0]
+        what = f"the wrench ({given[row, column]:g}) contradicts the payload (which makes {weights[row, column]:g})"
+        remedy = "They describe the same load; correct one of them, or leave one out."
+        raise InputError(what, where=table.where(int(order[row]), robot.coordinates.wrench[column]), remedy=remedy)
+
+
+def order_in_time(table: Table) -> IntArray:
+    """Rows in the order of their sequence numbers, or of the file where there are none, shape (N,)."""
+    if not table.has("sequence"):
+        return np.arange(len(table))
+    order: IntArray = np.argsort(table.integers("sequence"), kind="stable")
+    return order
+
+
+def read_sequence(table: Table) -> IntArray:
+    """Sequence numbers as they stand in the file (counted from 1 where there are none), shape (N,)."""
+    sequence = table.integers("sequence") if table.has("sequence") else np.arange(len(table)) + 1
+    repeated = pd.Series(sequence).duplicated().to_numpy()
+    if repeated.any():
+        row = int(np.argmax(repeated))
+        what = f"the sequence number {sequence[row]} stands there twice"
+        raise InputError(what, where=table.where(row, "sequence"), remedy="Number the rows in the order of recording.")
+    return sequence
+
+
+def read_time(table: Table, order: IntArray) -> FloatArray | None:
+    """Times in the order of the sequence (s), shape (N,), or None where there are none."""
+    if not table.has("time_s"):
+        return None
+    time = table.numbers(("time_s",))[order, 0]
+    if np.any(np.diff(time) < 0.0):
+        row = int(order[int(np.argmax(np.diff(time) < 0.0)) + 1])
+        what = "time runs backwards in the order of `sequence`"
+        raise InputError(what, where=table.where(row, "time_s"), remedy="Correct `sequence` or `time_s`.")
+    return time
+
+
+def require_one_command(
+    table: Table, names: tuple[str, ...], configurations: FloatArray, series: IntArray, order: IntArray
+) -> None:
+    """Raise where rows of one series have different commands (N, n_q), rows in the order of the sequence."""
+    _, first, index = np.unique(series, return_index=True, return_inverse=True)
+    differs = np.abs(configurations - configurations[first[index]]) > 1e-9
+    what = "the command differs from that of the first row of series {:g}"
+    remedy = "Rows of one series share one command; give the row a series of its own, or correct the command."
+    table.refuse(differs, names, what, remedy, order, np.broadcast_to(series[:, None], differs.shape))
+
+
+def read_payload(table: Table, coordinates: Coordinates) -> FloatArray:
+    """Mass (kg) and centre of mass (m), shape (N, 1 to 4)."""
+    payload = table.numbers(("mass_kg", *coordinates.centre_of_mass))
+    require_mass(table, "mass_kg")
+    return payload
+
+
+def read_markers(table: Table, order: IntArray) -> tuple[IntArray | None, tuple[str, ...]]:
+    """Index of every row's marker in the order of the sequence (N,), or None, and the markers' names."""
+    if not table.has("marker"):
+        if table.has("px_m") or any(table.has(name) for name in SPANS):
+            remedy = "Name the marker of each row (one name where there is one marker)."
+            raise InputError("the column is missing", where=table.where(column="marker"), remedy=remedy)
+        return None, ()
+    names = table.frame["marker"].astype(str).str.strip().to_numpy()
+    table.refuse(np.array([name == "" for name in names]), ("marker",), "the marker has no name", "Write its name.")
+    markers, index = np.unique(names, return_inverse=True)
+    chosen: IntArray = index[order].astype(np.int64)
+    return chosen, tuple(str(name) for name in markers)
