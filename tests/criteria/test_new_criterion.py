@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.design.problems import BIPOD, HEXAPOD, designs, problem
 from tests.oracle import Array
 
 from expdesign.errors import InputError
@@ -12,14 +12,7 @@ from expdesign.mechanics.differentiation import is_recorded
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import Criterion, criterion_values, known_criteria
 from expdesign.planning.optimality.kktpm import kktpm
-from expdesign.planning.problem import DesignProblem
 from expdesign.planning.search import search
-from expdesign.planning.start import starting_designs
-
-
-def designs(here: DesignProblem, count: int) -> Array:
-    space = here.space
-    return starting_designs(here, count, np.random.default_rng(0)).reshape(count, space.measurements, space.decisions)
 
 
 class Broken(Criterion):

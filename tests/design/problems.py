@@ -4,12 +4,15 @@ from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 from tests.cases import symmetric_hexapod
+from tests.oracle import Array
 
 from expdesign.io.yaml_reader import parse_yaml
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
+from expdesign.planning.start import starting_designs
 
 BIPOD: dict[str, Any] = {
     "schema_version": 1,
@@ -109,3 +112,9 @@ def problem(base: dict[str, Any], changes: dict[str, Any] | None = None, folder:
     """The problem of a configuration written to YAML and read again."""
     text = yaml.safe_dump(changed(base, changes or {}), sort_keys=False)
     return problem_from_document(parse_yaml(text, "run.yaml", folder))
+
+
+def designs(here: DesignProblem, count: int, seed: int = 0) -> Array:
+    """Designs (count, m, g) within all limits, as a search begins with."""
+    drawn = starting_designs(here, count, np.random.default_rng(seed))
+    return drawn.reshape(count, here.space.measurements, here.space.decisions)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from tests.design.problems import HEXAPOD, changed
+from tests.design.problems import HEXAPOD, changed, designs
 from tests.oracle import Array
 
 from expdesign.assurance.validation.repeated import repeat
@@ -25,7 +25,6 @@ from expdesign.planning.optimality.gradient_check import gradient_check
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
-from expdesign.planning.start import starting_designs
 
 FOLDER = Path(__file__).parents[2] / "configs" / "robots"
 
@@ -65,13 +64,6 @@ PLAY = {("leg_backlash", "leg 2", "middle"): [4e-6]}
 GEOMETRIC = {("geometric_stiffness", "geometry", ""): [1.0]}
 PLATFORM = {("platform_compliance", "platform", "diagonal"): [1e-9, 1e-9, 2e-9, 4e-8, 4e-8, 4e-8]}
 SCALE: dict[tuple[str, str, str], list[float]] = {}
-
-
-def designs(here: DesignProblem, count: int, seed: int = 0) -> Array:
-    space = here.space
-    return starting_designs(here, count, np.random.default_rng(seed)).reshape(
-        count, space.measurements, space.decisions
-    )
 
 
 @pytest.mark.parametrize("effects", [BASE, PLAY, GEOMETRIC, PLATFORM, {**BASE, **PLAY}])

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.cases import robot
-from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.design.problems import BIPOD, HEXAPOD, designs, problem
 from tests.oracle import Array
 
 from expdesign.chain.recordings.thermal_correction import ForwardKinematics
@@ -15,7 +15,6 @@ from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.start import starting_designs
 
 GEOMETRIC = {
     "experiment.calibration": "geometric",
@@ -25,13 +24,6 @@ GEOMETRIC = {
     "experiment.poses.bounds.rz_rad": [-0.2, 0.2],
     "targets": [{"pose": [0.02, 0.01, 0.0, 0.05, -0.03, 0.1], "tolerance": {"dx_m": 1e-6, "drz_rad": 1e-5}}],
 }
-
-
-def designs(here: DesignProblem, count: int, seed: int = 0) -> Array:
-    space = here.space
-    return starting_designs(here, count, np.random.default_rng(seed)).reshape(
-        count, space.measurements, space.decisions
-    )
 
 
 def assessed(here: DesignProblem, seed: int = 0) -> Assessment:

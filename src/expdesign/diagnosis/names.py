@@ -351,7 +351,13 @@ class Names:
         if laws.numbers:
             sample = SharedNoise.of_laws(laws.directions, laws.variances).of_sample(sample)
         own = near.fit.values[: chain.base] if near is not None else chain.start()[: chain.base]
-        result = fit(chain, sample, np.concatenate([own, *parts]) if chosen else None, enough=OPTIONS.settled)
+        result = fit(
+            chain,
+            sample,
+            np.concatenate([own, *parts]) if chosen else None,
+            enough=OPTIONS.settled,
+            rough=OPTIONS.rough,
+        )
         state = linearised(
             self.sample, result, result.residuals, result.sensitivities, known_noise=self.known_noise
         ).refitted()

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.design.problems import BIPOD, HEXAPOD, designs, problem
 from tests.oracle import Array
 
 from expdesign.errors import InputError, NotIdentifiableError
@@ -14,7 +14,6 @@ from expdesign.planning.optimality import differentiated
 from expdesign.planning.optimality.differentiated import Differentiated
 from expdesign.planning.optimality.gradient_check import criterion_gradients, gradient_check, gradient_table
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.start import starting_designs
 
 WRENCH = {
     "kind": "wrench",
@@ -88,13 +87,6 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 def a_problem(name: str) -> DesignProblem:
     base, changes = CASES[name]
     return problem(base, changes)
-
-
-def designs(here: DesignProblem, count: int, seed: int = 0) -> Array:
-    space = here.space
-    return starting_designs(here, count, np.random.default_rng(seed)).reshape(
-        count, space.measurements, space.decisions
-    )
 
 
 @pytest.mark.parametrize("name", CASES)

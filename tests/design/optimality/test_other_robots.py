@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.design.problems import HEXAPOD, problem
+from tests.design.problems import HEXAPOD, designs, problem
 from tests.design.refined import refined
 
 from expdesign.coordinates import SPATIAL
@@ -15,7 +15,6 @@ from expdesign.planning.optimality.certificate import duir_lower_bound
 from expdesign.planning.optimality.gradient_check import criterion_gradients
 from expdesign.planning.optimality.kktpm import kktpm
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.start import starting_designs
 
 NAMES = ["duir", "feir", "total", "o1", "o_tp"]
 
@@ -44,8 +43,7 @@ def both() -> tuple[DesignProblem, DesignProblem]:
 
 def test_gradients_are_the_same(both: tuple[DesignProblem, DesignProblem]) -> None:
     plain = both[0]
-    space = plain.space
-    decisions = starting_designs(plain, 4, np.random.default_rng(0)).reshape(4, space.measurements, space.decisions)
+    decisions = designs(plain, 4)
     expected, found = (criterion_gradients(here, decisions, NAMES) for here in both)
     for name in NAMES:
         np.testing.assert_allclose(found[name][0], expected[name][0], rtol=1e-9)
@@ -55,10 +53,9 @@ def test_gradients_are_the_same(both: tuple[DesignProblem, DesignProblem]) -> No
 
 def test_polish_and_bound(both: tuple[DesignProblem, DesignProblem]) -> None:
     plain, disguised = both
-    space = plain.space
-    decisions = starting_designs(plain, 8, np.random.default_rng(1)).reshape(8, space.measurements, space.decisions)
+    decisions = designs(plain, 8, seed=1)
     found = refined(disguised, decisions)
-    assert disguised.loaded.robot.usable(space.decode(found)[0]).all()
+    assert disguised.loaded.robot.usable(plain.space.decode(found)[0]).all()
     best = criterion_gradients(disguised, found, ["duir"])["duir"][0].min()
     bounds = [duir_lower_bound(here).value for here in both]
     assert bounds[1] == pytest.approx(bounds[0], rel=1e-3)
