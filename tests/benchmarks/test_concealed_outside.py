@@ -13,8 +13,11 @@ import pandas as pd
 import pytest
 
 pytest.importorskip("exudyn", reason="the virtual laboratory needs the engine exudyn")
+from benchmarks.concealed.experiments import Wishes, draw_interleaved
 from benchmarks.concealed.judgement import judge
 from benchmarks.concealed.program import Outcome, Program, diagnosis
+from benchmarks.concealed.robots import HEXAPODS
+from benchmarks.concealed.unlisted.beyond import first_part
 from benchmarks.concealed.unlisted.cases import (
     LISTED,
     OTHER_FORMS,
@@ -156,3 +159,15 @@ def test_entries_are_left_out_through_one_seam():
     assert plain == ["expdesign", "diagnose", "robot.yaml", "recordings.csv", "--out", "out"]
     assert diagnosis(["expdesign"], "out", ["creep"])[-2:] == ["out", "creep"]
     assert diagnosis(["expdesign"], "out", ["creep"])[2] == "benchmarks.concealed.withheld"
+
+
+def test_points_after_the_end_of_the_campaign_are_later_than_all_that_was_seen():
+    rng = np.random.default_rng(8)
+    whole = draw_interleaved(HEXAPODS["H1"](rng), Wishes(time=True), rng)
+    cut = first_part(whole)
+    assert len(cut.rows) + len(cut.later) == len(whole.rows) + len(whole.later)
+    assert len(cut.fitted) == len(cut.rows)
+    assert not set(cut.rows["series"]) & set(cut.later["series"])
+    end = cut.rows["time_s"].max()
+    assert cut.later.groupby("series")["time_s"].max().min() > end
+    assert 1.4 * end < cut.later["time_s"].max() < 2.0 * end

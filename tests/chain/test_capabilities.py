@@ -77,7 +77,7 @@ BRANCHES = {
     # Whether the calibration that is asked for can be read off the columns, and which is usual.
     "estimation/geometric.py": 2,
     # Positions have no unloaded reading that rows could share.
-    "chain/recordings/references.py": 2,
+    "chain/recordings/references.py": 1,
     # Units and signs of deflections are judged by the base model, which positions do not have alone.
     "assurance/plausibility/recordings.py": 1,
 }

@@ -1,17 +1,19 @@
 """What the search for physics charges, keeps and says of its alternatives."""
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
 from tests.cases import robot
 from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
+from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis import library as library_module
 from expdesign.diagnosis import names as names_module
+from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.findings import findings, reported
@@ -20,6 +22,7 @@ from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.names import LawsBeside, Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.probability import standing
+from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Fit, fit
 
 NAME = "bipod-unequal"
@@ -189,6 +192,39 @@ def test_ignorance_excuses_held_out_errors_up_to_the_size_of_the_noise() -> None
     vague = replace(base, covariance=1e12 * base.covariance)
     errors = held_out(base, vague, sample, test, np.zeros(24, dtype=bool))
     assert errors.test_surprise == pytest.approx(errors.test_after / np.sqrt(2.0), rel=1e-6)
+
+
+def test_a_base_that_imitates_what_one_law_says_is_not_named() -> None:
+    """With a coupling of two legs left out, a base that yields in all directions brings the recordings to the noise."""
+    coupling = effect("irregular", "leg_coupling", "leg 2", "shared with leg 5")
+    recordings = simulated("irregular", coupling, parameters=[2.5e-8], series=16)
+    result = diagnose(robot("irregular"), recordings, without=frozenset({"leg_coupling"}))
+    assert str(result.findings[0].component) == "leg 2"
+    assert "base_compliance" not in {finding.physics for finding in result.findings}
+    listed = diagnose(robot("irregular"), recordings)
+    assert [finding.physics for finding in listed.findings] == ["leg_coupling"]
+
+
+def test_a_fit_far_from_the_noise_stops_early() -> None:
+    """What is wrong by far need not be exact: fewer evaluations, and χ² within a few thousandths of the excess."""
+    sample = _Counting(**vars(sample_of(NAME, simulated(NAME, PLAY, parameters=[2e-4], series=12))))
+    chain = sample.chain(robot(NAME), [effect(NAME, "passive_joint_compliance", "leg 2", "base"), FRICTION])
+    exact = fit(chain, sample, enough=OPTIONS.settled)
+    evaluations = len(sample.calls)
+    early = fit(chain, sample, enough=OPTIONS.settled, rough=OPTIONS.rough)
+    assert len(sample.calls) - evaluations < evaluations
+    assert exact.chi2 <= early.chi2 <= exact.chi2 + 0.01 * (exact.chi2 - sample.readings)
+
+
+@dataclass(frozen=True)
+class _Counting(Sample):
+    """Data that count how often they are compared with a model."""
+
+    calls: list[int] = field(default_factory=list)
+
+    def residuals_with_sensitivities(self, chain: Chain, values: Array) -> tuple[Array, Array]:
+        self.calls.append(1)
+        return super().residuals_with_sensitivities(chain, values)
 
 
 def test_an_effect_without_memory_is_looked_at_beside_one_with_memory() -> None:

@@ -5,7 +5,7 @@ import pytest
 from tests.cases import robot
 from tests.chain.bodies import BODY
 
-from expdesign.chain.component import BASE, ENVIRONMENT, PLATFORM, Component, Part
+from expdesign.chain.component import BASE, ENVIRONMENT, PAYLOAD, PLATFORM, Component, Part
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.features import basis_of
 from expdesign.chain.ports.law import Form, Law
@@ -21,9 +21,16 @@ SLOW, STOP, CARRIED = Quantity("lag", 0, (60.0, 1.0)), Quantity("stop", 0, (5.0,
 EVERY = frozenset(kind.physics for kind in implementations("expdesign.chain.effects", Effect))  # type: ignore[type-abstract]
 
 
-def law(port: str, component: Component, kind: str, seen: Quantity, amplitude: Quantity | None = None) -> Law:
+def law(
+    port: str,
+    component: Component,
+    kind: str,
+    seen: Quantity,
+    amplitude: Quantity | None = None,
+    kernel: str = "linear",
+) -> Law:
     """A law of one channel on a hexapod."""
-    basis = basis_of("linear", np.ones(1), np.linspace(-1.0, 1.0, 5)[:, None], 1)
+    basis = basis_of(kernel, np.ones(1), np.linspace(-1.0, 1.0, 5)[:, None], 1)
     assert basis is not None
     channel = Channel(0, 0, (seen,), amplitude)
     form = Form(port, component, kind, (channel,), basis, np.zeros((1, 1)), np.ones((1, 1)), 1.0)
@@ -45,6 +52,11 @@ def law(port: str, component: Component, kind: str, seen: Quantity, amplitude: Q
         (law("environment", ENVIRONMENT, "drift", TIME), "thermal_drift"),
         (law("platform", PLATFORM, "force law", CARRIED), "platform_compliance"),
         (law("base", BASE, "compliance", Quantity("ground"), Quantity("ground")), "base_compliance"),
+        # What is always the same depends on nothing but the load.
+        (law("load direction", PAYLOAD, "load", TIME, kernel="constant"), "load_direction_tilt"),
+        (law("centre of mass", PAYLOAD, "load", TIME, kernel="constant"), "payload_com_offset"),
+        (law("payload", PAYLOAD, "load", Quantity("weight"), Quantity("effort", 6)), "payload_mass_error"),
+        (law("load direction", PAYLOAD, "load", TIME), LAW),
         # What a leg does with its length, and a spring that changes with time, have no name.
         (law("actuators", LEG, "offset", LENGTH), LAW),
         (law("actuators", LEG, "compliance", LENGTH, EFFORT), LAW),

@@ -11,10 +11,14 @@ from tests.ports.machines import recordings_of
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
+from expdesign.chain.component import ALL_LEGS
 from expdesign.chain.effect import Effect
+from expdesign.chain.effects.legs.passive_joints import PassiveJoints, PassiveJointStiffness
 from expdesign.chain.ports.law import ports_of
 from expdesign.chain.ports.port import Entry
 from expdesign.chain.ports.quantities import Quantity
+from expdesign.chain.ports.sight import Sight
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.evidence.dictionary import Dictionary, Measured, port_map
 from expdesign.diagnosis.evidence.state import Present
@@ -196,3 +200,84 @@ def test_a_leg_that_is_softer_when_it_is_warm_follows_the_temperature_from_its_m
         "temperature",
     )
     assert dictionary.sight.values(seen).mean() == pytest.approx(0.0, abs=1e-3)
+
+
+def test_the_force_in_either_of_two_legs_moves_the_other_one_by_one_law_of_a_leg() -> None:
+    dictionary, measured, values = _bench("actuators", "base")
+    extra = np.zeros((len(measured.rows), 6))
+    extra[:, 1], extra[:, 4] = (dictionary.sight.values(Quantity("effort", leg)) for leg in (4, 1))
+    shown = np.einsum("nkw,nw->nk", _maps("actuators", measured, values), extra)
+    entry = _best(dictionary, measured, values, shown)
+    assert (str(entry.component), entry.form, entry.blocks, entry.rank) == ("leg 2", "bracket", 1, 1)
+
+
+def test_a_leg_that_rests_at_one_end_of_its_play_is_one_law_of_the_sign_of_its_force() -> None:
+    """An unloaded row shows no play: the leg is where it was at rest, whichever way it is pushed later."""
+    dictionary, measured, values = _bench("actuators", "environment", "payload", unloaded=True)
+    extra = np.zeros((len(measured.rows), 6))
+    extra[:, 2] = dictionary.sight.values(Quantity("effort", 2)) > 0.0
+    shown = np.einsum("nkw,nw->nk", _maps("actuators", measured, values), extra)
+    entry = _best(dictionary, measured, values, shown)
+    assert (str(entry.component), entry.form) == ("leg 3", "step at zero")
+
+
+@pytest.mark.parametrize("end", ["base", "platform"])
+def test_an_end_of_a_leg_that_is_elsewhere_is_a_law_of_that_leg(end: str) -> None:
+    dictionary, measured, values = _bench("geometry")
+    names = robot(NAME).geometry_names  # type: ignore[attr-defined]
+    moved = np.array([name.startswith(f"{end} 5 ") for name in names])
+    shown = _maps("geometry", measured, values) @ (moved * np.linspace(1.0, 2.0, len(names)))
+    entry = _best(dictionary, measured, values, shown)
+    assert (str(entry.component), entry.form, len(entry.channels)) == ("leg 5", "geometry", 3)
+    assert {names[channel.output].rpartition(" ")[0] for channel in entry.channels} == {f"{end} 5"}
+
+
+def test_a_load_in_another_direction_is_a_law_of_two_weights() -> None:
+    """A base that yields in all directions and a load that is another one everywhere have ten times as many."""
+    dictionary, measured, values = _bench("load direction", "payload", "base")
+    shown = _maps("load direction", measured, values) @ np.array([1.0, -2.0])
+    entry = _best(dictionary, measured, values, shown)
+    assert (entry.port, str(entry.component), entry.blocks, entry.rank) == ("load direction", "payload", 2, 1)
+
+
+def test_one_weight_that_is_wrong_is_a_law_of_the_size_of_the_load() -> None:
+    dictionary, measured, values = _bench("payload", "base", "platform")
+    size = dictionary.sight.values(Quantity("weight"))
+    share = np.exp(-0.5 * ((size - np.median(size)) / (0.1 * size.std())) ** 2)
+    extra = share[:, None] * _wrenches(dictionary)
+    shown = np.einsum("nkw,nw->nk", _maps("payload", measured, values), extra)
+    entry = _best(dictionary, measured, values, shown)
+    assert (str(entry.component), entry.form, [q.kind for q in entry.inputs]) == ("payload", "load", ["weight"])
+
+
+def test_legs_that_grow_with_the_temperature_do_so_in_proportion_to_their_lengths() -> None:
+    here, recordings = robot(NAME), recordings_of(None, NAME)
+    warm = replace(recordings, temperature=20.0 + np.random.default_rng(2).uniform(0.0, 5.0, len(recordings)))
+    sight = _sight(here, warm)
+    (port,) = (port for port in ports_of(here) if port.name == "actuators")
+    grown = [e for e in port.entries(sight) if any(c.amplitude == Quantity("length", 0) for c in e.channels)]
+    (entry,) = grown
+    assert str(entry.component) == "all legs"
+    assert entry.blocks == 1
+    assert [c.amplitude for c in entry.channels] == [Quantity("length", leg) for leg in range(6)]
+
+
+def _sight(here: Robot, recordings: Recordings) -> Sight:
+    rows = row_data(recordings, here)
+    axes = list(range(here.coordinates.n))
+    return Sight(here, Chain(here).row_symbols(), rows, np.ones(len(rows), dtype=bool), axes, timed=False)
+
+
+def test_joints_that_resist_being_turned_are_a_law_of_the_legs() -> None:
+    """As the named effect has it: what two percent of it do to the readings, all legs alike."""
+    dictionary, measured, values = _bench("passive joints", "geometry", "base", "platform")
+    here = robot(NAME)
+    chain = Chain(here, (PassiveJointStiffness(here, ALL_LEGS, PassiveJoints.CARDAN),))
+    small = np.append(values, 1.0)
+    shown = chain.predict(measured.rows, small) - chain.predict(measured.rows, np.append(values, 0.0))
+    entry = _best(dictionary, measured, values, measured.whiten(shown))
+    assert (entry.port, str(entry.component)) == ("passive joints", "all legs")
+    ends = _maps("passive joints", measured, values) @ np.r_[np.full(6, 1.0), np.full(6, 1.0)]
+    bending = Chain(here, (PassiveJointStiffness(here, ALL_LEGS, PassiveJoints.BENDING),))
+    exact = measured.whiten(bending.predict_with_sensitivities(measured.rows, np.append(values, 0.0))[1])[..., -1]
+    assert ends == pytest.approx(exact, rel=1e-9, abs=1e-9 * np.abs(exact).max())

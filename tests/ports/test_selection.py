@@ -12,10 +12,10 @@ from expdesign.chain.ports.port import Channel, Entry
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.diagnosis.evidence.columns import Dense
 from expdesign.diagnosis.evidence.dictionary import Atom
-from expdesign.diagnosis.evidence.places import places
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.evidence.state import Present
+from expdesign.diagnosis.laws import places
 
 ROWS = 120
 BLOCKS = np.repeat(np.arange(20), 6)

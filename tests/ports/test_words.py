@@ -11,7 +11,7 @@ from tests.chain.bodies import BODY
 from expdesign.chain.ports import quantities
 from expdesign.chain.ports.law import ports_of
 from expdesign.chain.ports.quantities import Quantity
-from expdesign.chain.ports.words import columns, depends_on, identifier
+from expdesign.chain.ports.words import columns, depends_on, identifier, says
 from expdesign.mechanics.robots.robot import Robot
 
 _AXES = {"position", "distance", "towards", "own_gravity", "latched"}
@@ -71,3 +71,12 @@ def test_every_port_names_what_its_laws_add(tmp_path: Path) -> None:
     parallel = {port.name: tuple(port.outputs) for port in ports_of(robot("H1"))}
     assert parallel["geometry"][0] == "base_1_x_m"
     assert parallel["actuators"][0] == "leg 1"
+
+
+def test_a_law_that_is_always_the_same_depends_on_nothing() -> None:
+    assert says("load", []) == "carries another load than stated"
+    assert (
+        says("load", ["the size of the load"]) == "carries another load than stated, depending on the size of the load"
+    )
+    assert says("geometry", []) == "is not as the robot file says"
+    assert says("twist", ["a", "b", "c", "d"]).endswith("depending on a, b, c and others")

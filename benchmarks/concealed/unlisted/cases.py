@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -133,24 +133,29 @@ class Bench:
         return float(np.sqrt(self.fit.misfit(self.seen_clean(sized)) / self.fit.dof))
 
 
-def draw_case(order: Order, rng: np.random.Generator) -> Case:
-    """Experiments are drawn until the physics that was ordered shows as it shall; at last on any hexapod."""
+def draw_case(
+    order: Order, rng: np.random.Generator, arranged: Callable[[Experiment], Experiment] = lambda drawn: drawn
+) -> Case:
+    """Experiments are drawn until the physics that was ordered shows as it shall; at last on any hexapod.
+
+    `arranged` says which of their series are seen and which are the judge's, where it is not as they were drawn.
+    """
     reasons: list[str] = []
     for attempt in range(_ATTEMPTS):
         robot = order.robot if attempt < _PATIENCE else str(rng.choice(list(HEXAPODS)))
         try:
-            return _attempt(replace(order, robot=robot), rng)
+            return _attempt(replace(order, robot=robot), rng, arranged)
         except (UnsuitableError, LaboratoryError) as error:
             reasons.append(str(error))
     raise RuntimeError(f"{order}: no suitable experiment in {_ATTEMPTS}: {sorted(set(reasons))}")
 
 
-def _attempt(order: Order, rng: np.random.Generator) -> Case:
+def _attempt(order: Order, rng: np.random.Generator, arranged: Callable[[Experiment], Experiment]) -> Case:
     machine = bipod(rng) if order.robot == "bipod" else HEXAPODS[order.robot](rng)
     recipes, wishes = [RECIPES[name] for name in order.physics], Wishes()
     for recipe in recipes:
         wishes = wishes | recipe.wishes(rng)
-    bench = Bench(draw_interleaved(machine, wishes, rng, order.extent), rng)
+    bench = Bench(arranged(draw_interleaved(machine, wishes, rng, order.extent)), rng)
     if bench.fit.condition > 60:
         raise UnsuitableError("the legs' stiffnesses can hardly be told apart")
     hidden = [recipe.hide(bench.experiment, rng) for recipe in recipes]

@@ -13,6 +13,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.chain.row import Row
+from expdesign.mechanics.loads.load import small_rotation
 from expdesign.mechanics.robots.orientation import moment
 from expdesign.mechanics.robots.robot import Links, Robot
 
@@ -145,6 +146,22 @@ def turned_lever(rotation: ca.SX, row: Row, wrench: ca.SX) -> ca.SX:
         return none
     arm = rotation @ row.rotation.T @ row.lever - row.lever
     return ca.vertcat(none, row.payload * moment(arm, wrench[:split]))
+
+
+def tilted_load(wrench: ca.SX, row: Row, angles: ca.SX) -> ca.SX:
+    """A wrench (n,) with its force turned by small angles about axes of O: a payload's moment follows from its lever,
+    a free wrench turns as a whole.
+    """
+    split = row.gravity.shape[0]
+    force = wrench[:split]
+    turned = small_rotation(force, angles)
+    if wrench.shape[0] == split:
+        return turned
+    turning = wrench[split:]
+    as_payload = turning + moment(row.lever, turned - force)
+    # About the normal of the plane a moment stays what it is.
+    as_wrench = small_rotation(turning, angles) if split == 3 else turning
+    return ca.vertcat(turned, row.payload * as_payload + (1.0 - row.payload) * as_wrench)
 
 
 def symmetric(theta: ca.SX, size: int) -> ca.SX:

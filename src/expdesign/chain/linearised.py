@@ -6,7 +6,7 @@ series began. Where the chain is not linear, its derivatives are taken at the as
 (play, for instance, is a constant where the force stays on one side of the gap).
 """
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import cached_property
 
 import casadi as ca
@@ -127,7 +127,8 @@ def row_at_rest(
     if load.has_mass and robot.coordinates.centre_of_mass:
         lever = rotation @ loads[1 : 1 + dimension]
     # What is not named here is zero: own weight that only positions show, warming, and time.
-    zeros = {name: ca.SX.zeros(symbol.shape) for name, symbol in vars(row_symbols(robot)).items()}
+    row = row_symbols(robot)
+    zeros = {item.name: ca.SX.zeros(getattr(row, item.name).shape) for item in fields(row)}
     return replace(
         Row(**zeros),
         pose=configuration,

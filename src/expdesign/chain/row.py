@@ -80,6 +80,10 @@ class Row:
 
     def flat(self) -> ca.SX:
         """All symbols as one column vector, columns of matrices first."""
+        return self._flat
+
+    @cached_property
+    def _flat(self) -> ca.SX:
         return ca.vertcat(*(ca.vec(getattr(self, item.name)) for item in fields(self)))
 
 

@@ -1,4 +1,4 @@
-"""What limits the statements of a diagnosis."""
+"""What limits the statements of a diagnosis, and what recordings cannot show of laws at ports."""
 
 import numpy as np
 
@@ -8,11 +8,20 @@ from expdesign.diagnosis.dispersion import Dispersion
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.names import Model
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.remarks import AliasedParameters, Extrapolation, SerialCorrelation, WithoutMoment
+from expdesign.diagnosis.remarks import (
+    AliasedParameters,
+    Extrapolation,
+    NotSought,
+    SerialCorrelation,
+    Sought,
+    TooFewForLaws,
+    WithoutMoment,
+)
 from expdesign.diagnosis.sample import Sample
 
 _NO_MOMENT = 1e-6
 """Share of the largest moments below which those about a direction are the rounding of a file."""
+_CONSTANT = 1e-9
 
 
 def caveats(sample: Sample, model: Model, spread: Dispersion, errors: HeldOut) -> tuple[Remark, ...]:
@@ -46,3 +55,23 @@ def _without_moment(sample: Sample, model: Model) -> list[WithoutMoment]:
     free = directions[sizes < _NO_MOMENT * sizes[0]]
     upright = [tuple((direction * np.sign(direction[np.abs(direction).argmax()])).tolist()) for direction in free]
     return [WithoutMoment(tuple(upright))] if upright else []
+
+
+def not_sought(sample: Sample) -> tuple[Remark, ...]:
+    """Kinds of laws that were not sought in these rows; empty where every kind was."""
+    counts, recordings = sample.counts, sample.recordings
+    rows = int(counts.sum())
+    if rows < OPTIONS.fewest_rows:
+        return (TooFewForLaws(rows, OPTIONS.fewest_rows),)
+    missing = {
+        Sought.TIME: recordings.time is None,
+        Sought.MEMORY: int(sample.rows.position[counts].max(initial=0)) < 1,
+        Sought.PLACE: _constant(recordings.configurations[counts]),
+        Sought.FORCE: _constant(recordings.wrenches[counts]),
+    }
+    return tuple(NotSought(law) for law, is_missing in missing.items() if is_missing)
+
+
+def _constant(values: np.ndarray[tuple[int, ...], np.dtype[np.floating]]) -> bool:
+    size = float(np.abs(values).max(initial=0.0))
+    return bool(np.ptp(values, axis=0).max(initial=0.0) <= _CONSTANT * size)

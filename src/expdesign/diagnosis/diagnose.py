@@ -9,7 +9,7 @@ from expdesign.arrays import BoolArray
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.averaging import averaged
 from expdesign.diagnosis.by_groups import by_groups
-from expdesign.diagnosis.caveats import caveats
+from expdesign.diagnosis.caveats import caveats, not_sought
 from expdesign.diagnosis.confirmation import confirmed, gains, pruned
 from expdesign.diagnosis.dispersion import dispersion
 from expdesign.diagnosis.evidence.options import EVIDENCE
@@ -22,7 +22,6 @@ from expdesign.diagnosis.library import OUTLIER
 from expdesign.diagnosis.locate import drivers, locate
 from expdesign.diagnosis.nameable import Nameable, nameable
 from expdesign.diagnosis.names import Model, Names
-from expdesign.diagnosis.not_sought import not_sought
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.remarks import Averaged
@@ -106,9 +105,18 @@ def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -
 
 
 def _settled(frame: Frame, model: Model) -> bool:
-    """Whether one effect brings readings of known noise to that noise: nothing is left that a law could do better."""
-    kept = frame.names.sample.restricted(~model.outliers)
-    return frame.noise.known and len(model.candidates) == 1 and within_noise(tested(model.fit, kept))
+    """Whether one effect brings readings of known noise to that noise, and says it as briefly as any law could.
+
+    A law of one weight that takes away as much squares q would gain ½·(q − ln q) of log evidence. What needs many
+    parameters, as a base that yields in all directions, may imitate what another part does with one.
+    """
+    names = frame.names
+    kept = names.sample.restricted(~model.outliers)
+    if not frame.noise.known or len(model.candidates) != 1 or not within_noise(tested(model.fit, kept)):
+        return False
+    explained = max(names.state(names.base).scatter - names.state(model).scatter, 1.0)
+    most = 0.5 * (explained - np.log(explained)) - EVIDENCE.law - EVIDENCE.contested
+    return bool(most <= 0.5 * (names.base.misfit - model.misfit))
 
 
 def _averaged(frame: Frame, result: Diagnosis) -> Diagnosis:
@@ -231,7 +239,7 @@ def _with_laws(frame: Frame, result: Diagnosis, report: Callable[[str], None]) -
     explained = result.verdict == "explained"
     laws = sought_laws(names.of_rows(sample), result.model, explained=explained)
     wins = laws is not None and laws.predicts
-    if explained and not (wins and laws is not None and laws.replaces(result.model)):
+    if explained and not (wins and laws is not None and laws.replaces(names.base, result.model)):
         return result
     result = replace(result, caveats=(*result.caveats, *not_sought(names.sample)))
     if laws is None:
@@ -278,8 +286,9 @@ def _checked(names: Names, model: Model, base: Fit, noise: NoiseLevel, test: Boo
     alike = dispersion(model.fit.residuals, kept).correlation > OPTIONS.alike
     trusted = noise.known and within_noise(tested(model.fit, kept)) and not alike
     if model.candidates and not trusted:
-        model = confirmed(names, model, test)
-        errors = _held_out(names, base, model.fit, test, model.outliers)
+        smaller = confirmed(names, model, test)
+        if smaller is not model:
+            model, errors = smaller, _held_out(names, base, smaller.fit, test, smaller.outliers)
     return model, errors
 
 

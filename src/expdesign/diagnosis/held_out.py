@@ -111,7 +111,7 @@ def held_out(
 
 def _refitted(original: Fit, sample: Sample) -> Fit:
     start = original.values if original.chain.effects else None
-    return fit(original.chain, sample, start, enough=OPTIONS.settled)
+    return fit(original.chain, sample, start, enough=OPTIONS.settled, rough=OPTIONS.rough)
 
 
 def _later(base: Fit, model: Fit, sample: Sample, kept: BoolArray) -> tuple[float, float]:

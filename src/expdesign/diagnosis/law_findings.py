@@ -8,7 +8,7 @@ import numpy as np
 from expdesign.chain.ports.curve import Curve
 from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.naming import FREE, LAW, physics_of
-from expdesign.chain.ports.words import FORMS, columns, depends_on, identifier, quantity_name, unit_of, usually
+from expdesign.chain.ports.words import columns, depends_on, identifier, quantity_name, says, unit_of, usually
 from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.findings import Finding, reported
 from expdesign.diagnosis.laws import FoundLaw, Laws
@@ -74,9 +74,7 @@ def sentence(part: FoundLaw, robot: Robot, others: tuple[str, ...] = ()) -> str:
     effect, curve = part.effect, part.curve
     assert isinstance(effect, Law)
     assert curve is not None
-    names = depends_on(effect.form.depends_on, robot)
-    shown = ", ".join(names[:3]) + (" and others" if len(names) > 3 else "")
-    text = f"{effect.subject} {FORMS[effect.form.kind]} {shown}"
+    text = f"{effect.subject} {says(effect.form.kind, depends_on(effect.form.depends_on, robot))}"
     said = round(100.0 * part.share)
     text += f" ({said} % of the misfit of the base model)" if said else ""
     if curve.meaning == "compliance" and len(curve.quantities) == 1:

@@ -2,20 +2,27 @@
 
 Named effects take part, so that what is named and what is not are sought together; where a named form carries as much
 evidence it wins, having fewer weights.
+
+Where laws are is said by evidence over ports: every component is given its chance in the place of one that was found.
+The log evidence of a component is what its laws gain together (`Search.weighed`), with the laws of all other
+components kept. Machines and kernels are never exact, so that differences of log evidence are divided by a
+temperature before they become probabilities; it was set on simulated cases (results/ports).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, as_matrix
+from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.curve import Curve, curve_of
 from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.sight import Sight
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
 from expdesign.diagnosis.evidence.dictionary import Dictionary, Measured, law_of
-from expdesign.diagnosis.evidence.places import Place, places
+from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.evidence.state import Present, regular
@@ -24,6 +31,31 @@ from expdesign.diagnosis.names import Model, Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Fit, fit
+
+
+@dataclass(frozen=True)
+class Place:
+    """A component where a law may be.
+
+    Attributes:
+        component: where.
+        log_evidence: gain of log evidence by its laws together.
+        probability: that the law is there.
+    """
+
+    component: Component
+    log_evidence: float
+    probability: float
+
+
+def places(gains: Mapping[Component, float]) -> tuple[Place, ...]:
+    """Components by probability, from the gain of log evidence by the laws of each."""
+    names = sorted(gains, key=lambda name: -gains[name])
+    evidence = np.array([gains[name] for name in names])
+    temperature = max(EVIDENCE.temperature, EVIDENCE.share * float(evidence.max()))
+    weights = np.exp((evidence - evidence.max()) / temperature)
+    weights /= weights.sum()
+    return tuple(Place(name, float(e), float(w)) for name, e, w in zip(names, evidence, weights, strict=True))
 
 
 @dataclass(frozen=True)
@@ -54,7 +86,7 @@ class Laws:
         fit: of the chain with all of them.
         left_out: errors of left-out readings without and with them in standard deviations of the noise, which decide
             whether they are predicted with.
-        gain: of log evidence by all together.
+        gain: of log evidence by all together, fitted in full, prior included.
         inflation: of the covariance of `fit`, which left-out errors ask for.
         noise: standard deviation of the readings in the stated or first estimated one: 1 where it is known.
     """
@@ -81,12 +113,10 @@ class Laws:
         """Whether left-out readings are predicted well enough to be predicted with the laws."""
         return not self.left_out.doubt
 
-    def replaces(self, named: Model) -> bool:
-        """Whether these may stand in place of names that explain: with a law among them, and fitted in full no worse.
-
-        The search takes effects as linear, and one that may have one sign only can come out with the other.
-        """
-        return any(part.named is None for part in self.parts) and self.fit.chi2 < named.fit.chi2
+    def replaces(self, base: Model, named: Model) -> bool:
+        """Whether these may stand in the place of names that explain: with a law among them, and likelier by far."""
+        nameless = any(part.named is None for part in self.parts)
+        return nameless and self.gain > 0.5 * (base.misfit - named.misfit) + EVIDENCE.contested
 
     def summary(self, verdict: str) -> str:
         """What was decided, in one sentence."""
@@ -200,5 +230,7 @@ def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
         else:
             parts.append(FoundLaw(effect, where, share, model.candidates[position]))
     parts.sort(key=lambda item: -item.share)
-    gain = state.log_evidence - start.log_evidence
+    # A law is linear in its own weights alone: what the chain does not do in full is no evidence.
+    lost = max(0.0, result.chi2 - state.scatter) / variance
+    gain = chosen.evidence - search.start.evidence - 0.5 * lost
     return Laws(tuple(parts), result, left_out, gain, inflation, noise)

@@ -15,6 +15,7 @@ class DiagnosisOptions:
         later: factor by which a model may predict the last rows worse than the base model: so few say little.
         better: factor on left-out errors that something further has to go for, or laws have to reach beside names.
         settled: fall of χ² in one step below which a refit has settled: decisions turn on more.
+        rough: the same as a share of the excess of χ² that a fit leaves: what is wrong by far need not be exact.
         level: of the test that a part's rows differ, and that a drift shows apart from what else changed.
         mistakes_level: probability below which rows set aside have too much in common; there are four such tests.
         alike: correlation of consecutive residuals above which rows are no longer taken for independent.
@@ -68,6 +69,7 @@ class DiagnosisOptions:
     later: float = 1.1
     better: float = 0.98
     settled: float = 1e-2
+    rough: float = 1e-3
     level: float = 0.01
     mistakes_level: float = 0.0025
     alike: float = 0.3

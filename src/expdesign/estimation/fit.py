@@ -143,6 +143,7 @@ def fit(
     prior: tuple[FloatArray, FloatArray] | None = None,
     *,
     enough: float = 0.0,
+    rough: float = 0.0,
 ) -> Fit:
     """The parameters that minimise the sum of squared whitened residuals, within their bounds.
 
@@ -155,6 +156,7 @@ def fit(
         start: parameters to start from; neutral effects if left out.
         prior: mean and standard deviation of the parameters, shape (p,) each (infinite where there is no prior).
         enough: fall of the sum of squares in one step below which a fit has settled, beside `CONVERGED`.
+        rough: the same as a share of what the fit leaves beyond the noise: what is wrong by far need not be exact.
     """
     start = chain.start() if start is None else start
     if prior is None:
@@ -165,7 +167,7 @@ def fit(
     if chain.linear:
         residuals, sensitivities = data.residuals_with_sensitivities(chain, start)
         return linear_fit(chain, start, residuals, sensitivities, prior)
-    result = summarise(chain, data, _minimise(chain, data, start, prior, enough), prior)
+    result = summarise(chain, data, _minimise(chain, data, start, prior, enough, rough), prior)
     if chain.reading.linear and not result.determined.all():
         result = _least(result, data, prior)
     if chain.reading.degeneracies:
@@ -218,7 +220,12 @@ def idle_knowledge(idle: BoolArray, parameters: int) -> tuple[FloatArray, FloatA
 
 
 def _minimise(
-    chain: Chain, data: Data, start: FloatArray, prior: tuple[FloatArray, FloatArray] | None, enough: float
+    chain: Chain,
+    data: Data,
+    start: FloatArray,
+    prior: tuple[FloatArray, FloatArray] | None,
+    enough: float,
+    rough: float,
 ) -> FloatArray:
     """Levenberg-Marquardt with bounds: a step is cut off at the bounds, and parameters held by them are left out.
 
@@ -237,7 +244,7 @@ def _minimise(
             break
         normal = slopes[:, free].T @ slopes[:, free]
         diagonal = np.maximum(normal.diagonal(), 1e-12 * max(float(normal.diagonal().max()), 1e-300))
-        tolerance = max(CONVERGED * cost, enough)
+        tolerance = max(CONVERGED * cost, enough, rough * (cost - np.count_nonzero(residuals)))
         improved = settled = False
         while damping < LARGEST_DAMPING:
             scaled = np.linalg.solve(normal + damping * np.diag(diagonal), gradient[free])

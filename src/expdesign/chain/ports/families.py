@@ -67,7 +67,8 @@ def of_effort(sight: Sight, effort: Quantity) -> Iterator[Prior]:
     yield Prior("force law", "integrated_wiener", (effort,), (largest,), 12)
     sign = Quantity("effort_sign", effort.index)
     if effort.kind == "effort" and sight.varies(sign):
-        yield Prior("step at zero", "linear", (sign,), (1.0,), 1)
+        # To either side its own way: what has play may rest at one end of it.
+        yield Prior("step at zero", "wiener", (sign,), (1.0,), 2)
 
 
 def over_time(sight: Sight, form: str) -> Iterator[Prior]:

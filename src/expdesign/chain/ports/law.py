@@ -143,7 +143,9 @@ class Form:
 
     @property
     def depends_on(self) -> tuple[Quantity, ...]:
-        """What the law depends on, each once."""
+        """What the law depends on, each once: its inputs, or what a law that is always the same is in proportion to."""
+        if self.basis.kernel == "constant":
+            return tuple(dict.fromkeys(c.amplitude for c in self.channels if c.amplitude is not None))
         return tuple(dict.fromkeys(q for channel in self.channels for q in channel.inputs))
 
 

@@ -21,6 +21,7 @@ FREE = "free"
 _INPUTS = {
     "effort": Input.FORCE, "effort_sign": Input.FORCE, "whole": Input.FORCE, "rest": Input.FORCE, "ground": Input.FORCE,
     "joint_moment": Input.FORCE, "carried": Input.FORCE, "pair": Input.FORCE, "pair_sign": Input.FORCE,
+    "weight": Input.FORCE,
     "clock": Input.TIME, "elapsed": Input.TIME, "started": Input.TIME,
     "warming": Input.TEMPERATURE, "temperature": Input.TEMPERATURE, "warmth": Input.TEMPERATURE,
 }  # fmt: skip
@@ -42,8 +43,8 @@ def physics_of(law: Law, known: Collection[str]) -> str:
         known: identifiers that may be given: those of the library that was searched.
     """
     form = law.form
-    seen = {quantity for channel in form.channels for quantity in (*channel.inputs, channel.amplitude) if quantity}
-    inputs = {input_of(quantity) for quantity in seen}
+    seen = {*form.depends_on, *(channel.amplitude for channel in form.channels)}
+    inputs = {input_of(quantity) for quantity in seen if quantity is not None}
     for kind in implementations("expdesign.chain.effects", Effect):  # type: ignore[type-abstract]
         declared = kind.declared
         if kind.physics not in known or form.kind not in declared.laws or not inputs <= {*declared.inputs}:

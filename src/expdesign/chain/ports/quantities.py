@@ -149,6 +149,7 @@ _VALUES = {
     "warming": lambda row, robot: row.warming,
     "temperature": lambda row, robot: row.warmth + row.warming,
     "warmth": lambda row, robot: row.warmth,
+    "weight": lambda row, robot: ca.sqrt(ca.sumsqr(row.wrench[: row.gravity.shape[0]]) + 1e-12),
     "loaded": lambda row, robot: ca.SX(row.payload),
     "gravity": lambda row, robot: row.gravity,
     "carried": lambda row, robot: _carried(row),

@@ -1,5 +1,7 @@
 """Laws in words that a technician understands: what kind, on what it depends, and what usually behaves like that."""
 
+from collections.abc import Sequence
+
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.mechanics.robots.robot import Robot
 
@@ -23,6 +25,7 @@ FORMS = {
     "reading law": "does not read in proportion; its error depends on",
     "drift": "drifts with",
     "geometry": "is not as the robot file says",
+    "joints": "has joints that resist being turned, depending on",
     "twist": "tilts or shifts, depending on",
 }
 _USUAL = {
@@ -45,10 +48,11 @@ _USUAL = {
     "reading law": "the scale or the electronics of the instrument do that",
     "drift": "heat and settling feet do that",
     "geometry": "joints that are not where the drawing has them do that",
+    "joints": "flexures, preloaded and dry bearings do that",
     "twist": "bearings, guides and flanges do that",
 }
 _UNITS = {
-    "effort": "N", "pair": "N", "ground": "N", "length": "m", "position": "m",
+    "effort": "N", "pair": "N", "ground": "N", "weight": "N", "length": "m", "position": "m",
     "clock": "s", "elapsed": "s", "started": "s", "settling": "",
     "warming": "K", "temperature": "degC", "warmth": "degC",
 }  # fmt: skip
@@ -90,8 +94,15 @@ def quantity_name(quantity: Quantity, robot: Robot) -> str:
         "carried": f"{robot.coordinates.wrench[index % robot.coordinates.n]} along the platform's axes",
         "latched": "the direction of the last force that was large enough",
         "own_gravity": f"gravity along the platform's {'xyz'[index % 3]}",
+        "weight": "the size of the load",
     }
     return names.get(kind, kind)
+
+
+def says(form: str, seen: Sequence[str]) -> str:
+    """What a law does, and on which of what was seen it depends; the first clause alone where it is always the same."""
+    shown = ", ".join(seen[:3]) + (" and others" if len(seen) > 3 else "")
+    return f"{FORMS[form]} {shown}" if seen else FORMS[form].removesuffix(", depending on")
 
 
 def _place(index: int, robot: Robot) -> str:
@@ -140,6 +151,7 @@ def identifier(quantity: Quantity, robot: Robot) -> str:
         "carried": f"{wrench[index % len(wrench)]}_along_platform",
         "latched": "force_history",
         "own_gravity": f"gravity_{'xyz'[index % 3]}",
+        "weight": "load",
     }
     return names.get(kind, kind)
 

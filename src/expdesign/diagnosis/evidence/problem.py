@@ -290,15 +290,17 @@ class Problem:
         ranked.sort(key=lambda item: (-item[0], item[1].effect.key))
         taken: dict[str, int] = {}
         trials: list[Chosen] = []
-        always, least = OPTIONS.always, wanted
-        if not self.of_names:
-            always, least = 1, max(wanted, self.options.near * float(proposal.gains.max(initial=0.0)))
+        always = OPTIONS.always if self.of_names else 1
+        best_of_all = float(proposal.gains.max(initial=0.0))
+        # Where nothing promises to be worth it to first order, what is not linear may be nevertheless.
+        if best_of_all >= self.options.alarm or not self.of_names:
+            wanted = max(wanted, self.options.near * best_of_all)
         for gain, candidate, start in ranked:
             physics = candidate.effect.physics
             if taken.get(physics, 0) >= 3 or len(trials) == OPTIONS.fits_per_step:
                 continue
             taken[physics] = taken.get(physics, 0) + 1
-            if sum(taken.values()) <= always or gain >= least:
+            if sum(taken.values()) <= always or gain >= wanted:
                 chosen = (*current.candidates, candidate)
                 trials.append(self._with_names(current, chosen, {candidate.effect.key: start()}))
         return trials

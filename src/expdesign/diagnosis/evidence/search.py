@@ -66,7 +66,7 @@ class Search:
             most: effects that are looked for at most; as many as the options allow if left out.
         """
         limit = self.options.most if most is None else most
-        firsts = [*self._starts(aside=aside, most=limit), *seeds]
+        firsts = self._starts(seeds, aside=aside, most=limit)
         if not firsts:
             return self.start
         ends = [self._completed(first, aside=aside, most=limit) for first in firsts]
@@ -108,14 +108,15 @@ class Search:
         single[component] = max(single[component], chosen.evidence - rest.evidence)
         return {place: gain - float(np.log(number[place])) for place, gain in single.items()}
 
-    def _starts(self, *, aside: bool, most: int) -> list[Chosen]:
-        """The best beginnings, from which the search goes on: the first one need not be right."""
+    def _starts(self, seeds: Sequence[Chosen], *, aside: bool, most: int) -> list[Chosen]:
+        """The best beginnings, from which the search goes on: the first one need not be right; and seeds like them."""
         trials = sorted(self._grown(self.start, aside=aside, most=most), key=lambda trial: -trial.evidence)
         gains = [trial.evidence - self.start.evidence for trial in trials]
         least = max(self.options.alarm, self.options.like * max(gains, default=0.0))
         firsts = [t for t, gain in zip(trials, gains, strict=True) if gain >= least]
         self._note(trials, firsts[:1])
-        return firsts[: 1 if self.problem.of_names else self.options.starts]
+        alike = [seed for seed in seeds if seed.evidence - self.start.evidence >= least]
+        return [*firsts[: 1 if self.problem.of_names else self.options.starts], *alike]
 
     def _completed(self, current: Chosen, *, aside: bool, most: int) -> Chosen:
         """With further effects and laws of further components, as long as they are worth it."""

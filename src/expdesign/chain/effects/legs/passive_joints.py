@@ -110,7 +110,8 @@ class PassiveJointStiffness(Effect):
         left_out="resistance of a joint or flexure against rotation",
         phrase="stiff passive joints of {component}",
         usually="flexures and preloaded joints",
-        port="actuators",
+        port="passive joints",
+        laws=("joints",),
         inputs=(Input.FORCE, Input.PLACE),
         sizes=(
             Size(
@@ -134,7 +135,7 @@ class PassiveJointStiffness(Effect):
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
-        stiffness = theta[0] * (self._bent(row) if self.variant is PassiveJoints.FLEXURES else self._relaxed(row))
+        stiffness = theta[0] * (self._bent(row) if self.variant is PassiveJoints.FLEXURES else self.relaxed(row))
         added = ca.diag(compliance) @ row.forward.T @ stiffness @ row.forward
         # (I + S)⁻¹·e = e − S·(I + S)⁻¹·e, of which an expression of the derivative at S = 0 is short.
         return elongation - added @ ca.solve(ca.SX.eye(elongation.shape[0]) + added, elongation), state
@@ -144,7 +145,7 @@ class PassiveJointStiffness(Effect):
             return pose
         return pose + row.pose_map @ (compliance * theta[0] * self._preload(row))
 
-    def _relaxed(self, row: Row) -> ca.SX:
+    def relaxed(self, row: Row) -> ca.SX:
         """K_J (n×n, twist coordinates) of relaxed joints of unit stiffness."""
         n = self.robot.coordinates.n
         total = ca.SX.zeros(n, n)

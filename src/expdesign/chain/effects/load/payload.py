@@ -17,12 +17,11 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import PAYLOAD, Component
+from expdesign.chain.component import PAYLOAD, Component, tilted_load
 from expdesign.chain.declaration import Declaration, Input, Size, Variant, rounded
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.mechanics.loads.load import small_rotation
 from expdesign.mechanics.robots.orientation import moment
 from expdesign.mechanics.robots.robot import Robot
 
@@ -67,9 +66,7 @@ class PayloadComOffset(Effect):
 
 
 class LoadDirectionTilt(Effect):
-    """The force is turned by small angles about x and y of O: a payload's moment follows from its lever, a free
-    wrench turns as a whole.
-    """
+    """The force is turned by small angles about x and y of O (`tilted_load`)."""
 
     identifier = "load.direction_tilt"
     physics = "load_direction_tilt"
@@ -77,7 +74,8 @@ class LoadDirectionTilt(Effect):
         left_out="gravity or load in another direction",
         phrase="a load that is not along its assumed direction",
         usually="machines that were not levelled, slanting cables",
-        port="payload",
+        port="load direction",
+        laws=("load",),
         inputs=(Input.FORCE,),
         sizes=(Size("tilt_?_rad", 5e-4, "assumed: a machinist's level, 0.5 mm/m"),),
     )
@@ -91,16 +89,7 @@ class LoadDirectionTilt(Effect):
         return tuple(Parameter(name, 1e-3, low=-0.5, high=0.5) for name in names)
 
     def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        split = self.robot.coordinates.translations
-        force = wrench[:split]
-        turned = small_rotation(force, theta)
-        if wrench.shape[0] == split:
-            return turned
-        turning = wrench[split:]
-        as_payload = turning + moment(row.lever, turned - force)
-        # About the normal of the plane a moment stays what it is.
-        as_wrench = small_rotation(turning, theta) if split == 3 else turning
-        return ca.vertcat(turned, row.payload * as_payload + (1.0 - row.payload) * as_wrench)
+        return tilted_load(wrench, row, theta)
 
     def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         parts = [

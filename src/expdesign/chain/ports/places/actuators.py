@@ -56,6 +56,7 @@ class Actuators(Port):
         for actuator in range(count):
             yield from self._friction_along(sight, actuator)
             yield from self._on_one_bracket(sight, actuator)
+        yield from self._growing(sight)
         families = [list(_laws(sight, actuator)) for actuator in range(count)]
         for actuator, family in enumerate(families):
             for prior, scaled in family:
@@ -94,9 +95,24 @@ class Actuators(Port):
             component = self.components[actuator]
             yield Entry(self.name, component, "friction", channels, "squared_exponential", scale, 5)
 
+    def _growing(self, sight: Sight) -> Iterator[Entry]:
+        """Legs of one material grow with the temperature in proportion to their lengths."""
+        warming = [Quantity("warming", actuator) for actuator in range(self.width)]
+        if len(self.components) == self.width or sight.positions or not sight.varies(*warming):
+            return
+        channels = tuple(Channel(a, 0, (q,), Quantity("length", a)) for a, q in enumerate(warming))
+        yield Entry(self.name, self.components[-1], "offset", channels, "linear", (sight.spread(warming[0]),), 1)
+
     def _on_one_bracket(self, sight: Sight, actuator: int) -> Iterator[Entry]:
-        """Two legs on a bracket that gives way under what both carry: its play, or its spring that is not linear."""
+        """Two legs on a bracket: the force in either moves the other (Maxwell and Betti); and one that gives way under
+        what both carry, by its play or its spring that is not linear.
+        """
         for other in range(actuator + 1, self.width if sight.robot.on_legs else 0):
+            one, two = Quantity("effort", actuator), Quantity("effort", other)
+            if sight.varies(one, two):
+                crossed = Channel(actuator, 0, (two,)), Channel(other, 0, (one,))
+                largest = max(sight.largest(one), sight.largest(two))
+                yield Entry(self.name, self.components[actuator], "bracket", crossed, "linear", (largest,), 1)
             both, sign = (Quantity(kind, actuator, (float(other),)) for kind in ("pair", "pair_sign"))
             if not sight.varies(both):
                 continue

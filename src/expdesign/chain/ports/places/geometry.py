@@ -4,7 +4,8 @@ from collections.abc import Iterator, Sequence
 
 import casadi as ca
 
-from expdesign.chain.component import GEOMETRY, Component
+from expdesign.chain.component import GEOMETRY, Component, each_leg
+from expdesign.chain.effects.legs.geometry import LegEnd
 from expdesign.chain.ports.port import Channel, Entry, Port
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
@@ -28,10 +29,18 @@ class Geometry(Port):
 
     @property
     def components(self) -> Sequence[Component]:
-        return (GEOMETRY,)
+        return (GEOMETRY, *each_leg(self.robot))
 
     def entries(self, sight: Sight) -> Iterator[Entry]:
-        always = Quantity("clock")
-        channels = tuple(Channel(a, a, (always,)) for a in range(self.width))
+        """All joints are somewhere else, or one end of one leg is."""
+        names = list(getattr(self.robot, "geometry_names", ()))
+        yield from self._moved(GEOMETRY, list(range(self.width)))
+        for leg in each_leg(self.robot):
+            for end in LegEnd:
+                own = [a for a, name in enumerate(names) if name.startswith(f"{end} {leg.number} ")]
+                yield from self._moved(leg, own)
+
+    def _moved(self, component: Component, coordinates: list[int]) -> Iterator[Entry]:
+        channels = tuple(Channel(a, i, (Quantity("clock"),)) for i, a in enumerate(coordinates))
         if channels:
-            yield Entry(self.name, GEOMETRY, "geometry", channels, "constant", (1.0,), 1)
+            yield Entry(self.name, component, "geometry", channels, "constant", (1.0,), 1)

@@ -16,6 +16,8 @@ from expdesign.chain.row import Row
 _DIRECTIONS = 24
 _DISTANCES = (1.0, 2.0, 4.0, 10.0, 40.0)
 """Of sources of force from the middle of the places, in spreads of these."""
+_WEIGHTS = (0.05, 0.5)
+"""Scales over the size of a load, in its spread: a single weight that is wrong, and a scale that is curved."""
 
 
 def _points(middle: FloatArray, spread: FloatArray) -> FloatArray:
@@ -126,8 +128,16 @@ class PayloadPort(Port):
             for chosen in (pairs, same) if prior.kernel == "constant" else (same,):
                 channels = tuple(Channel(a, i, prior.inputs, q) for i, (a, q) in enumerate(chosen))
                 yield Entry(self.name, PAYLOAD, prior.form, channels, prior.kernel, prior.scales, min(prior.rank, 10))
-            alike = tuple(Channel(a, 0, prior.inputs, q) for a, q in same)
-            yield Entry(self.name, PAYLOAD, prior.form, alike, prior.kernel, prior.scales, prior.rank)
+            yield self._share(prior, same)
+        size = Quantity("weight")
+        for factor in _WEIGHTS if sight.varies(size) else ():
+            scale = (factor * sight.spread(size),)
+            yield self._share(Prior("load", "squared_exponential", (size,), scale, 12), same)
+
+    def _share(self, prior: Prior, loads: list[tuple[int, Quantity]]) -> Entry:
+        """The same share of every component of the load."""
+        alike = tuple(Channel(a, 0, prior.inputs, q) for a, q in loads)
+        return Entry(self.name, PAYLOAD, prior.form, alike, prior.kernel, prior.scales, prior.rank)
 
     def _efforts(self, sight: Sight) -> list[Quantity]:
         """Components of the stated wrench that vary."""

@@ -1,0 +1,61 @@
+"""Joints at the ends of legs that resist being turned: flexures, preloaded and dry bearings."""
+
+from collections.abc import Iterator, Sequence
+
+import casadi as ca
+
+from expdesign.chain.component import Component, each_leg, legs_and_all
+from expdesign.chain.effects.legs.passive_joints import PassiveJoints, PassiveJointStiffness
+from expdesign.chain.ports.families import Prior, over_time, smooth_over
+from expdesign.chain.ports.port import Channel, Entry, Port
+from expdesign.chain.ports.quantities import Quantity
+from expdesign.chain.ports.sight import Sight
+from expdesign.chain.row import Row
+
+
+class PassiveJointsPort(Port):
+    """u: stiffness (N·m/rad) against rotation at every end of every leg, base ends first.
+
+    The wrench that turns the joints as the legs' own springs deflect, −Σ u·K·J·Δq with K of unit stiffness
+    (`PassiveJointStiffness.relaxed`), is missing from what the legs carry. To first order in u, as all laws are.
+    """
+
+    name = "passive joints"
+
+    def components_of_motion(self) -> int:
+        return len(self._ends) * len(each_leg(self.robot)) if self.robot.on_straight_legs else 0
+
+    @property
+    def _ends(self) -> tuple[PassiveJoints, ...]:
+        several = self.robot.coordinates.rotations == 3
+        return (PassiveJoints.BASE, PassiveJoints.PLATFORM) if several else (PassiveJoints.CARDAN,)
+
+    @property
+    def outputs(self) -> Sequence[str]:
+        return tuple(f"{end or 'both'}_{leg}_Nm_per_rad" for end in self._ends for leg in self.robot.actuators)
+
+    @property
+    def components(self) -> Sequence[Component]:
+        return legs_and_all(self.robot)
+
+    def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
+        forces = row.forward.T @ row.wrench
+        moved = row.forward @ (forces / ca.SX(self.robot.stiffness))
+        kinds = [(end, leg) for end in self._ends for leg in each_leg(self.robot)]
+        for index, (end, leg) in enumerate(kinds):
+            wrench = wrench - extra[index] * (PassiveJointStiffness(self.robot, leg, end).relaxed(row) @ moved)
+        return wrench
+
+    def entries(self, sight: Sight) -> Iterator[Entry]:
+        """All legs alike, all legs each its own, and single legs: the same always, or with time and length."""
+        legs, ends = each_leg(self.robot), len(self._ends)
+        if not self.width:
+            return
+        always = Prior("joints", "constant", (Quantity("clock"),), (1.0,), 1)
+        for leg, component in enumerate(legs):
+            for prior in (always, *smooth_over(sight, "joints", (Quantity("length", leg),), 6)):
+                channels = tuple(Channel(e * len(legs) + leg, e, prior.inputs) for e in range(ends))
+                yield Entry(self.name, component, prior.form, channels, prior.kernel, prior.scales, prior.rank)
+        for prior in (always, *over_time(sight, "joints")) if len(legs) > 1 else ():
+            channels = tuple(Channel(i, i // len(legs), prior.inputs) for i in range(self.width))
+            yield Entry(self.name, self.components[-1], prior.form, channels, prior.kernel, prior.scales, 6)
