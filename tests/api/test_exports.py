@@ -52,7 +52,8 @@ def test_check_returns_what_the_command_prints(tmp_path: Path, capsys: pytest.Ca
     for file, checked, options in ((CONFIG, problem, []), (recordings, identified, ["--robot", ROBOT])):
         capsys.readouterr()
         assert call("check", file, *options) == 0
-        assert capsys.readouterr().out == f"{file}: {checked.summary}\n"
+        assert capsys.readouterr().out == "\n".join(checked.lines) + "\n"
+        assert " ".join(checked.lines) == f"{file}: {checked.summary}"
 
 
 def test_plan_next_returns_what_the_command_writes(tmp_path: Path) -> None:

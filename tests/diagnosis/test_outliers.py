@@ -5,8 +5,7 @@ import pytest
 from tests.diagnosis.samples import base_fit, sample_of, simulated
 
 from expdesign.arrays import FloatArray
-from expdesign.diagnosis.outliers import in_common, returning_distances, row_distances
-from expdesign.estimation.fit import Fit
+from expdesign.diagnosis.outliers import in_common, returning_distances, row_distances, standing_out
 
 SERIES = np.repeat(np.arange(30), 6)
 DRIVERS: dict[str, FloatArray] = {
@@ -19,7 +18,7 @@ def test_the_distance_of_a_row_is_what_chi_squared_falls_by_without_it(name: str
     recordings = simulated(name, seed=3)
     sample = sample_of(name, recordings)
     base = base_fit(name, sample)
-    distances = row_distances(base)
+    distances, *_ = row_distances(base.residuals, base.sensitivities, base.estimable.generalised)
     for row in range(len(recordings)):
         left = base_fit(name, sample.restricted(np.arange(len(recordings)) != row))
         assert distances[row] == pytest.approx(base.chi2 - left.chi2, rel=1e-6, abs=1e-6)
@@ -30,18 +29,30 @@ def test_a_row_that_alone_determines_a_leg_has_no_finite_evidence_against_it() -
     sensitivities = np.zeros((3, 2, 1))
     sensitivities[0, 0, 0] = 1.0
     residuals = np.array([[0.0, 0.3], [1.0, 1.0], [0.5, 0.5]])
-    result = Fit(
-        None,  # type: ignore[arg-type]
-        np.zeros(1),
-        np.eye(1),
-        np.ones(1, bool),
-        residuals,
-        sensitivities,
-        0.0,
-        5,
-        1,
-    )
-    np.testing.assert_allclose(row_distances(result), [0.09, 2.0, 0.5], rtol=1e-6)
+    distances, *_ = row_distances(residuals, sensitivities, np.eye(1))
+    np.testing.assert_allclose(distances, [0.09, 2.0, 0.5], rtol=1e-6)
+
+
+def test_rows_stand_out_one_after_the_other_as_refits_show_them() -> None:
+    """A large mistake spoils the rows about it, until it is set aside."""
+    name = "irregular"
+    recordings = simulated(name, seed=3)
+    wrong = {4: 300.0, 9: 40.0, 15: 9.0}
+    for row, size in wrong.items():
+        recordings.deflections[row] += size * np.array(recordings.deviations)[row]
+    sample, price = sample_of(name, recordings), 45.0
+    base, nothing = base_fit(name, sample), np.zeros(len(recordings), dtype=bool)
+    flagged, refits = nothing, base
+    while True:
+        distances, *_ = row_distances(refits.residuals, refits.sensitivities, refits.estimable.generalised)
+        distances[flagged] = 0.0
+        if distances.max() < price:
+            break
+        flagged = flagged | (distances == distances.max())
+        refits = base_fit(name, sample.restricted(~flagged))
+    assert set(np.flatnonzero(flagged)) == set(wrong)
+    np.testing.assert_array_equal(standing_out(base, nothing, price, 10), flagged)
+    assert standing_out(base, nothing, price, 2).sum() == 2
 
 
 def mistakes(seed: int, rows: int = 6) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]

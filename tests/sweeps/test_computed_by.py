@@ -61,7 +61,7 @@ def test_whatever_a_run_imports_counts() -> None:
 @pytest.mark.parametrize(
     ("name", "before", "after"),
     [
-        ("planning/operators/operator.py", "TOTAL_WEIGHT = 10.0", "TOTAL_WEIGHT = 11.0"),
+        ("planning/operators/operator.py", "CALL = 0.013", "CALL = 0.014"),
         ("planning/criteria/accuracy.py", "class ", "ADDED = 1\n\n\nclass "),
         ("app/api/run.py", "timed: bool = True", "timed: bool = False"),
     ],
@@ -80,7 +80,7 @@ def test_words_and_the_version_s_number_do_not_count(copied: Path) -> None:
     for name, before, after in (
         ("__init__.py", '__version__ = "', '__version__ = "9'),
         ("planning/search.py", '"""', '"""Other words. '),
-        ("planning/operators/operator.py", "TOTAL_WEIGHT = 10.0", "TOTAL_WEIGHT  =  10.0  # a comment"),
+        ("planning/operators/operator.py", "CALL = 0.013", "CALL  =  0.013  # a comment"),
         ("report/page.py", "_FOLDER = ", "OTHER = "),
         ("app/commands/run.py", '"""', '"""Other words. '),
     ):

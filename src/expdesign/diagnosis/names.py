@@ -22,7 +22,7 @@ from expdesign.diagnosis.evidence.dictionary import Atom, known_form
 from expdesign.diagnosis.evidence.state import Present, regular
 from expdesign.diagnosis.library import Candidate, beside
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.outliers import outlier_price, returning_distances, row_distances
+from expdesign.diagnosis.outliers import outlier_price, returning_distances, standing_out
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.shared_noise import SharedNoise
 from expdesign.estimation.fit import Fit, fit
@@ -268,17 +268,16 @@ class Names:
 
     def without_outliers(self, current: Model) -> Model | None:
         """The model refitted without the rows that stand out, or None where no row does."""
-        flagged = current.outliers.copy()
-        model = current
+        flagged, model = current.outliers, current
         rows = int(self.sample.counts.sum())
-        while int(flagged.sum()) < min(max(1, rows // 10), rows - 1):  # a row to fit has to stay
-            distances = row_distances(model.fit)
-            distances[flagged] = 0.0
-            worst = int(np.argmax(distances))
-            if distances[worst] < self._outlier_penalty() * self._variance(model):
+        most, price = min(max(1, rows // 10), rows - 1), self._outlier_penalty()  # a row to fit has to stay
+        readings = None if self.known_noise else self.sample.readings
+        while True:
+            further = standing_out(model.fit, flagged, price, most, readings)
+            if np.array_equal(further, flagged):
                 break
-            flagged[worst] = True
-            model = self.model(current.candidates, flagged.copy(), self.parts(current, current.candidates), current)
+            flagged = further
+            model = self.model(current.candidates, flagged, self.parts(current, current.candidates), current)
         return model if flagged.any() and not np.array_equal(flagged, current.outliers) else None
 
     def as_here(self, model: Model) -> Model:

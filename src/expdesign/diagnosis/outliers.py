@@ -4,27 +4,62 @@ import numpy as np
 from scipy.stats import binom, rankdata
 from scipy.stats import chi2 as chi2_distribution
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray, as_matrix
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.projection import orthonormal_basis
 from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Fit
 
 _SHUFFLES = 2000
 _FEWEST = 3
 
+_ROUNDING = 1e-9
+"""What is left of a reading that nothing else predicts."""
 
-def row_distances(result: Fit) -> FloatArray:
-    """Reduction of χ² if a row were left out, shape (N,): r·(I − H)⁻¹·r with H the row's own leverage."""
-    rows, readings, _ = result.sensitivities.shape
-    basis = orthonormal_basis(as_matrix(result.sensitivities))
-    basis = basis.reshape(rows, readings, basis.shape[1])
-    remaining = np.eye(readings) - np.einsum("nkr,nlr->nkl", basis, basis)
-    remaining += 1e-9 * np.eye(readings)
-    solved = np.linalg.solve(remaining, result.residuals[..., None])[..., 0]
-    distances: FloatArray = np.einsum("nk,nk->n", result.residuals, solved)
-    return distances
+
+def row_distances(
+    residuals: FloatArray, slopes: FloatArray, known: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Fall of χ² without each row (N,), I − Hᵢ (N, k, k) and Sᵢ·P (N, k, p).
+
+    Args:
+        residuals: whitened, shape (N, k).
+        slopes: whitened derivatives of the prediction, shape (N, k, p).
+        known: P, covariance of the parameters, shape (p, p).
+    """
+    spread = slopes @ known
+    room = (1.0 + _ROUNDING) * np.eye(residuals.shape[1]) - spread @ slopes.swapaxes(1, 2)
+    distances: FloatArray = np.einsum("nk,nk->n", residuals, np.linalg.solve(room, residuals[..., None])[..., 0])
+    return distances, room, spread
+
+
+def standing_out(result: Fit, aside: BoolArray, price: float, most: int, readings: int | None = None) -> BoolArray:
+    """Rows that are set aside, the one that stands out most first, each without those before it, shape (N,).
+
+    Linear about the fit: without row i the parameters move by −P·Sᵢᵀ·(I − Hᵢ)⁻¹·rᵢ with Hᵢ = Sᵢ·P·Sᵢᵀ, and χ² falls by
+    rᵢᵀ·(I − Hᵢ)⁻¹·rᵢ.
+
+    Args:
+        result: of the rows that are not `aside`.
+        aside: rows that were set aside, shape (N,).
+        price: fall of χ², in variances of the noise, that a row has to bring.
+        most: rows that may be aside.
+        readings: number of those of which χ² is, where their noise is not known; it then is what remains.
+    """
+    residuals, slopes = result.residuals.copy(), result.sensitivities.copy()
+    known, flagged = result.estimable.generalised / result.inflation, aside.copy()
+    while int(flagged.sum()) < most:
+        distances, room, spread = row_distances(residuals, slopes, known)
+        worst = int(np.argmax(distances))
+        variance = 1.0 if readings is None else float((residuals**2).sum()) / max(readings, 1)
+        if distances[worst] < price * variance:
+            break
+        flagged[worst] = True
+        gain = np.linalg.solve(room[worst], spread[worst]).T
+        residuals += slopes @ (gain @ residuals[worst])
+        known = known + gain @ spread[worst]
+        residuals[worst], slopes[worst] = 0.0, 0.0
+    return flagged
 
 
 def returning_distances(result: Fit, sample: Sample, outliers: BoolArray) -> FloatArray:

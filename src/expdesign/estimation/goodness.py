@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import Any, Literal
 
-from scipy.stats import chi2, f
+from scipy.special import chdtr, chdtrc, fdtrc
 
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.fit import Fit
@@ -51,14 +51,14 @@ FIT = FitOptions()
 
 def p_value_of(value: float, dof: float) -> float:
     """Probability of a larger χ² if model and noise are right."""
-    return float(chi2.sf(value, dof))
+    return float(chdtrc(dof, value))
 
 
 def noise_ratio(value: float, dof: int, options: FitOptions = FIT) -> float:
     """√(χ²/ν) where χ² speaks against the stated noise, in either direction, else 1: the noise that readings have."""
     if dof < 1:
         return 1.0
-    beyond = not options.allows(value, dof) or float(chi2.cdf(value, dof)) < options.too_good
+    beyond = not options.allows(value, dof) or float(chdtr(dof, value)) < options.too_good
     return sqrt(value / dof) if beyond else 1.0
 
 
@@ -157,7 +157,7 @@ class StatementOfFit:
             return "refuted" if against else ("noise estimated" if self.chi2 is None else "not refuted")
         if self.p_value < self.options.refuted:
             return "refuted"
-        small = self.chi2 is not None and float(chi2.cdf(self.chi2, self.dof)) < self.options.too_good
+        small = self.chi2 is not None and float(chdtr(self.dof, self.chi2)) < self.options.too_good
         return "too good" if small and self.overstated >= self.options.overstated else "not refuted"
 
     @property
@@ -283,4 +283,4 @@ def _lack_of_fit(value: float, freedom: int, recordings: Recordings, noise: Nois
     if pure_dof == 0 or dof <= 0 or squares <= 0.0:
         return None
     ratio = max(value - squares, 0.0) / dof / (squares / pure_dof)
-    return LackOfFit(ratio, dof, pure_dof, float(f.sf(ratio, dof, pure_dof)))
+    return LackOfFit(ratio, dof, pure_dof, float(fdtrc(dof, pure_dof, ratio)))

@@ -21,7 +21,7 @@ A stiffness' interval is the inverse of its compliance's: the compliance is what
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm, t
+from scipy.special import ndtri, stdtrit
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.models.estimable import Estimable
@@ -74,7 +74,7 @@ class Uncertainty:
         """Intervals around estimates (p,) in the units of the covariance."""
         tail = 0.5 + 0.5 * confidence
         finite = np.isfinite(self.dof)
-        quantile = np.where(finite, t.ppf(tail, np.where(finite, self.dof, 1.0)), norm.ppf(tail))
+        quantile = np.where(finite, stdtrit(np.where(finite, self.dof, 1.0), tail), ndtri(tail))
         half = quantile * np.sqrt(np.diag(self.estimable.covariance))
         return Intervals(estimate, estimate - half, estimate + half)
 

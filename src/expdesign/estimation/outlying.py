@@ -10,7 +10,7 @@ they scatter more than their noise: a row is compared with the other rows, and n
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.stats import chi2, f
+from scipy.special import chdtrc, fdtrc
 
 from expdesign.arrays import FloatArray
 from expdesign.estimation.fit import Fit
@@ -146,19 +146,19 @@ def row_chances(fit: Fit, whitening: Whitening, *, noise_known: bool) -> tuple[F
     readings = fit.residuals.shape[1]
     lowered, _ = _Rows(fit.residuals, fit.sensitivities @ _root(fit.estimable.generalised), whitening).shifts()
     if noise_known:
-        return lowered, np.asarray(chi2.sf(lowered, readings))
+        return lowered, np.asarray(chdtrc(readings, lowered))
     others = fit.freedom - readings
     if others <= 0:
         return lowered, np.ones(len(lowered))
     rest = np.maximum(float((fit.residuals**2).sum()) - lowered, 1e-300) / others
-    return lowered, np.asarray(f.sf(lowered / readings / rest, readings, others))
+    return lowered, np.asarray(fdtrc(readings, others, lowered / readings / rest))
 
 
 def _chance(lowered: float, readings: int, rest: float, freedom: int, noise_known: bool) -> float:
     """How probable it is that noise lets one row lower χ² by as much, the others scattering with variance `rest`."""
     if noise_known and rest <= 1.0:
-        return float(chi2.sf(lowered, readings))
-    return float(f.sf(lowered / readings / max(rest, 1e-300), readings, freedom))
+        return float(chdtrc(readings, lowered))
+    return float(fdtrc(readings, freedom, lowered / readings / max(rest, 1e-300)))
 
 
 def _root(covariance: FloatArray) -> FloatArray:

@@ -5,7 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.integrate import quad
-from scipy.stats import chi2
+from scipy.special import gammaln, xlogy
 
 from expdesign.arrays import FloatArray
 from expdesign.estimation.arm_options import Loss
@@ -51,8 +51,11 @@ class Weighting:
 
 @lru_cache(maxsize=32)
 def _share(weighting: Weighting, components: int) -> float:
+    half = components / 2.0
+
     def integrand(squares: float) -> float:
         weight = float(weighting._weight(np.array([squares]), float(components))[0])
-        return weight * squares * float(chi2.pdf(squares, components))
+        density = xlogy(half - 1.0, squares / 2.0) - squares / 2.0 - gammaln(half) - np.log(2.0)  # of chi squared
+        return weight * squares * float(np.exp(density))
 
     return float(quad(integrand, 0.0, 60.0 + 10.0 * components, limit=200)[0]) / components

@@ -1,7 +1,7 @@
 """Compliances that come out negative, as no robot's are."""
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.errors import InputError
@@ -9,7 +9,7 @@ from expdesign.estimation.fit import Fit
 from expdesign.estimation.remarks import NegativeCompliance
 from expdesign.mechanics.robots.robot import Robot
 
-CERTAINTY = float(norm.ppf(0.9999))
+CERTAINTY = float(ndtri(0.9999))
 """Standard deviations below zero at which a compliance is certainly negative."""
 
 

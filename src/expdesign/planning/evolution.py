@@ -16,8 +16,9 @@ from pymoo.core.termination import Termination
 from expdesign.arrays import FloatArray
 from expdesign.planning.operators.continuation import Continuation, FrontDescent
 from expdesign.planning.operators.exchange import PairExchange, SingleExchange
-from expdesign.planning.operators.operator import Archive, Credit, Operator, State
+from expdesign.planning.operators.operator import WEIGHTS, Archive, Credit, Operator, State
 from expdesign.planning.operators.recombination import CanonicalOrder, DesignCrossover, DesignMutation, Recombination
+from expdesign.planning.optimality.objectives import Objectives
 from expdesign.planning.options import EXPECTED_GAIN, SearchOptions
 from expdesign.planning.pymoo_problem import DesignPopulation
 
@@ -105,15 +106,12 @@ class Evolution(NSGA2):  # type: ignore[misc]
             designs = state.population.decisions(infills.get("X").astype(float))
             feasible = (infills.get("G") <= 0.0).all(axis=1)
             gain = state.archive.add(designs[feasible], infills.get("criteria").astype(float)[feasible])
-            state.learn(designs[feasible])
+            state.learn(designs[feasible], infills.get("criteria").astype(float)[feasible])
             if merged is not infills:
                 merged = Population.merge(self.pop, infills)
         self.pop = self.survival.do(
             self.problem, merged, n_survive=self.pop_size, algorithm=self, random_state=self.random_state
         )
-        feasible = (self.pop.get("G") <= 0.0).all(axis=1)
-        designs = state.population.decisions(self.pop.get("X").astype(float))
-        state.survivors = (designs[feasible], self.pop.get("criteria").astype(float)[feasible])
         return gain
 
     def take(self, designs: FloatArray) -> None:
@@ -174,8 +172,11 @@ def expected_gain(history: Sequence[tuple[float, float]]) -> float:
 def evolution(population: DesignPopulation, first: FloatArray) -> Evolution:
     """The search of a problem from a first generation (b, m, g), ready to go on."""
     problem = population.design_problem
-    criteria = population.criteria(first[:0])[0].shape[1]
-    archive = Archive(first.shape[1:], len(problem.objectives), criteria)
+    number, names = len(problem.objectives), Objectives.with_total(problem).names
+    weights = np.array([WEIGHTS.get(name, 0.0) for name in names])
+    if number == 1:
+        weights[0] = WEIGHTS["total"]
+    archive = Archive(first.shape[1:], number, weights)
     state = State(population, archive, np.random.default_rng([problem.optimiser.seed, 1]))
     found = Evolution(state, first)
     found.setup(population, termination=ExpectedGain(problem.optimiser), seed=problem.optimiser.seed)

@@ -29,12 +29,15 @@ class SearchOptions:
             a floor for each, Thierens, GECCO 2005).
         memory: weight of the last gain in an operator's average.
         aims: directions of one generation in the space of the objectives, the ends among them.
-        elite: parents of an aim (MOEA/D, Zhang & Li 2007).
-        distinct: difference in an aim below which two designs count as one valley.
+        children: of an aim in a generation of recombination: along the front, at an end that the convex relaxation
+            knows, at another end.
+        parents: latest designs among which they are sought, parents of an aim (MOEA/D, Zhang & Li 2007), and the
+            difference in an aim below which two designs count as one valley.
         library: measurements of good designs that others are exchanged for.
         pairs: measurements drawn for exchanges of two at once, and how many places of a design are tried.
         drawn: random measurements of which plans are repeated.
-        anywhere: share of the points along the front for which exchanges also begin at designs drawn at random.
+        chances: that exchanges for a point along the front also begin at a design drawn at random, and that those for
+            an end exchange measurements for their own variants too where variables are continuous.
         draws: random measurements, trials of a design, and how often, where exchanges cannot be judged by sums.
         corrected: designs that are predicted in gaps of the front and then descend.
         roundings: rounds of the relaxation, plans drawn from its weights, and how many of them the search begins with.
@@ -53,21 +56,21 @@ class SearchOptions:
     effort: Effort = "normal"
     bound_seconds: float = 0.0
     most_generations: int = 2000
-    floor: int = 16
+    floor: int = 8
     memory: float = 0.5
-    aims: int = 8
-    elite: int = 12
-    distinct: float = 1e-4
+    aims: int = 12
+    children: tuple[int, int, int] = (2, 6, 24)
+    parents: tuple[int, int, float] = (4000, 12, 1e-4)
     library: int = 100
     pairs: tuple[int, int] = (150, 3)
     drawn: tuple[int, int] = (500, 60)
-    anywhere: float = 0.3
+    chances: tuple[float, float] = (0.3, 0.5)
     draws: tuple[int, int, int] = (24, 60, 6)
-    corrected: int = 24
+    corrected: int = 40
     roundings: tuple[int, int, int] = (2, 400, 8)
     brief: int = 6
-    along: tuple[int, int] = (14, 8)
+    along: tuple[int, int] = (24, 8)
     settled: float = 1e-4
-    gap: float = 2e-3
+    gap: float = 1e-3
     most_designs: int = 250
     enumerable: int = 40_000

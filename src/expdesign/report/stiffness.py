@@ -1,18 +1,20 @@
 """Stiffnesses, identified or beside the physics that a diagnosis found: frames, a figure, a table and lines."""
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
-from expdesign.diagnosis.result import Diagnosis
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.intervals import Intervals
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.report import words
 from expdesign.report.blocks import DataTable, Figure, framed
 from expdesign.report.figures import chart, points, whiskers
+
+if TYPE_CHECKING:  # an identification need not wait for it
+    from expdesign.diagnosis.result import Diagnosis
 
 _NORMAL_95 = 1.959963984540054
 """Standard deviations of a normal 95 % interval to each side."""
@@ -38,12 +40,12 @@ def identified_stiffness(result: Identification) -> pd.DataFrame:
     return pd.DataFrame({"actuator": result.robot.actuators, **columns})
 
 
-def added_physics(result: Diagnosis) -> bool:
+def added_physics(result: "Diagnosis") -> bool:
     """Whether the model has springs and, beside them, physics that explains the recordings."""
     return result.verdict in ("explained", "modelled") and bool(result.predictive.fit.chain.compliances)
 
 
-def diagnosed_stiffness(result: Diagnosis) -> pd.DataFrame:
+def diagnosed_stiffness(result: "Diagnosis") -> pd.DataFrame:
     """Stiffnesses of the diagnosed model with 95 % intervals, and those of the base model (SI)."""
     fit, robot = result.known, result.robot
     part = slice(0, fit.chain.compliances)

@@ -36,7 +36,6 @@ from expdesign.planning.problem_file import require_regular
 from expdesign.planning.schema import RunSection
 from expdesign.report import check_texts
 from expdesign.report.remark_texts import sentences
-from expdesign.report.robot_section import actuator_sentences
 
 if TYPE_CHECKING:
     from expdesign.app.sweeps.runs import SweepRun
@@ -114,6 +113,8 @@ class CheckedRobot(Checked):
     @property
     def details(self) -> list[str]:
         """Which leg or joint is which: a line for each of them."""
+        from expdesign.report.robot_section import actuator_sentences  # noqa: PLC0415 (slow to import)
+
         return actuator_sentences(self.robot)
 
     def page(self) -> "Page":

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from expdesign.arrays import FloatArray, IntArray, TextArray
 from expdesign.assurance.acceptance.check_measurement import CheckMeasurement
@@ -84,7 +84,7 @@ class Comparison:
     @property
     def adjusted(self) -> FloatArray:
         """Two-sided p-values of `z` with Holm's correction for their number, shape (N, k)."""
-        p = (2.0 * norm.sf(np.abs(self.z))).ravel()
+        p = (2.0 * ndtr(-np.abs(self.z))).ravel()
         order = np.argsort(p)
         stepped = np.maximum.accumulate(p[order] * np.arange(len(p), 0, -1))
         adjusted = np.empty_like(p)
@@ -426,4 +426,4 @@ class Verification:
     @property
     def risk(self) -> float:
         """Largest probability with which a robot that is beyond a tolerance passes: Φ(−k)."""
-        return float(norm.sf(self.coverage.factor))
+        return float(ndtr(-self.coverage.factor))

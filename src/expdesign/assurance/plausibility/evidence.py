@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.stats import chi2 as chi_squared
+from scipy.special import chdtrc
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.assurance.plausibility.options import DEFAULT, MistakeOptions
@@ -81,7 +81,7 @@ class Fitted:
     @property
     def p_value(self) -> float:
         """Probability of a larger χ², where the weights are reciprocals of standard deviations."""
-        return float(chi_squared.sf(self.chi2, self.dof)) if self.dof > 0 else 1.0
+        return float(chdtrc(self.dof, self.chi2)) if self.dof > 0 else 1.0
 
 
 @dataclass(frozen=True)

@@ -54,7 +54,7 @@ class Continuation:
         predicted = np.array(designs)
         if not state.smooth:
             return predicted
-        chosen = np.argsort(-np.array(weights), kind="stable")[: state.options.corrected]
+        chosen = np.argsort(-np.array(weights), kind="stable")[: state.scaled(state.options.corrected)]
         aims = at_points(np.array(points)[chosen], spans(archive.values)[:2], archive.values.shape[1])
         corrected = state.descended(predicted[chosen], aims, state.options.brief)
         return np.concatenate([predicted, corrected])

@@ -27,7 +27,7 @@ class SingleExchange:
         found, of = [], []
         if state.sums and len(state.library):
             # From anywhere too for what everything else hangs on; for points along the front in turn.
-            random = np.flatnonzero(aims.single | (state.generator.random(len(aims)) < state.options.anywhere))
+            random = np.flatnonzero(aims.single | (state.generator.random(len(aims)) < state.options.chances[0]))
             own = np.concatenate([np.arange(len(aims)), random])
             found.append(self._by_sums(state, parents, aims[own], len(random)))
             of.append(own)
@@ -38,6 +38,9 @@ class SingleExchange:
         designs, places = np.concatenate(found), np.concatenate(of)
         changed = (designs != parents[places]).any(axis=(1, 2))
         designs, places = designs[changed], places[changed]
+        both = np.concatenate([designs.reshape(len(designs), -1), places[:, None]], axis=1)
+        first = np.sort(np.unique(both, axis=0, return_index=True)[1])
+        designs, places = designs[first], places[first]
         return state.descended(designs, aims[places], state.options.brief)
 
     @staticmethod
@@ -56,8 +59,11 @@ class SingleExchange:
         if space.settings is not None:
             drawn = extreme_measurements(state.problem, _POSES, float(state.generator.random()), state.generator)
             found = exchange.moved(designs, aims, np.concatenate([drawn, offered[:_POSES]]))
-        for some, loaded in ((aims.single, True), (~aims.single, state.gridded)):
-            found[some] = exchange.singles(found[some], aims[some], offered, varied=state.gridded, loaded=loaded)
+        # Where settings count, each measurement has many alternatives already.
+        chance = state.options.chances[1] if space.settings is None else 0.0
+        varied = state.gridded or bool(state.generator.random() < chance)
+        for some, own, loaded in ((aims.single, varied, True), (~aims.single, state.gridded, state.gridded)):
+            found[some] = exchange.singles(found[some], aims[some], offered, varied=own, loaded=loaded)
         state.work.exchanged(exchange.options - before)
         return found
 
@@ -105,7 +111,7 @@ class PairExchange:
         found, places = self._repeated(state, aims)
         problem, m = state.problem, state.problem.space.measurements
         if m > 1 and problem.space.settings is None:
-            of = np.repeat(np.arange(len(ends)), state.options.aims // 2)
+            of = np.repeat(np.arange(len(ends)), state.children(ends) // 2)
             children = bred(state, ends, of)
             number = state.options.pairs[1]
             drawn = np.argsort(state.generator.random((len(children), number, m)), axis=2)[..., :2]
@@ -149,11 +155,15 @@ def repetitions_count(state: State) -> bool:
     )
 
 
+_KINDS = 5
+"""Ways to make a child, of which the last, a plan drawn anew, keeps a search from settling where it is."""
+
+
 def bred(state: State, aims: Aims, of: IntArray) -> FloatArray:
     """One child (c, m, g) for each entry of `of` (c,), sorted: which aim's best designs are its parents.
 
-    A third has one measurement of a parent replaced by one of another, a third is mixed from two parents, and a third
-    has one variable of one measurement changed where any is discrete.
+    Some are mixed from two parents, some have one variable of one measurement changed, one in five is drawn anew, and
+    the others have one measurement of a parent replaced by one of another.
     """
     elites = state.elite(aims)
     return np.concatenate(
@@ -166,13 +176,15 @@ def _bred(state: State, elite: FloatArray, count: int) -> FloatArray:
     children = elite[draw(number, size=count)]
     rows, place = np.arange(count), draw(m, size=count)
     others = elite.reshape(-1, g)[draw(number * m, size=count)]
-    kind = draw(3, size=count)
-    if state.problem.space.discrete.any():
-        varied = variants(state.problem, children)[rows, place]
-        own = varied[rows, draw(varied.shape[1], size=count)]
-        others = np.where((kind == 2)[:, None], own, others)
+    # A plan drawn anew takes longer than a budget allows, and what is left of it then is a plan by chance.
+    kind = draw(_KINDS if state.problem.budget is None else _KINDS - 1, size=count)
+    fresh = state.stock[draw(len(state.stock), size=(count, m))]
+    varied = variants(state.problem, children)[rows, place]
+    own = varied[rows, draw(varied.shape[1], size=count)]
+    others = np.where((kind == 2)[:, None], own, others)
     children[rows, place] = others
-    mixed = (state.generator.random((count, m)) < 0.5) & (kind == 1)[:, None]
+    children = np.where((kind == _KINDS - 1)[:, None, None], fresh, children)
+    mixed = (state.generator.random((count, m)) < 0.5) & ((kind == 1) | (kind == 3))[:, None]
     return np.where(mixed[..., None], elite[draw(number, size=count)], children)
 
 

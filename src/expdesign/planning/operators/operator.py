@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import FloatArray, IntArray
 from expdesign.planning.front import hypervolume, non_dominated, reference_point
 from expdesign.planning.optimality.exchange import Exchange, exchanges_are_sums
 from expdesign.planning.optimality.objectives import Objectives, Pace, descended
@@ -23,9 +23,9 @@ from expdesign.planning.pymoo_problem import DesignPopulation
 from expdesign.planning.scalarisation import Aims, along, ends
 from expdesign.planning.start import extreme_measurements
 
-TOTAL_WEIGHT = 10.0
-"""What a share of `total` counts against the same share of the hypervolume: a search ends where a second's work brings
-0.1 % of the one and 0.01 % of the other."""
+WEIGHTS = {"total": 10.0, "duir": 1.0}
+"""What a share of a criterion's least value counts against the same share of the hypervolume, in which the recommended
+plan and the least DUIR hardly show: a search ends where a second brings 0.1 % of the one and 0.01 % of `total`."""
 
 
 class Archive:
@@ -34,7 +34,8 @@ class Archive:
     Args:
         shape: m and g of a design.
         objectives: number of criteria that span the front.
-        criteria: number of criteria in all, the others being kept at their least alone.
+        weights: what the share by which each criterion falls counts against the same share of the hypervolume, shape
+            (k,); criteria behind the objectives are kept at their least alone.
 
     Attributes:
         designs: shape (d, m, g).
@@ -42,10 +43,10 @@ class Archive:
         objectives: see above.
     """
 
-    def __init__(self, shape: tuple[int, int], objectives: int, criteria: int) -> None:
+    def __init__(self, shape: tuple[int, int], objectives: int, weights: FloatArray) -> None:
         self.designs: FloatArray = np.zeros((0, *shape))
-        self.values: FloatArray = np.zeros((0, criteria))
-        self.objectives = objectives
+        self.values: FloatArray = np.zeros((0, len(weights)))
+        self.objectives, self._weights = objectives, weights
 
     def __len__(self) -> int:
         return len(self.designs)
@@ -58,8 +59,8 @@ class Archive:
     def add(self, designs: FloatArray, values: FloatArray) -> float:
         """Take designs (b, m, g) with criteria (b, k) into account; the gain that they bring.
 
-        The gain is the share of the hypervolume, or of the only objective, and `TOTAL_WEIGHT` times the share by which
-        the last criterion, `total` as a rule, falls; 1 for the first designs.
+        The gain is the share of the hypervolume, and the shares by which the least of each criterion falls by their
+        weights; 1 for the first designs.
         """
         if len(designs) == 0:
             return 0.0
@@ -72,10 +73,10 @@ class Archive:
 
     def _gain(self, before: FloatArray) -> float:
         least, now = before.min(axis=0), self.values.min(axis=0)
-        falls = (least - now) / np.maximum(np.abs(least), 1e-300)
-        gain = TOTAL_WEIGHT * float(np.clip(falls[-1], 0.0, 1.0))
+        falls = np.clip((least - now) / np.maximum(np.abs(least), 1e-300), 0.0, 1.0)
+        gain = float(self._weights @ falls)
         if self.objectives == 1:
-            return gain + (TOTAL_WEIGHT * float(np.clip(falls[0], 0.0, 1.0)) if before.shape[1] > 1 else 0.0)
+            return gain
         point = reference_point(self.front[non_dominated(self.front)])
         volume = hypervolume(self.front, point)
         if volume <= 0.0:
@@ -83,10 +84,11 @@ class Archive:
         return gain + max(0.0, 1.0 - hypervolume(before[:, : self.objectives], point) / volume)
 
 
-EVALUATION, OPTION = 7.0e-5, 4.0e-7
+EVALUATION, OPTION = 5.0e-5, 4.0e-7
 """s of evaluating a measurement of a design, and of an option of an exchange."""
-STEP, VARIABLE, CUBE = 3.0e-4, 8.0e-6, 3.4e-10
-"""s of a step of a descent, for a variable, and for the cube of their number (the factorisations of its programs)."""
+ROUND, STEP, VARIABLE, CUBE = 6.0e-3, 3.0e-5, 3.0e-6, 3.4e-10
+"""s of a step of descents together, of one of them, for a variable of it, and for the cube of their number (the
+factorisations of its programs)."""
 CALL = 0.013
 """s of a generation, whatever its operator does."""
 
@@ -105,9 +107,9 @@ class Work:
         """So many designs of m measurements."""
         self.seconds += EVALUATION * designs * measurements
 
-    def descended(self, steps: int, variables: int) -> None:
-        """So many steps of single designs with n free variables."""
-        self.seconds += steps * (STEP + VARIABLE * variables + CUBE * variables**3)
+    def descended(self, rounds: int, steps: int, variables: int) -> None:
+        """So many steps together, and of single designs with n free variables."""
+        self.seconds += rounds * ROUND + steps * (STEP + VARIABLE * variables + CUBE * variables**3)
 
     def exchanged(self, options: int) -> None:
         """So many options were judged by their sums."""
@@ -147,8 +149,10 @@ class Credit:
         self.rates[operator] = rate if np.isinf(before) else mixed
 
 
+RELAXED = ("duir", "total")
+"""Criteria whose ends designs of the convex relaxation are near."""
 USUAL = 8
-"""Measurements beyond which fewer aims are pursued at a time."""
+"""Measurements beyond which fewer designs descend at a time."""
 
 
 class Operator(Protocol):
@@ -173,7 +177,8 @@ class State:
         archive: the designs that are kept.
         generator: of all that is drawn.
         work: what was done so far.
-        survivors: designs of the present generation (b, m, g) and their criteria (b, k).
+        met: the latest designs (b, m, g) that were feasible, and their criteria (b, k): valleys that others dominate
+            today may have the better children.
         library: measurements (l, g) of good designs.
     """
 
@@ -181,8 +186,11 @@ class State:
     archive: Archive
     generator: np.random.Generator
     work: Work = field(default_factory=Work)
-    survivors: tuple[FloatArray, FloatArray] | None = None
+    met: tuple[FloatArray, FloatArray] = field(init=False)
     library: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def __post_init__(self) -> None:
+        self.met = self.archive.designs, self.archive.values
 
     @property
     def problem(self) -> DesignProblem:
@@ -202,7 +210,7 @@ class State:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Of the criteria."""
-        return tuple(criterion.name for criterion in self.objectives.criteria)
+        return self.objectives.names
 
     @cached_property
     def sums(self) -> bool:
@@ -238,9 +246,11 @@ class State:
         feasible = (violations <= 0.0).all(axis=1)
         return designs[feasible], values[feasible]
 
-    def learn(self, designs: FloatArray) -> None:
-        """Keep the measurements of good designs (d, m, g); of similar ones the latest."""
-        space = self.problem.space
+    def learn(self, designs: FloatArray, values: FloatArray) -> None:
+        """Keep designs (d, m, g) with criteria (d, k), and their measurements; of similar ones the latest."""
+        space, kept = self.problem.space, self.options.parents[0]
+        before = self.met
+        self.met = np.concatenate([before[0], designs])[-kept:], np.concatenate([before[1], values])[-kept:]
         drawn = designs[self.generator.permutation(len(designs))]  # so that all aims have their share
         measured = drawn[space.taken(drawn)]
         if space.settings is not None:
@@ -261,8 +271,23 @@ class State:
         return along(self._front, self.archive.objectives, count, float(self.generator.random()))
 
     def aims(self, count: int) -> Aims:
-        """The ends and points along the front; fewer where designs are large, so that a generation stays short."""
-        return self.ends().joined(self.along(max(2, round(count * min(1.0, USUAL / self.problem.space.measurements)))))
+        """The ends and points along the front; fewer where designs are large."""
+        return self.ends().joined(self.along(max(2, self.scaled(count))))
+
+    def scaled(self, count: int) -> int:
+        """So many, or fewer where designs are large, so that a generation stays short."""
+        return max(1, round(count * min(1.0, USUAL / self.problem.space.measurements)))
+
+    def children(self, aims: Aims) -> IntArray:
+        """How many children each aim has: most have the ends that the convex relaxation knows nothing of.
+
+        Within a budget each has one: more of them find plans that take as long, and exchanges free the time for others.
+        """
+        if self.problem.budget is not None:
+            return np.ones(len(aims), dtype=np.int64)
+        along, relaxed, other = (self.scaled(count) for count in self.options.children)
+        at_end = np.where(np.isin(self.names, RELAXED), relaxed, other)
+        return np.where(aims.single, at_end[np.argmax(aims.weights, axis=1)], along)
 
     @property
     def _front(self) -> FloatArray:
@@ -277,16 +302,14 @@ class State:
         return chosen
 
     def elite(self, aims: Aims) -> list[FloatArray]:
-        """The best designs (d, m, g) of each aim among survivors and archive, of distinct valleys."""
-        designs, values = self.archive.designs, self.archive.values
-        if self.survivors is not None:
-            designs = np.concatenate([designs, self.survivors[0]])
-            values = np.concatenate([values, self.survivors[1]])
+        """The best designs (d, m, g) of each aim that were met, of distinct valleys."""
+        designs, values = self.met
         found = []
+        _, number, valley = self.options.parents
         for score in aims.scores(values):
             order = np.argsort(score, kind="stable")
-            distinct = np.diff(score[order], prepend=-np.inf) > self.options.distinct
-            found.append(designs[order[distinct][: self.options.elite]])
+            distinct = np.diff(score[order], prepend=-np.inf) > valley
+            found.append(designs[order[distinct][:number]])
         return found
 
     def descended(self, starts: FloatArray, aims: Aims, steps: int) -> FloatArray:
@@ -295,5 +318,5 @@ class State:
             return starts
         found, taken = descended(self.objectives, starts, aims, Pace(steps))
         space = self.problem.space
-        self.work.descended(taken, space.measurements * int((~space.discrete).sum()))
+        self.work.descended(steps, taken, space.measurements * int((~space.discrete).sum()))
         return found

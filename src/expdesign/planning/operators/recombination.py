@@ -109,5 +109,6 @@ class Recombination:
         if not state.smooth:
             return designs
         aims = state.aims(state.options.aims)
-        children = state.descended(bred(state, aims, np.arange(len(aims))), aims, state.options.brief)
+        of = np.repeat(np.arange(len(aims)), state.children(aims))
+        children = state.descended(bred(state, aims, of), aims[of], state.options.brief)
         return np.concatenate([designs, children])

@@ -28,8 +28,10 @@ _JUDGED = 60
 """Pairs that are judged exactly."""
 _LEAST = 0.05
 """Part of DUIR² that remains at least: the linear estimate can be negative."""
-_MAP = 175
+_MAP = 50
 """Options that cost as much as the maps of one measurement."""
+_VARIANT = 25
+"""The same of the maps of many variants at once."""
 _HELPS = 1e-9
 """Relative gain that counts as one."""
 
@@ -108,6 +110,7 @@ class Exchange:
                     if own:
                         more = self._own_options(designs[part], place, varied, loaded)
                         theirs = sums.parts(more.reshape(-1, g)).reshape(*more.shape[:2], -1)
+                        self.options += _VARIANT * more.shape[0] * more.shape[1] if varied else 0
                         joined = sums.joined(rest, others[..., pose], theirs, more[..., pose])
                         options = np.concatenate([options, joined], axis=1)
                     scores = self._scores(options, aims.centres[part, None], aims.weights[part, None])
@@ -115,6 +118,10 @@ class Exchange:
                         listed = np.broadcast_to(common, (len(part), *common.shape))
                         within = settings.affordable(others, np.concatenate([listed, more], axis=1))
                         scores = np.where(within, scores, np.inf)
+                    if own and varied:
+                        # What lies beyond the robot's limits would be best, and descents would have to lead back.
+                        beyond = ~self._problem.reachable(more)
+                        scores[:, count:] = np.where(beyond, np.inf, scores[:, count:])
                     best = scores.argmin(axis=1)
                     found = scores[np.arange(len(part)), best]
                     better = found < score[part] - _HELPS * (1.0 + np.abs(score[part]))

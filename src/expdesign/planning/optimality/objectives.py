@@ -42,6 +42,11 @@ class Objectives:
         found = designs.pieces(self.criteria[index])
         return found if self._signs[index] > 0.0 else [piece.negated() for piece in found]
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the criteria."""
+        return tuple(criterion.name for criterion in self.criteria)
+
     @cached_property
     def smooth(self) -> bool:
         """Whether designs can descend: something is continuous, and exact gradients of any criterion are known."""

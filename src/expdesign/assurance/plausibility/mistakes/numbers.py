@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2 as chi_squared
+from scipy.special import chdtr, chdtrc
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.evidence import Evidence
@@ -100,7 +100,9 @@ def agreeing_rows(readings: FloatArray, noise: FloatArray, chance: float) -> lis
         close = np.flatnonzero(same | (statistic < 0.1 * axes))
         for block in np.split(close, np.flatnonzero(np.diff(close) > 1) + 1) if close.size else ():
             total = float(statistic[block].sum())
-            accident = min(equal * same[block].sum(), chi_squared.logcdf(total, axes * len(block)))
+            with np.errstate(divide="ignore"):
+                nearer = float(np.log(chdtr(axes * len(block), total)))
+            accident = min(equal * same[block].sum(), nearer)
             if accident < limit:
                 found.append(_Run(int(block[0]) + offset, int(block[-1]) + offset, offset))
     return found
@@ -248,7 +250,7 @@ class Scatter(Mistake):
         squares, freedom = of_readings.sum(axis=0), freedoms.sum(axis=0)
         usable = freedom > 1.0
         scatter = np.sqrt(squares / np.maximum(freedom, 1e-12))
-        accident = chi_squared.cdf(squares, np.maximum(freedom, 1e-12))
+        accident = chdtr(np.maximum(freedom, 1e-12), squares)
         small = usable & (accident < evidence.options.chance / len(squares)) & (scatter < 0.5)
         exact = fitted.misfit < 1e-20  # a prediction without noise says nothing of an instrument
         if small.any() and not exact:
@@ -290,4 +292,4 @@ def _alike(squares: FloatArray, freedom: FloatArray) -> float:
     pooled = squares.sum() / freedom.sum()
     statistic = freedom.sum() * np.log(pooled) - (freedom * np.log(np.maximum(squares / freedom, 1e-300))).sum()
     correction = 1.0 + ((1.0 / freedom).sum() - 1.0 / freedom.sum()) / (3.0 * (len(freedom) - 1.0))
-    return float(chi_squared.sf(statistic / correction, len(freedom) - 1))
+    return float(chdtrc(len(freedom) - 1, statistic / correction))
