@@ -1,10 +1,12 @@
 """A law has the name of the physics whose port and inputs it has, whatever its form."""
 
+import casadi as ca
 import numpy as np
 import pytest
 from tests.cases import robot
 from tests.chain.bodies import BODY
 
+from expdesign.chain.chain import Chain
 from expdesign.chain.component import BASE, ENVIRONMENT, PAYLOAD, PLATFORM, Component, Part
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.features import basis_of
@@ -92,3 +94,11 @@ def test_every_kind_of_physics_says_where_it_acts(body: bool) -> None:
     ]
     assert len(asked) > 3
     assert all(isinstance(port, str) for ports in asked for port in ports)
+
+
+def test_a_law_that_is_always_the_same_asks_no_time_of_points() -> None:
+    one = law("load direction", PAYLOAD, "load", TIME, kernel="constant")
+    chain = Chain(robot("H1"), (one,))
+    row = chain.row_symbols()
+    reading, _ = chain.expression(row, ca.SX.zeros(0), ca.SX.sym("theta", len(chain.parameters)))
+    assert not ca.depends_on(reading, row.clock)

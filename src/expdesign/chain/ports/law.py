@@ -200,8 +200,11 @@ class Law(_AtPort):
         rank, blocks = form.basis.rank, form.blocks
         features: dict[tuple[Quantity, ...], ca.SX] = {}
         for index, channel in enumerate(form.channels):
-            inputs = [seen(quantity) for quantity in channel.inputs]
             low, high = form.low[index], form.high[index]
+            inputs = [seen(quantity) for quantity in channel.inputs]
+            if form.basis.kernel == "constant":
+                # Always the same: neither a time nor anything else is asked of points.
+                inputs = [ca.SX(float(middle)) for middle in 0.5 * (low + high)]
             held, later = _held(channel.inputs, inputs, low, high)
             if channel.inputs not in features:
                 features[channel.inputs] = form.basis.expression(held)
