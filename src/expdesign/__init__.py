@@ -41,9 +41,11 @@ if _typing.TYPE_CHECKING:  # the one list of what is exported; `__getattr__` rea
     from expdesign.app.api.identify import IdentificationResult as IdentificationResult
     from expdesign.app.api.identify import identify as identify
     from expdesign.app.api.inputs import RobotFile as RobotFile
+    from expdesign.app.api.load import SavedResult as SavedResult
     from expdesign.app.api.load import load as load
     from expdesign.app.api.load import load_model as load_model
     from expdesign.app.api.load import load_robot as load_robot
+    from expdesign.app.api.load import open_result as open_result
     from expdesign.app.api.load import read_recordings as read_recordings
     from expdesign.app.api.montecarlo import MonteCarloResult as MonteCarloResult
     from expdesign.app.api.montecarlo import montecarlo as montecarlo
@@ -73,8 +75,6 @@ if _typing.TYPE_CHECKING:  # the one list of what is exported; `__getattr__` rea
     from expdesign.app.api.objects import Tilt as Tilt
     from expdesign.app.api.objects import Wrench as Wrench
     from expdesign.app.api.objects import load_configuration as load_configuration
-    from expdesign.app.api.open_result import SavedResult as SavedResult
-    from expdesign.app.api.open_result import open_result as open_result
     from expdesign.app.api.physics import PhysicsResult as PhysicsResult
     from expdesign.app.api.physics import physics as physics
     from expdesign.app.api.plan_next import NextResult as NextResult

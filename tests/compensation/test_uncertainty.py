@@ -120,3 +120,5 @@ def test_the_model_of_a_body_predicts(tmp_path: Path) -> None:
     predicted = predict_file(tmp_path / "out" / "model.yaml", table_of(rows).frame)
     np.testing.assert_array_equal(predicted.prediction.deflections, np.zeros((12, 6)))
     np.testing.assert_array_equal(predicted.prediction.deviations, np.zeros((12, 6)))
+    # Residuals that are exactly zero say nothing of the noise: it stays as stated.
+    assert identified.result.goodness.reading_ratio == 1.0

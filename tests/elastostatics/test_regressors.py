@@ -10,7 +10,7 @@ from tests.oracle import Array
 
 from expdesign.chain.recordings.thermal_correction import ForwardKinematics
 from expdesign.errors import InputError
-from expdesign.mechanics.elastostatics.choice import regressor_for
+from expdesign.mechanics.elastostatics.arm_calibration import regressor_for
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import known_criteria

@@ -99,7 +99,7 @@ def test_names_of_separate_sessions_are_of_separate_readings_and_of_one_session_
 
 def test_replicates_of_mixed_references_are_those_of_one_kind() -> None:
     """Pure error of rows with one reference counts twice, of rows with their own once (the loaded half scatters)."""
-    from expdesign.estimation.replicates import pure_error, replicate_groups  # noqa: PLC0415
+    from expdesign.estimation.noise_level import pure_error, replicate_groups  # noqa: PLC0415
 
     one = made()
     frame = one.frame(one.exact)

@@ -14,9 +14,8 @@ from scipy.special import chdtr, chdtrc, fdtrc
 
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.fit import Fit
-from expdesign.estimation.noise_level import NoiseLevel
+from expdesign.estimation.noise_level import NoiseLevel, pure_error, replicate_groups
 from expdesign.estimation.outlying import Outlying, outlying_rows
-from expdesign.estimation.replicates import pure_error, replicate_groups
 from expdesign.estimation.whitening import Whitening
 from expdesign.probabilities import p_text
 
@@ -35,11 +34,14 @@ class FitOptions:
             not at stake.
         overstated: factor by which the stated standard deviations have to be too large for that to be worth a word: an
             interval that is wider by a quarter.
+        exact: mean square (of residuals in stated deviations) below which residuals are rounding: readings that were
+            simulated without noise, which say nothing of the noise that they would have.
     """
 
     refuted: float = 0.01
     too_good: float = 0.001
     overstated: float = 1.25
+    exact: float = 1e-12
 
     def allows(self, value: float, dof: float) -> bool:
         """Whether a χ² against stated noise does not refute the model."""
@@ -56,7 +58,7 @@ def p_value_of(value: float, dof: float) -> float:
 
 def noise_ratio(value: float, dof: int, options: FitOptions = FIT) -> float:
     """√(χ²/ν) where χ² speaks against the stated noise, in either direction, else 1: the noise that readings have."""
-    if dof < 1:
+    if dof < 1 or value <= options.exact * dof:
         return 1.0
     beyond = not options.allows(value, dof) or float(chdtr(dof, value)) < options.too_good
     return sqrt(value / dof) if beyond else 1.0

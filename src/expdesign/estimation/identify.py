@@ -21,9 +21,9 @@ from expdesign.estimation.estimability import (
 from expdesign.estimation.fit import Fit, idle_knowledge, linear_fit
 from expdesign.estimation.geometric import calibration_of, geometry_slice
 from expdesign.estimation.goodness import StatementOfFit, statement_of_fit
-from expdesign.estimation.influence import Influence, influence
 from expdesign.estimation.intervals import Intervals, Uncertainty, uncertainty
 from expdesign.estimation.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
+from expdesign.estimation.outlying import Influence, influence
 from expdesign.estimation.positions import PositionFit, fit_positions
 from expdesign.estimation.suspicions import negative_compliances, require_positive
 from expdesign.estimation.whitening import Whitening

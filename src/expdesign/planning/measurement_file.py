@@ -12,8 +12,8 @@ from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
 from expdesign.io.schema import LARGEST
 from expdesign.io.yaml_reader import KeyPath, YamlDocument
+from expdesign.mechanics.elastostatics.arm_calibration import regressor_for
 from expdesign.mechanics.elastostatics.calibration import Regressor
-from expdesign.mechanics.elastostatics.choice import regressor_for
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.criteria.targets import body_axes
 from expdesign.planning.schema import (

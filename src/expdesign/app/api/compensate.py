@@ -21,9 +21,8 @@ from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import ArgumentError
 from expdesign.estimation.compensation.arm_targets import arm_targets
-from expdesign.estimation.compensation.compensate import Compensation, compensate_arm
+from expdesign.estimation.compensation.compensate import Compensation, Corrections, compensate_arm, corrections_of
 from expdesign.estimation.compensation.compensate import compensate as commands_for
-from expdesign.estimation.compensation.corrections import Corrections, corrections_of
 from expdesign.estimation.compensation.prediction import in_file_order, require_history
 from expdesign.io.output import csv_text
 from expdesign.io.table import Table, parse_table

@@ -10,7 +10,8 @@ With an error of the parameters ε the attained pose differs from the target by 
 covariance is S·P·Sᵀ with the sensitivities S at the command.
 
 Serial robots are corrected in their joints (`joint_space.py`). A body has no actuators: its command is where it would
-have to stand unloaded (the counter-displacement, to be made with shims or feet).
+have to stand unloaded (the counter-displacement, to be made with shims or feet). `corrections_of` says how large the
+corrections are, and how well the pose is known that they attain.
 """
 
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.models.estimable import Calibrated, OutsideRange
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import row_data
@@ -25,6 +27,7 @@ from expdesign.errors import ConvergenceError, InfeasibleError, InputError, Sing
 from expdesign.estimation.compensation.arm_targets import ArmTargets, of_joints
 from expdesign.estimation.compensation.joint_space import at_targets, joint_commands, tip_chain
 from expdesign.estimation.compensation.prediction import chain_of, moved, predict_with
+from expdesign.estimation.coverage_factor import STANDARD
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Robot
 
 TOLERANCE = 1e-13
@@ -123,3 +126,35 @@ def _require_within_limits(robot: Robot, targets: LoadedPoints, commands: FloatA
         row = int(beyond[0])
         what = f"the command would be beyond the robot's limits: {robot.limit_message(commands[row])}"
         raise InfeasibleError(what, where=targets.where(row), remedy="Choose a target within reach.")
+
+
+@dataclass(frozen=True)
+class Corrections:
+    """Corrections of N commands, in the order of the targets.
+
+    Attributes:
+        translation: by how much the commanded platform or tip is beside the target (m), shape (N,).
+        rotation: by what angle it is turned against it (rad), shape (N,); zero where poses have no orientation.
+        expanded: U = k·u of the attained pose (m, rad), k = 2 (about 95 %), shape (N, n); infinite where the
+            recordings did not determine it.
+        beyond: what of each target lies outside of what was calibrated, N tuples.
+    """
+
+    translation: FloatArray
+    rotation: FloatArray
+    expanded: FloatArray
+    beyond: tuple[tuple[OutsideRange, ...], ...]
+
+
+def corrections_of(
+    robot: Robot, targets: LoadedPoints, found: Compensation, calibrated: Calibrated | None
+) -> Corrections:
+    """The corrections that commands make: where the unloaded, nominal robot would stand, against the target."""
+    there, wanted = found.commands, targets.configurations
+    translation = np.linalg.norm(robot.position(there) - robot.position(wanted), axis=-1)
+    turned = robot.jacobians(there).rotation - robot.jacobians(wanted).rotation
+    # ‖R₁ − R₂‖_F = 2√2·sin(θ/2) keeps small angles exact, which the trace does not.
+    chord = np.linalg.norm(turned, axis=(-2, -1)) / (2.0 * np.sqrt(2.0))
+    rotation = 2.0 * np.arcsin(np.minimum(chord, 1.0)) * bool(robot.coordinates.rotations)
+    beyond = [()] * len(targets) if calibrated is None else calibrated.beyond(targets, robot)
+    return Corrections(translation, rotation, STANDARD.factor * found.deviations, tuple(beyond))

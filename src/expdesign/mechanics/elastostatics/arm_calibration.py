@@ -5,13 +5,23 @@ can tell apart (`mechanics/minimal_set.py`): 18 of a six-axis arm with three par
 and the target's place on the tip are unknown, their twelve displacements are parameters as well and come first; else
 the frames of the base and of the tip count. What is measured are poses, or positions where no noise of rotations is
 stated. Of several tips each has a target of its own, and a configuration says which one it is measured at.
+
+`regressor_for` chooses the regressor of `experiment.calibration`, by what a robot is commanded in.
 """
 
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.mechanics.elastostatics.calibration import Elastostatic, PoseMaps, Regressor
+from expdesign.mechanics.elastostatics.calibration import (
+    Calibration,
+    Elastostatic,
+    Frames,
+    Geometric,
+    PoseMaps,
+    Regressor,
+    Stacked,
+)
 from expdesign.mechanics.minimal_set import minimal_set
 from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
 from expdesign.mechanics.robots.robot import Links, Robot
@@ -137,3 +147,19 @@ def _sizes(names: tuple[str, ...]) -> FloatArray:
 
 def _links(robot: Robot) -> Links:
     return robot.links
+
+
+def regressor_for(calibration: Calibration, *, frames_known: bool = True, links: bool = False) -> Regressor:
+    """The regressor of a calibration, with unknown frames where they are so.
+
+    `links` says that the robot is commanded in joints.
+    """
+    if calibration == "elastostatic":
+        return Elastostatic()
+    if links:
+        geometric = ArmGeometric(frames_known=frames_known)
+        return geometric if calibration == "geometric" else Stacked((geometric, ArmElastostatic()))
+    frames = () if frames_known else (Frames(),)
+    if calibration == "geometric":
+        return Stacked((*frames, Geometric())) if frames else Geometric()
+    return Stacked((*frames, Geometric(), Elastostatic()))

@@ -77,3 +77,25 @@ class Surroundings(Instrument):
         for prior in (*over_time(sight, "drift"), *over_temperature(sight, "drift", 0)):
             channels = since_start(sight, (Channel(a, i, prior.inputs) for i, a in enumerate(axes)))
             yield Entry(self.name, ENVIRONMENT, prior.form, channels, prior.kernel, prior.scales, prior.rank)
+
+
+class CrossTalk(Instrument):
+    """u as of the instrument: a linear mixing of the deflections along all axes, translations and rotations alike.
+
+    A rotation of the instrument mixes within translations and within rotations only, and all of them at once; sensors
+    that are mounted or balanced badly mix any two axes.
+    """
+
+    name = "cross talk"
+
+    def entries(self, sight: Sight) -> Iterator[Entry]:
+        if sight.positions:
+            return
+        shown = [Quantity("deflection", axis) for axis in range(self.width)]
+        sight.look(shown)
+        pairs = [(a, q) for a in sight.axes for q in shown if q.index != a and sight.spread(q) > 0.0]
+        rows = [[pair for pair in pairs if pair[0] == a] for a in sight.axes]
+        for chosen in (pairs, *rows, *([pair] for pair in pairs)):
+            channels = tuple(Channel(a, i, (q,), q) for i, (a, q) in enumerate(chosen))
+            if channels:
+                yield Entry(self.name, INSTRUMENT, "scale", channels, "constant", (1.0,), 1)
