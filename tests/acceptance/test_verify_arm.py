@@ -8,9 +8,12 @@ import pinocchio as pin
 import pytest
 from benchmarks.arms.plans import HIGH, LOW, ROBOT, TARGETS, configuration, measured
 from benchmarks.arms.plant import INSTRUMENT, PLACES, Arm, usual_faults
+from tests.acceptance.verified import commands, model
+from tests.acceptance.verified import measured as measured_by_legs
 
 import expdesign as xd
-from expdesign.errors import InputError
+from expdesign.coordinates import SPATIAL
+from expdesign.errors import ArgumentError, InputError
 
 FAULTS = replace(usual_faults(3, tool=0.0), periodic=(0.0, 0.0))
 NOISE = 1e-5
@@ -22,6 +25,18 @@ def identified() -> xd.IdentificationResult:
     return xd.identify(ROBOT, measured(Arm(FAULTS), commands, 1))
 
 
+def values_of(identified: xd.IdentificationResult) -> dict[str, float]:
+    fit = identified.result.fit
+    return dict(zip((p.name for p in fit.chain.parameters), fit.values.tolist(), strict=True))
+
+
+def stand_of(identified: xd.IdentificationResult) -> pin.SE3:
+    """The identified instrument in the base's frame."""
+    values = values_of(identified)
+    turn = pin.rpy.rpyToMatrix(*(values[f"instrument r{axis}_rad"] for axis in "xyz"))
+    return pin.SE3(turn, np.array([values[f"instrument {axis}_m"] for axis in "xyz"]))
+
+
 def checked(identified: xd.IdentificationResult, faults: object, *, compensated: bool = True) -> pd.DataFrame:
     """Readings of the tip's pose in the base's frame at the commands, ten of every target.
 
@@ -31,12 +46,7 @@ def checked(identified: xd.IdentificationResult, faults: object, *, compensated:
     frame = pd.concat([xd.compensate(identified, configuration(20)).frame] * 10, ignore_index=True)
     if not compensated:
         frame[[f"q{k}_rad" for k in range(1, 7)]] = np.tile(TARGETS, (10, 1))
-    fit = identified.result.fit
-    values = dict(zip((p.name for p in fit.chain.parameters), fit.values, strict=True))
-    stand = pin.SE3(
-        pin.rpy.rpyToMatrix(*(values[f"instrument r{axis}_rad"] for axis in "xyz")),
-        np.array([values[f"instrument {axis}_m"] for axis in "xyz"]),
-    )
+    values, stand = values_of(identified), stand_of(identified)
     markers = np.array([[values[f"marker {name} {axis}_m"] for axis in "xyz"] for name in PLACES])
     for row, command in enumerate(frame[[f"q{k}_rad" for k in range(1, 7)]].to_numpy()):
         seen = np.array([stand.act(arm.position(command, place)) for place in PLACES.values()])
@@ -75,6 +85,71 @@ def test_an_orientation_has_three_angles(identified: xd.IdentificationResult) ->
     frame = checked(identified, FAULTS).drop(columns=["measured_rx_rad"])
     with pytest.raises(InputError, match="three angles"):
         xd.verify(identified, frame, config=configuration(20))
+
+
+def in_instrument(frame: pd.DataFrame, stand: pin.SE3) -> pd.DataFrame:
+    """Targets and measured poses seen from the instrument."""
+    found = frame.copy()
+    for kind in ("target", "measured"):
+        names = [f"{kind}_{name}" for name in SPATIAL.pose]
+        poses = frame[names].to_numpy()
+        seen = [stand.actInv(pin.SE3(pin.rpy.rpyToMatrix(*pose[3:]), pose[:3])) for pose in poses]
+        found[names] = [[*one.translation, *pin.rpy.matrixToRpy(one.rotation)] for one in seen]
+    return found
+
+
+@pytest.mark.parametrize("compensated", [True, False])
+def test_a_certificate_in_the_instruments_frame_is_that_in_the_base(
+    identified: xd.IdentificationResult, compensated: bool
+) -> None:
+    config, stand = configuration(20), stand_of(identified)
+    in_base = checked(identified, FAULTS, compensated=compensated)
+    base = xd.verify(identified, in_base, config=config)
+    seen = in_instrument(in_base, stand)
+    assert np.abs(seen["target_x_m"] - in_base["target_x_m"]).min() > 0.1
+    found = xd.verify(identified, seen, config=config, frame="instrument")
+    assert found.result.verdict == base.result.verdict == ("pass" if compensated else "fail")
+    one, other = found.result.comparison, base.result.comparison
+    np.testing.assert_allclose(one.attained, other.attained, atol=1e-11)
+    # The place of the target rests on the instrument's, which the base's axes do not show.
+    np.testing.assert_allclose(one.predicted, other.predicted, atol=1e-11)
+    np.testing.assert_allclose(one.noise, other.noise, atol=1e-15)
+    assert found.result.consistent
+    assert found.record["frame"] == "instrument"
+    assert "frame" not in base.record
+    # The standard deviations are along the axes of the instrument, those of the errors along the base's.
+    uneven = np.array([1e-5, 2e-5, 4e-5])
+    seen[["sx_m", "sy_m", "sz_m"]] = uneven
+    axes = xd.verify(identified, seen, config=config, frame="instrument").result.targets[0].axes[:3]
+    expected = np.sqrt(np.diag(stand.rotation @ np.diag(uneven**2) @ stand.rotation.T) / 10.0)
+    np.testing.assert_allclose(np.array([axis.uncertainty for axis in axes], dtype=float), expected, rtol=1e-9)
+
+
+def test_positions_alone_are_verified_in_the_instruments_frame(identified: xd.IdentificationResult) -> None:
+    in_base = checked(identified, FAULTS)
+    angles = [f"measured_r{axis}_rad" for axis in "xyz"]
+    base = xd.verify(identified, in_base.drop(columns=angles)).result
+    seen = in_instrument(in_base, stand_of(identified)).drop(columns=angles)
+    found = xd.verify(identified, seen, frame="instrument").result
+    np.testing.assert_allclose(found.comparison.attained, base.comparison.attained, atol=1e-11)
+    with pytest.raises(InputError, match="three coordinates"):
+        xd.verify(identified, seen.drop(columns="measured_z_m"), frame="instrument")
+
+
+def test_frames_that_cannot_be_meant(identified: xd.IdentificationResult) -> None:
+    check = checked(identified, FAULTS)
+    with pytest.raises(ArgumentError, match="`tracker` is no frame"):
+        xd.verify(identified, check, frame="tracker")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="m from its target in the frame of the instrument"):
+        xd.verify(identified, check, frame="instrument")
+    with pytest.raises(InputError, match="m from its target in the frame of the base"):
+        xd.verify(identified, in_instrument(check, stand_of(identified)))
+    names = [name for name in check if str(name).startswith("measured_")]
+    deflections = check.drop(columns=names).assign(dx_m=0.0, dy_m=0.0, dz_m=0.0)
+    with pytest.raises(ArgumentError, match="only measured poses"):
+        xd.verify(identified, deflections, frame="instrument")
+    with pytest.raises(ArgumentError, match="the model knows no instrument"):
+        xd.verify(model(), measured_by_legs(commands(1), np.random.default_rng(1)), frame="instrument")
 
 
 def test_cartesian_targets_are_verified_as_joint_targets_are(identified: xd.IdentificationResult) -> None:

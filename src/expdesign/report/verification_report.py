@@ -144,6 +144,7 @@ def _subject(model: Model, check: CheckMeasurement, about: About) -> list[tuple[
         ("Operator", about.operator or _BLANK),
         ("Date of measurement", about.date or _BLANK),
         ("Model", model.source),
+        *([("Frame of targets", "the instrument's, as the model has it")] if check.frame == "instrument" else []),
         *([("Remarks", about.remarks)] if about.remarks else []),
     ]
 

@@ -154,7 +154,8 @@ def diagnose(
         shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
             or the configuration of `targets` say.
         targets: run configuration (YAML) of this robot, at whose targets the model that is found is accepted or not;
-            where the recordings are consistent, it is also said what may still be hidden there.
+            where the recordings are consistent, it is also said what may still be hidden there. It may calibrate the
+            geometry (`calibration: both`) of an arm that positions show, and nothing is said of what is hidden then.
         without: identifiers of physics that the library shall not offer (file-formats.md, Identifiers of physics): what
             it is then taken for, and how well a law at a port stands in for it.
         other_robot: a configuration of another geometry than the robot's is meant.
@@ -182,7 +183,7 @@ def diagnose(
         raise ArgumentError("identifiers of physics are a list", argument="without", remedy=f"Write [{without!r}].")
     machine = robot_of(robot)
     problem = problem_at(targets, machine, confirmed=other_robot)
-    if problem is not None:
+    if problem is not None and not machine.robot.jointed:
         problem.require_elastostatic("what recordings hide is known")
 
     def told(text: str) -> None:
@@ -190,6 +191,10 @@ def diagnose(
         callback("diagnosing", stage, 0, f"stage {stage} of at most {len(STAGES)}: {text}")
 
     measured = referenced(complete_positions(recordings_of(recordings, machine)), shared_reference, problem)
+    if problem is not None:
+        from expdesign.assurance.acceptance.fitted import require_what_is_calibrated  # noqa: PLC0415 (of targets)
+
+        require_what_is_calibrated(problem, shown=measured.measurand.absolute)
     result = diagnose_recordings(
         machine.robot, measured, without=frozenset(without), interruptible=interruptible, report=told
     )
@@ -208,7 +213,9 @@ def diagnose(
 
         found = AtTargets.diagnosed(problem, result)
         at_targets = found.stated(hidden=False)
-        if result.verdict == "consistent" and not result.ended:
+        # Sizes and motions of hidden physics are those of deflections.
+        sought = problem.loaded.regressor.referenced
+        if sought and result.verdict == "consistent" and not result.ended:
             told("looking for what may still be hidden")
             try:
                 at_targets = found.stated(hidden=True)

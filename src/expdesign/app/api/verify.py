@@ -4,7 +4,7 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, get_args
 
 import numpy as np
 
@@ -19,7 +19,9 @@ from expdesign.assurance.acceptance.planned import reading_deviations
 from expdesign.assurance.acceptance.record import About, about_of, certificate_number, read_about, verification_record
 from expdesign.assurance.acceptance.verification import Tolerances, Verification, compare, judge, tip_errors
 from expdesign.chain.models.model_file import Model
+from expdesign.chain.readings.position import Frame
 from expdesign.errors import ArgumentError, InputError
+from expdesign.estimation.compensation.arm_targets import instrument_of
 from expdesign.estimation.compensation.prediction import chain_of, predict_with, require_history, require_regular_points
 from expdesign.estimation.coverage_factor import STANDARD, Coverage
 from expdesign.io.output import json_text
@@ -74,6 +76,8 @@ class VerificationResult(FolderResult):
         robot = self.model.chain.robot
         axes = tuple(robot.coordinates.deflection[axis] for axis in self.check.axes)
         record = verification_record(self.result, robot, axes, self.about, self.hashes)
+        if self.check.frame == "instrument":
+            record["frame"] = self.check.frame
         return {"certificate": certificate_number(record)} | record
 
     def page(self) -> Page:
@@ -97,6 +101,7 @@ def verify(
     coverage: float | None = None,
     shared_reference: bool | None = None,
     other_robot: bool = False,
+    frame: Frame = "base",
 ) -> VerificationResult:
     """Compare the poses attained after compensation with predictions and tolerances, and write a certificate.
 
@@ -110,6 +115,8 @@ def verify(
         shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
             or the configuration of `config` say.
         other_robot: a configuration of another geometry than the robot's is meant.
+        frame: of the poses `target_x_m` ... and `measured_x_m` ... of an arm's tip: `base`, or `instrument` as it was
+            identified, as for `compensate`. Errors and tolerances are along the axes of the base.
 
     Raises:
         InputError: a file is missing or wrong.
@@ -130,7 +137,11 @@ def verify(
     robot = identified.chain.robot
     table = table_of(recordings, "recordings")
     require_history(identified, table)
-    check = read_check_measurement(table, robot)
+    if frame not in get_args(Frame):
+        raise ArgumentError(f"`{frame}` is no frame", argument="frame", remedy="Choose base or instrument.")
+    if frame == "instrument":
+        instrument_of(identified)  # or a message
+    check = read_check_measurement(table, robot, frame)
     require_regular_points(robot, check.points)
     problem = problem_of_robot(config, robot, identified.source, confirmed=other_robot)
     deviations = _deviations(identified, check, problem)

@@ -2,8 +2,8 @@
 
 The columns are those that `compensate` wrote, the command in the pose columns and the target in `target_x_m …`, with
 what was measured filled in: deflections `dx_m …`, or measured poses `measured_x_m …`, and their standard deviations in
-`sx_m …`. A tolerance may stand in `tolerance_dx_m …`. Of an arm measured poses are those of the tip in the base's
-frame, and errors a shift and a rotation vector along its axes.
+`sx_m …`. A tolerance may stand in `tolerance_dx_m …`. Of an arm measured poses are those of the tip, like their targets
+in the frame of the base or of the instrument, and errors a shift and a rotation vector.
 """
 
 from dataclasses import dataclass, replace
@@ -12,11 +12,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.chain.readings.position import Frame
 from expdesign.chain.recordings.measured import read_deflections, read_deviations
 from expdesign.chain.recordings.points import order_in_time, points_from_table
 from expdesign.chain.recordings.pose_columns import rotations_of
 from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.errors import InputError
+from expdesign.coordinates import SPATIAL
+from expdesign.errors import ArgumentError, InputError
 from expdesign.io.table import Table
 from expdesign.mechanics.robots.robot import Robot
 
@@ -37,6 +39,7 @@ class CheckMeasurement:
         deviations: standard deviations of the readings, shape (N, k), or None where the table states none.
         poses: of the tip that were wanted of an arm (m, rad), shape (N, 6); None for others, and for deflections.
         tolerance: ± that columns state, shape (N, n), NaN where they do not; None without such columns.
+        frame: of measured and wanted poses of an arm's tip, along whose axes `readings` and `deviations` are.
     """
 
     points: LoadedPoints
@@ -47,15 +50,22 @@ class CheckMeasurement:
     deviations: FloatArray | None
     tolerance: FloatArray | None
     poses: FloatArray | None = None
+    frame: Frame = "base"
 
     def __len__(self) -> int:
         return len(self.targets)
 
 
-def read_check_measurement(table: Table, robot: Robot) -> CheckMeasurement:
+def read_check_measurement(table: Table, robot: Robot, frame: Frame = "base") -> CheckMeasurement:
     """Read a check measurement.
 
+    Args:
+        table: with the columns.
+        robot: that was measured.
+        frame: of measured and wanted poses.
+
     Raises:
+        ArgumentError: poses of an arm's tip are no readings of it, and alone are in an instrument's frame.
         InputError: there is no target or nothing measured, or anything in the table is missing or cannot be right.
     """
     names = tuple(f"target_{name}" for name in robot.configuration)
@@ -67,14 +77,16 @@ def read_check_measurement(table: Table, robot: Robot) -> CheckMeasurement:
     targets = table.numbers(names)[order]
     commands = table.numbers(robot.configuration)[order]
     # The load acts where the platform shall be: its wrench is taken at the target, as it was for the command.
-    frame = table.frame.copy()
+    there = table.frame.copy()
     for name, target in zip(robot.configuration, names, strict=True):
-        frame[name] = frame[target]
+        there[name] = there[target]
     if robot.jointed:  # what was measured is read below, and is no reading of a marker
-        frame = frame.drop(columns=[name for name in frame if str(name).startswith("measured_")])
-    points = replace(points_from_table(replace(table, frame=frame), robot), configurations=commands)
+        there = there.drop(columns=[name for name in there if str(name).startswith("measured_")])
+    points = replace(points_from_table(replace(table, frame=there), robot), configurations=commands)
     axes, readings, absolute = _readings(table, robot, targets, order)
     wanted = _wanted(table, robot, order) if absolute and robot.jointed else None
+    if frame == "instrument":
+        _require_in_space(table, axes, wanted)
     tolerance_names = tuple(f"tolerance_{name}" for name in robot.coordinates.deflection)
     tolerance = None
     if any(table.has(name) for name in tolerance_names):
@@ -87,7 +99,19 @@ def read_check_measurement(table: Table, robot: Robot) -> CheckMeasurement:
             where = table.where(int(order[wrong[0, 0]]), tolerance_names[wrong[0, 1]])
             raise InputError("a tolerance must be positive", where=where, remedy="Correct it.")
     deviations = read_deviations(table, robot.coordinates, axes, order)
-    return CheckMeasurement(points, targets, axes, readings, absolute, deviations, tolerance, wanted)
+    return CheckMeasurement(points, targets, axes, readings, absolute, deviations, tolerance, wanted, frame)
+
+
+def _require_in_space(table: Table, axes: IntArray, wanted: FloatArray | None) -> None:
+    """Raise where readings cannot be turned from an instrument's axes."""
+    if wanted is None:
+        what = "only measured poses of an arm's tip are in the instrument's frame"
+        remedy = "Fill in measured_x_m, measured_y_m and measured_z_m, or leave it out."
+        raise ArgumentError(what, argument="frame", remedy=remedy)
+    if np.isin([0, 1, 2], axes).sum() in (1, 2):
+        what = "a position in the instrument's frame has three coordinates"
+        where = table.where(column=f"measured_{SPATIAL.pose[2]}")
+        raise InputError(what, where=where, remedy="Fill in measured_x_m, measured_y_m and measured_z_m.")
 
 
 def _readings(table: Table, robot: Robot, targets: FloatArray, order: IntArray) -> tuple[IntArray, FloatArray, bool]:

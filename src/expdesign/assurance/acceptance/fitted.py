@@ -49,7 +49,7 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
         InputError: the load errors of the configuration are of another kind of load than was recorded, or the geometry
             is calibrated and the model has none.
     """
-    _require_what_is_calibrated(problem, model.fit)
+    require_what_is_calibrated(problem, shown=not model.fit.chain.reading.linear)
     sensitivities = target_sensitivities(problem, model.fit)
     deviations = model.fit.estimable.deviations(sensitivities)
     noise = np.where(np.isfinite(deviations), deviations, np.nan)
@@ -73,9 +73,9 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
     )
 
 
-def _require_what_is_calibrated(problem: DesignProblem, fit: Fit) -> None:
-    """Raise where a configuration that calibrates geometry meets a model that knows none."""
-    if not problem.loaded.regressor.referenced and fit.chain.reading.linear:
+def require_what_is_calibrated(problem: DesignProblem, *, shown: bool) -> None:
+    """Raise where a configuration calibrates geometry and the recordings have not `shown` it."""
+    if not problem.loaded.regressor.referenced and not shown:
         what = "the configuration calibrates the geometry, which recordings of deflections do not show"
         remedy = "Record positions or poses, or take `experiment.calibration` out."
         raise InputError(what, where=f"{problem.source}, experiment.calibration", remedy=remedy)

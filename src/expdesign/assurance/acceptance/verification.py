@@ -20,14 +20,14 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.special import ndtr
 
 from expdesign.arrays import FloatArray, IntArray, TextArray
-from expdesign.assurance.acceptance.check_measurement import CheckMeasurement
+from expdesign.assurance.acceptance.check_measurement import FARTHEST, CheckMeasurement
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.pose_columns import rotations_of
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.recordings.references import groups
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError, NotIdentifiableError
-from expdesign.estimation.compensation.arm_targets import ArmTargets
+from expdesign.estimation.compensation.arm_targets import ArmTargets, instrument_of
 from expdesign.estimation.compensation.joint_space import at_targets, tip_chain
 from expdesign.estimation.compensation.prediction import chain_of
 from expdesign.estimation.coverage_factor import Coverage
@@ -53,6 +53,14 @@ class Comparison:
     predicted: FloatArray
     noise: FloatArray
     model: FloatArray
+
+    def turned(self, rotation: FloatArray) -> "Comparison":
+        """The same along other axes: shifts and rotation vectors, k = 3 or 6, turned by a rotation (3, 3)."""
+        rows, axes = self.attained.shape
+        one = np.kron(np.eye(axes // 3), rotation)
+        every = np.kron(np.eye(rows), one)
+        noise, model = every @ self.noise @ every.T, every @ self.model @ every.T
+        return Comparison(self.attained @ one.T, self.predicted @ one.T, noise, model)
 
     @property
     def residuals(self) -> FloatArray:
@@ -93,7 +101,7 @@ class Comparison:
 
 
 def compare(model: Model, check: CheckMeasurement, deviations: FloatArray) -> Comparison:
-    """What was attained beside what the model predicts.
+    """What was attained beside what the model predicts, of an arm along the axes of its base.
 
     Args:
         model: the identified robot.
@@ -108,7 +116,8 @@ def compare(model: Model, check: CheckMeasurement, deviations: FloatArray) -> Co
         predicted, motion = tip_errors(model, check, check.poses)
         flat = motion[:, check.axes].reshape(-1, motion.shape[-1])
         noise = noise_covariance(deviations, None)
-        return Comparison(check.readings, predicted[:, check.axes], noise, _model_covariance(model, flat, check))
+        found = Comparison(check.readings, predicted[:, check.axes], noise, _model_covariance(model, flat, check))
+        return found if check.frame == "base" else found.turned(instrument_of(model)[1])
     rows = row_data(check.points, robot)
     moved, motion = chain_of(model, platform=True).predict_with_sensitivities(rows, model.values)
     away = _command_errors(robot, check)[:, check.axes]
@@ -130,11 +139,27 @@ def compare(model: Model, check: CheckMeasurement, deviations: FloatArray) -> Co
 
 
 def tip_errors(model: Model, check: CheckMeasurement, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Predicted errors (N, 6) of an arm's tip at the commands, against wanted poses (N, 6), and their derivatives."""
-    targets = ArmTargets(check.points, poses[:, :3], rotations_of(poses[:, 3:]), "base", None)
-    rows = row_data(at_targets(model, targets, "base"), model.chain.robot)
-    predicted, slopes = tip_chain(model, "base").predict_with_sensitivities(rows, model.values)
-    return predicted - np.hstack([poses[:, :3], np.zeros((len(poses), 3))]), slopes
+    """Predicted errors (N, 6) of an arm's tip at the commands, against wanted poses (N, 6), and their derivatives.
+
+    They are along the axes of the check's frame. Seen from the instrument, its own pose is uncertain as well.
+
+    Raises:
+        InputError: the model puts a tip where the wanted poses, in this frame, cannot be meant.
+    """
+    place, turn = (np.zeros(3), np.eye(3)) if check.frame == "base" else instrument_of(model)
+    targets = ArmTargets(
+        check.points, poses[:, :3] @ turn.T + place, turn @ rotations_of(poses[:, 3:]), check.frame, None
+    )
+    rows = row_data(at_targets(model, targets, check.frame), model.chain.robot)
+    predicted, slopes = tip_chain(model, check.frame).predict_with_sensitivities(rows, model.values)
+    errors = predicted - np.hstack([poses[:, :3], np.zeros((len(poses), 3))])
+    away = np.linalg.norm(errors[:, :3], axis=1)
+    if away.max() > FARTHEST:
+        row = int(away.argmax())
+        what = f"by the model the tip is {away[row]:.3g} m from its target in the frame of the {check.frame}"
+        remedy = "State the frame of the targets as for `compensate` (argument `frame`)."
+        raise InputError(what, where=check.points.where(row), remedy=remedy)
+    return errors, slopes
 
 
 def _command_errors(robot: Robot, check: CheckMeasurement) -> FloatArray:
