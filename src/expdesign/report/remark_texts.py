@@ -192,6 +192,6 @@ def _averaged(remark: Averaged) -> str:
     named = ", ".join(f"`{effect}`" for effect in remark.effects[:_MOST_NAMES])
     more = len(remark.effects) - _MOST_NAMES
     return (
-        f"{remark.rows} rows are too few to rule out small effects. Predictions are the average over what may be there, "
-        f"weighted by evidence: {named}{f' and {more} others' if more > 0 else ''}. Record more poses to decide."
+        f"{remark.rows} rows are too few to rule out small effects. Predictions are the average over what may be "
+        f"there, weighted by evidence: {named}{f' and {more} others' if more > 0 else ''}. Record more poses to decide."
     )
