@@ -74,6 +74,8 @@ BRANCHES = {
     "chain/chain.py": 1,
     # What is identified beside geometry shows in absolute readings of an arm alone.
     "app/api/identify.py": 1,
+    # A geometry that a configuration calibrates shows in absolute readings alone; that is said before the search.
+    "app/api/diagnose.py": 1,
     # Whether the calibration that is asked for can be read off the columns, and which is usual.
     "estimation/geometric.py": 2,
     # Positions have no unloaded reading that rows could share.
