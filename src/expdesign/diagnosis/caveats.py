@@ -22,6 +22,7 @@ from expdesign.diagnosis.sample import Sample
 _NO_MOMENT = 1e-6
 """Share of the largest moments below which those about a direction are the rounding of a file."""
 _CONSTANT = 1e-9
+"""Spread of a quantity, in parts of its size, below which it was not varied."""
 
 
 def caveats(sample: Sample, model: Model, spread: Dispersion, errors: HeldOut) -> tuple[Remark, ...]:

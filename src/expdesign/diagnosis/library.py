@@ -105,8 +105,10 @@ def beside(candidate: Candidate, present: Fit, sample: Sample, robot: Robot) -> 
     """A candidate that is idle beside the base model, with its directions beside the effects of a fitted model."""
     effect = candidate.effect
     starts, chain = candidate.starts, present.chain
-    alone = _with_memory if effect.states or chain.states else _without_memory
-    (directions,) = alone([effect], [starts], sample, robot, present.values, chain.effects)
+    if effect.states or chain.states:
+        directions = _with_memory(effect, starts, sample, robot, present.values, chain.effects)
+    else:
+        (directions,) = _without_memory([effect], [starts], sample, robot, present.values, chain.effects)
     return replace(candidate, directions=directions)
 
 
@@ -130,18 +132,20 @@ def _all(
     chain of all of them gives at once; those with a few starts and with many apart, which all are evaluated as often.
     """
     kinds: dict[Hashable, list[int]] = {}
-    for index, (effect, own) in enumerate(zip(effects, starts, strict=True)):
-        free = _free(effect)
-        rests = not effect.states and bool((own[:, free] == effect.neutral()[free]).all())
-        kinds.setdefault(("rests", len(own) > _FEW_STARTS) if rests else index, []).append(index)
     found: dict[int, FloatArray] = {}
+    for index, (effect, own) in enumerate(zip(effects, starts, strict=True)):
+        if effect.states:
+            found[index] = _with_memory(effect, own, sample, robot, base)
+            continue
+        free = _free(effect)
+        rests = bool((own[:, free] == effect.neutral()[free]).all())
+        kinds.setdefault(("rests", len(own) > _FEW_STARTS) if rests else index, []).append(index)
     for members in kinds.values():
         chosen, their = [effects[i] for i in members], [starts[i] for i in members]
-        of_states = _with_memory if chosen[0].states else _without_memory
-        directions = of_states(chosen, their, sample, robot, base)
+        directions = _without_memory(chosen, their, sample, robot, base)
         if len(members) > 1 and not all(np.isfinite(each).all() for each in directions):
             # What is not finite of one effect spoils the others.
-            alone = [of_states([e], [s], sample, robot, base) for e, s in zip(chosen, their, strict=True)]
+            alone = [_without_memory([e], [s], sample, robot, base) for e, s in zip(chosen, their, strict=True)]
             directions = [one for (one,) in alone]
         found |= dict(zip(members, directions, strict=True))
     return [found[index] for index in range(len(effects))]
@@ -180,28 +184,14 @@ def _without_memory(
 
 
 def _with_memory(
-    effects: Sequence[Effect],
-    starts: Sequence[FloatArray],
-    sample: Sample,
-    robot: Robot,
-    compliances: FloatArray,
-    present: tuple[Effect, ...] = (),
-) -> list[FloatArray]:
-    """The same of effects that may remember, one by one."""
-    return [
-        _remembering(effect, own, sample, robot, compliances, present)
-        for effect, own in zip(effects, starts, strict=True)
-    ]
-
-
-def _remembering(
     effect: Effect,
     starts: FloatArray,
     sample: Sample,
     robot: Robot,
     compliances: FloatArray,
-    present: tuple[Effect, ...],
+    present: tuple[Effect, ...] = (),
 ) -> FloatArray:
+    """The same of one effect at its starts, where it or what is present may remember, shape (G, M, d)."""
     axes, free, neutral = sample.recordings.axes, _free(effect), effect.neutral()
     chain, compliances = sample.held(robot, (*present, effect), compliances)
     blocks = []
