@@ -31,6 +31,7 @@ from expdesign.diagnosis.stability import stability
 from expdesign.diagnosis.statement import statement, tested
 from expdesign.diagnosis.verdict import at_limits, doubt, fits, verdict_with, verdict_without, within_noise
 from expdesign.estimation.fit import Fit
+from expdesign.estimation.load_errors import DeclaredLoadErrors
 from expdesign.estimation.noise_level import NoiseLevel
 from expdesign.mechanics.robots.robot import Robot
 
@@ -40,6 +41,7 @@ def diagnose(
     recordings: Recordings,
     *,
     without: frozenset[str] = frozenset(),
+    load_errors: DeclaredLoadErrors | None = None,
     interruptible: bool = False,
     report: Callable[[str], None] = lambda text: None,
 ) -> Diagnosis:
@@ -49,6 +51,7 @@ def diagnose(
         robot: the robot.
         recordings: what was measured.
         without: identifiers of physics that the library shall not offer.
+        load_errors: of the recorded loads; where they account for the misfit of the base model, nothing is missing.
         interruptible: whether a `KeyboardInterrupt` ends the search with the best model so far, once there is one.
         report: is told what is being done.
 
@@ -63,7 +66,7 @@ def diagnose(
         doing[0] = text
         report(text)
 
-    frame = framed(robot, recordings, without=without, report=told)
+    frame = framed(robot, recordings, without=without, report=told, load_errors=load_errors)
     try:
         return _diagnosed(frame, told, outliers=OUTLIER not in without)
     except KeyboardInterrupt:
@@ -79,13 +82,21 @@ def _so_far(frame: Frame, doing: str) -> Diagnosis:
     best = min(possible, key=lambda model: model.misfit, default=names.base)
     if names.base.misfit - best.misfit < 2.0 * EVIDENCE.alarm:
         best = names.base
-    errors = _held_out(names, frame.base, best.fit, frame.judged, best.outliers)
-    result = _with_verdict(frame, _Named(best, errors, Nameable(best, "", ())), Method(ONE_AT_A_TIME, "it was ended"))
+    result = _unsought(frame, best, "it was ended")
     return replace(_with_names(frame, result) if best.candidates else result, ended=doing)
+
+
+def _unsought(frame: Frame, model: Model, reason: str) -> Diagnosis:
+    """The diagnosis with a model as it stands, for a reason not to search on."""
+    errors = _held_out(frame.names, frame.base, model.fit, frame.judged, model.outliers)
+    return _with_verdict(frame, _Named(model, errors, Nameable(model, "", ())), Method(ONE_AT_A_TIME, reason))
 
 
 def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -> Diagnosis:
     """The diagnosis of a frame; `outliers` says whether rows may be set aside as single mistakes."""
+    if frame.loads_account_for_it:
+        reason = "the load errors that the configuration declares account for what the base model leaves over"
+        return _unsought(frame, frame.names.base, reason)
     groups = by_groups(frame, report)
     frame.names.log.add_text("method", f"{groups.method.name}: {groups.method.reason}")
     if groups.alone:
@@ -163,7 +174,7 @@ def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
     spread = dispersion(model.fit.residuals, sample.restricted(~model.outliers))
     found = bool(model.candidates) or bool(model.outliers.any())
     kept = sample.restricted(~model.outliers)
-    first = statement(base, sample, noise)
+    first = statement(base, sample, noise, frame.load_errors)
     last = statement(model.fit, kept, noise) if found else first
     before, after = tested(base, sample), tested(model.fit, kept)
     if noise.origin == "residuals" and found and model.fit.chi2 > 0.0:

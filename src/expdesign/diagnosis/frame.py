@@ -16,11 +16,14 @@ from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.library import Candidate, candidates, library
 from expdesign.diagnosis.names import Names
 from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.statement import statement
 from expdesign.errors import InputError
 from expdesign.estimation.arm import identified_by
 from expdesign.estimation.estimability import require_regular_rows
 from expdesign.estimation.fit import Data, Fit, fit
+from expdesign.estimation.goodness import FIT
 from expdesign.estimation.identify import fitted_rows
+from expdesign.estimation.load_errors import DeclaredLoadErrors
 from expdesign.estimation.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
 from expdesign.estimation.noise_remarks import GenerousNoise
 from expdesign.estimation.whitening import Whitening
@@ -40,6 +43,7 @@ class Frame:
         entries: named physics.
         names: the same, and every model of them that was fitted.
         remarks: what is wrong with the noise that was stated.
+        load_errors: of the recorded loads, that are known beforehand.
     """
 
     robot: Robot
@@ -51,6 +55,15 @@ class Frame:
     entries: list[Candidate]
     names: Names
     remarks: tuple[Remark, ...] = ()
+    load_errors: DeclaredLoadErrors | None = None
+
+    @cached_property
+    def loads_account_for_it(self) -> bool:
+        """Whether the base model is refuted, but not where the loads have the errors that are declared."""
+        sample = self.names.sample
+        allowing = statement(self.base, sample, self.noise, self.load_errors)
+        exact = allowing.without_load_errors
+        return exact is not None and not allowing.refuted and not FIT.allows(exact, allowing.dof)
 
     @cached_property
     def search(self) -> Search:
@@ -69,6 +82,7 @@ def framed(
     *,
     without: frozenset[str],
     report: Callable[[str], None],
+    load_errors: DeclaredLoadErrors | None = None,
 ) -> Frame:
     """The frame of a diagnosis; for arguments and what is raised see `diagnose`."""
     if recordings.test.all():
@@ -101,7 +115,7 @@ def framed(
     names = Names(robot, sample, entries, known_noise=noise.known, report=report)
     predictable = recordings.test & sample.reading.predictable(robot, recordings)
     judged = predictable if predictable.any() else recordings.test
-    return Frame(robot, recordings, noise, kind, base, judged, entries, names, generous)
+    return Frame(robot, recordings, noise, kind, base, judged, entries, names, generous, load_errors)
 
 
 def _sampler(

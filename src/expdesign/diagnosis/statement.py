@@ -7,16 +7,19 @@ from expdesign.diagnosis.dispersion import dispersion
 from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.goodness import StatementOfFit, noise_ratio, squares_of, statement_of_fit
+from expdesign.estimation.load_errors import DeclaredLoadErrors
 from expdesign.estimation.noise_level import NoiseLevel
 
 
-def statement(fit: Fit, sample: Sample, noise: NoiseLevel) -> StatementOfFit:
+def statement(
+    fit: Fit, sample: Sample, noise: NoiseLevel, load_errors: DeclaredLoadErrors | None = None
+) -> StatementOfFit:
     """Whether a model accounts for the rows that count, `noise` being that of all rows."""
     counts, recordings = sample.counts, sample.recordings
     columns = recordings.components(fit.chain.robot.coordinates)
     whitening = sample.whitening.rows(counts)
     of_rows = replace(noise, deviations=noise.deviations[counts])
-    return statement_of_fit(fit.seen_by(counts), recordings.rows(counts), of_rows, whitening, columns)
+    return statement_of_fit(fit.seen_by(counts), recordings.rows(counts), of_rows, whitening, columns, load_errors)
 
 
 def tested(fit: Fit, sample: Sample) -> tuple[float, int]:

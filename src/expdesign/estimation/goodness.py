@@ -14,6 +14,7 @@ from scipy.special import chdtr, chdtrc, fdtrc
 
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.fit import Fit
+from expdesign.estimation.load_errors import DeclaredLoadErrors
 from expdesign.estimation.noise_level import NoiseLevel, pure_error, replicate_groups
 from expdesign.estimation.outlying import Outlying, outlying_rows
 from expdesign.estimation.whitening import Whitening
@@ -132,6 +133,7 @@ class StatementOfFit:
         worst: the row that fits worst, or None where no row is looked at.
         origin: of the noise: `recordings`, `replicates` or `residuals`.
         mean_square: of the whitened residuals, per degree of freedom.
+        without_load_errors: χ² where the recorded loads are taken as exact; None where no errors of them are declared.
         options: thresholds.
     """
 
@@ -142,6 +144,7 @@ class StatementOfFit:
     worst: WorstRow | None = None
     origin: str = "recordings"
     mean_square: float = 1.0
+    without_load_errors: float | None = None
     options: FitOptions = FIT
 
     @classmethod
@@ -195,6 +198,8 @@ class StatementOfFit:
         """The test in figures."""
         if self.chi2 is not None:
             freedom = f"chi2 {self.chi2:.6g} for {self.dof} degrees of freedom"
+            if self.without_load_errors is not None:
+                freedom += f" with the declared load errors ({self.without_load_errors:.6g} with exact loads)"
             return freedom if self.p_value is None else f"{freedom}, {p_text(self.p_value)}"
         if self.lack_of_fit is None:
             return f"The noise is estimated from the {self.origin}, so that there is no test"
@@ -230,13 +235,19 @@ class StatementOfFit:
             "dof": self.dof,
             "p_value": self.p_value,
             "birge_ratio": self.birge_ratio,
+            "chi2_with_exact_loads": self.without_load_errors,
             "threshold": self.options.refuted,
             "worst_row": None if self.worst is None else self.worst.record,
         }
 
 
 def statement_of_fit(
-    fit: Fit, recordings: Recordings, noise: NoiseLevel, whitening: Whitening, columns: tuple[str, ...]
+    fit: Fit,
+    recordings: Recordings,
+    noise: NoiseLevel,
+    whitening: Whitening,
+    columns: tuple[str, ...],
+    load_errors: DeclaredLoadErrors | None = None,
 ) -> StatementOfFit:
     """The statement that these recordings allow.
 
@@ -246,8 +257,12 @@ def statement_of_fit(
         noise: of the same rows.
         whitening: of the same rows.
         columns: of what the instrument reads, whether it was measured or not.
+        load_errors: of the recorded loads, which account for a part of what the model leaves over.
     """
     value, dof = squares_of(fit)
+    exact = None
+    if load_errors is not None and noise.known and load_errors.loaded.sources:
+        exact, value = value, value - load_errors.explained(fit, recordings, whitening)
     p_value = p_value_of(value, dof) if noise.known and dof > 0 else None
     lack = _lack_of_fit(value, dof, recordings, noise)
     worst = None
@@ -256,7 +271,8 @@ def statement_of_fit(
         measured = tuple(columns[axis] for axis in recordings.axes)
         worst = _worst_row(outlying, recordings, measured, noise_known=noise.known)
     mean_square = value / max(dof, 1)
-    return StatementOfFit(value if noise.known else None, dof, p_value, lack, worst, noise.origin, mean_square)
+    chi2 = value if noise.known else None
+    return StatementOfFit(chi2, dof, p_value, lack, worst, noise.origin, mean_square, exact)
 
 
 def squares_of(fit: Fit) -> tuple[float, int]:

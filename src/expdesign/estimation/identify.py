@@ -22,6 +22,7 @@ from expdesign.estimation.fit import Fit, idle_knowledge, linear_fit
 from expdesign.estimation.geometric import calibration_of, geometry_slice
 from expdesign.estimation.goodness import StatementOfFit, statement_of_fit
 from expdesign.estimation.intervals import Intervals, Uncertainty, uncertainty
+from expdesign.estimation.load_errors import DeclaredLoadErrors
 from expdesign.estimation.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
 from expdesign.estimation.outlying import Influence, influence
 from expdesign.estimation.positions import PositionFit, fit_positions
@@ -109,6 +110,7 @@ def identify(
     calibration: Calibration | None = None,
     frames_known: bool = True,
     options: ArmOptions | None = None,
+    load_errors: DeclaredLoadErrors | None = None,
 ) -> Identification:
     """Identify the compliances by weighted least squares, generalised where rows share an unloaded reading.
 
@@ -122,6 +124,8 @@ def identify(
         calibration: what is identified; None for what the columns say (`calibration_of`).
         frames_known: whether measured poses are in the very frames of the commands.
         options: of the calibration of an arm from absolute readings.
+        load_errors: of the recorded loads, for which the test of fit allows (not that of an arm's absolute readings,
+            whose noise is what the calibration leaves over).
 
     Raises:
         InputError: there is nothing to fit, or the deflections have the wrong sign.
@@ -133,11 +137,13 @@ def identify(
         return _of_arm(robot, recordings, calibrate(robot, recordings, chosen, options), chosen)
     if recordings.measurand.absolute:
         found = fit_positions(robot, recordings, calibration=chosen, frames_known=frames_known)
-        return _of_positions(robot, recordings, found, chosen)
-    return _of_deflections(robot, recordings, prior)
+        return _of_positions(robot, recordings, found, chosen, load_errors)
+    return _of_deflections(robot, recordings, prior, load_errors)
 
 
-def _of_deflections(robot: Robot, recordings: Recordings, prior: float | None) -> Identification:
+def _of_deflections(
+    robot: Robot, recordings: Recordings, prior: float | None, load_errors: DeclaredLoadErrors | None
+) -> Identification:
     """Identification of the compliances alone, in which deflections are linear."""
     if not np.isfinite(robot.stiffness).all():
         what = f"deflections show how joints yield, and `{robot.name}` has no `actuator_stiffness`"
@@ -183,7 +189,8 @@ def _of_deflections(robot: Robot, recordings: Recordings, prior: float | None) -
     fit = solve(noise.deviations)
     require_positive(fit, train, robot)
     whitening = whitening_of(noise.deviations)
-    goodness = statement_of_fit(fit, train, noise, whitening, recordings.components(robot.coordinates))
+    columns = recordings.components(robot.coordinates)
+    goodness = statement_of_fit(fit, train, noise, whitening, columns, load_errors)
     known = uncertainty(fit, noise).inflated(goodness.birge_ratio, goodness.dof)
     if prior is None and idle is not None:
         # What stays as the robot file has it was not determined.
@@ -206,12 +213,18 @@ def _of_deflections(robot: Robot, recordings: Recordings, prior: float | None) -
     )
 
 
-def _of_positions(robot: Robot, recordings: Recordings, found: PositionFit, calibration: Calibration) -> Identification:
+def _of_positions(
+    robot: Robot,
+    recordings: Recordings,
+    found: PositionFit,
+    calibration: Calibration,
+    load_errors: DeclaredLoadErrors | None,
+) -> Identification:
     """Identification from absolute readings; a prior on the compliances is part of the model (`positions`)."""
     train = recordings.rows(found.fitted)
     whitening = Whitening(found.noise.deviations, references=train.references)
     columns = recordings.components(robot.coordinates)
-    goodness = statement_of_fit(found.fit, train, found.noise, whitening, columns)
+    goodness = statement_of_fit(found.fit, train, found.noise, whitening, columns, load_errors)
     known = uncertainty(found.fit, found.noise).inflated(goodness.birge_ratio, goodness.dof)
     count = len(robot.stiffness)
     intervals = known.intervals(found.fit.values)

@@ -9,6 +9,7 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.errors import ExpdesignError, InputError, NotIdentifiableError
 from expdesign.estimation.coverage_factor import STANDARD, Coverage
+from expdesign.estimation.load_errors import DeclaredLoadErrors
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.planning.budget import Budget
 from expdesign.planning.constraints import Constraints
@@ -83,6 +84,11 @@ class DesignProblem:
     def criteria(self) -> dict[str, Criterion]:
         """Every known criterion, and the further ones, by name."""
         return {**known_criteria(), **{criterion.name: criterion for criterion in self.further}}
+
+    @property
+    def load_errors(self) -> DeclaredLoadErrors:
+        """The errors that recorded loads may have."""
+        return DeclaredLoadErrors(self.loaded, self.source)
 
     def assess(self, configurations: FloatArray, loads: FloatArray, series: IntArray | None = None) -> Assessment:
         """The pieces of every criterion for b designs: configurations (b, m, n_q), loads (b, m, k), series (b, m), 0

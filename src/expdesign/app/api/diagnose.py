@@ -196,7 +196,12 @@ def diagnose(
 
         require_what_is_calibrated(problem, shown=measured.measurand.absolute)
     result = diagnose_recordings(
-        machine.robot, measured, without=frozenset(without), interruptible=interruptible, report=told
+        machine.robot,
+        measured,
+        without=frozenset(without),
+        load_errors=None if problem is None else problem.load_errors,
+        interruptible=interruptible,
+        report=told,
     )
     model = recorded_model(
         result.known,

@@ -196,6 +196,7 @@ def identify(
         calibration=calibration,
         frames_known=frames == "known",
         options=ArmOptions(loss=loss, further=tuple(further)),
+        load_errors=None if problem is None else problem.load_errors,
     )
     result = with_doubts(result)
     at_targets = None

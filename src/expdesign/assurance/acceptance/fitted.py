@@ -5,7 +5,7 @@ With parameters θ, their covariance P and the sensitivities T of the attained p
 the sensitivities S of all parameters); what a parameter of the load takes up no longer reaches the others.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -110,36 +110,8 @@ def target_sensitivities(problem: DesignProblem, fit: Fit) -> FloatArray:
 
 def _effects_of_loads(problem: DesignProblem, model: FittedModel) -> list[FloatArray]:
     """What one standard deviation of every component of each source does to the estimate, row by row, (N, p, d)."""
-    recorded, fit = model.recordings, model.fit
-    loads = recorded_loads(problem, recorded)
-    rotation = fit.chain.robot.jacobians(recorded.configurations).rotation
-    _, sources = problem.loaded.wrenches(rotation, loads)
+    fit = model.fit
     weights = model.whitening.decorrelated(fit.sensitivities)
     gain = (weights @ fit.estimable.generalised).swapaxes(1, 2) / fit.inflation
-    found: list[FloatArray] = []
-    for wrenches in sources:
-        readings = np.stack([_moved(fit, recorded, wrenches[..., d]) for d in range(wrenches.shape[-1])], axis=-1)
-        found.append(gain @ (readings / model.whitening.deviations[..., None]))
-    return found
-
-
-def _moved(fit: Fit, recorded: Recordings, change: FloatArray) -> FloatArray:
-    """Change of the readings (N, k) by a change of the loads (N, n), halved between its two signs."""
-    ends = []
-    for sign in (0.5, -0.5):
-        wrenches, absolute = recorded.wrenches + sign * change, recorded.absolute + sign * change
-        rows = row_data(replace(recorded, wrenches=wrenches, absolute=absolute), fit.chain.robot)
-        ends.append(fit.chain.predict(rows, fit.values))
-    moved: FloatArray = (ends[0] - ends[1])[:, recorded.axes]
-    return moved
-
-
-def recorded_loads(problem: DesignProblem, recorded: Recordings) -> FloatArray:
-    """Parameters of the recorded loads, of the kind that the load errors of a configuration are of, shape (N, k)."""
-    if not problem.loaded.load.has_mass:
-        return recorded.wrenches
-    if recorded.payload is None:
-        what = "the load errors of the configuration are those of a payload, and the recordings have wrenches"
-        remedy = "Record mass_kg and the centre of mass, or use a configuration with `kind: wrench`."
-        raise InputError(what, where=recorded.source, remedy=remedy)
-    return np.concatenate([recorded.payload, recorded.gravity], axis=1)
+    moved = problem.load_errors.readings(fit, model.recordings)
+    return [gain @ (readings / model.whitening.deviations[..., None]) for readings in moved]
