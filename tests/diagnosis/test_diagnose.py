@@ -100,7 +100,10 @@ def test_physics_that_was_left_out_is_named(
 
 @pytest.mark.slow
 def test_intervals_contain_the_truth_as_often_as_they_say() -> None:
-    """95 % of 40 experiments with another noise each: at least 33 (0.1 % of binomial experiments have fewer)."""
+    """95 % of 40 experiments with another noise each: at least 33 (0.1 % of binomial experiments have fewer).
+
+    Where the play loses its name to a law, as in one of them, nothing is inside.
+    """
     exact = measured(BIPOD, PLAY, rows=ROWS[BIPOD])
     inside = 0
     for seed in range(40):
@@ -108,8 +111,8 @@ def test_intervals_contain_the_truth_as_often_as_they_say() -> None:
         noise = np.random.default_rng(100 + seed).standard_normal((len(frame), 2)) * DEVIATION[BIPOD]
         frame[["dx_m", "dy_m"]] += noise
         result = diagnose(machine(BIPOD), read(frame, machine(BIPOD)))
-        parameters = next(f.parameters for f in result.findings if f.physics == "leg_backlash")
-        inside += parameters["gap_m"][1] <= PLAY["gap_m"] <= parameters["gap_m"][2]  # type: ignore[operator]
+        named = next((f.parameters for f in result.findings if f.physics == "leg_backlash"), None)
+        inside += named is not None and named["gap_m"][1] <= PLAY["gap_m"] <= named["gap_m"][2]
     assert inside >= 33
 
 

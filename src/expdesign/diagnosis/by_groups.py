@@ -25,7 +25,6 @@ from expdesign.diagnosis.names import Model
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.result import ONE_AT_A_TIME, TOGETHER, Diagnosis, Method
 from expdesign.diagnosis.sample import rms
-from expdesign.diagnosis.statement import statement
 
 
 @dataclass(frozen=True)
@@ -88,8 +87,8 @@ class ByGroups:
             model=model,
             predictive=model,
             verdict=verdict,
-            before=statement(base, names.sample, frame.noise),
-            after=statement(groups.fit, sample, frame.noise),
+            before=frame.stated(base, names.sample),
+            after=frame.stated(groups.fit, sample),
             location=locate(base, sample, frame.robot, frame.entries, 1.0 if frame.noise.known else groups.noise**2),
             findings=(*found, *set_aside(names.sample, groups.aside, OPTIONS.most)),
             errors=errors,

@@ -28,7 +28,7 @@ from expdesign.diagnosis.remarks import Averaged
 from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, Diagnosis, Method
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.stability import stability
-from expdesign.diagnosis.statement import statement, tested
+from expdesign.diagnosis.statement import tested
 from expdesign.diagnosis.verdict import at_limits, doubt, fits, verdict_with, verdict_without, within_noise
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.load_errors import DeclaredLoadErrors
@@ -174,8 +174,8 @@ def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
     spread = dispersion(model.fit.residuals, sample.restricted(~model.outliers))
     found = bool(model.candidates) or bool(model.outliers.any())
     kept = sample.restricted(~model.outliers)
-    first = statement(base, sample, noise, frame.load_errors)
-    last = statement(model.fit, kept, noise) if found else first
+    first = frame.stated(base, sample)
+    last = frame.stated(model.fit, kept) if found else first
     before, after = tested(base, sample), tested(model.fit, kept)
     if noise.origin == "residuals" and found and model.fit.chi2 > 0.0:
         # What the base model leaves is noise and the physics that was found; the noise is what the chosen model leaves.
@@ -268,7 +268,7 @@ def _with_laws(frame: Frame, result: Diagnosis, report: Callable[[str], None]) -
             errors=errors,
             findings=law_findings(laws, result.robot, frame.known),
             method=Method(LAWS, "left-out rows are predicted better with laws at ports than with named effects alone"),
-            after=statement(laws.fit, names.sample.restricted(~aside), result.noise),
+            after=frame.stated(laws.fit, sample),
             verdict=verdict_with(laws, errors),
             stability=None,
         )

@@ -21,7 +21,7 @@ from expdesign.errors import InputError
 from expdesign.estimation.arm import identified_by
 from expdesign.estimation.estimability import require_regular_rows
 from expdesign.estimation.fit import Data, Fit, fit
-from expdesign.estimation.goodness import FIT
+from expdesign.estimation.goodness import FIT, StatementOfFit
 from expdesign.estimation.identify import fitted_rows
 from expdesign.estimation.load_errors import DeclaredLoadErrors
 from expdesign.estimation.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
@@ -57,11 +57,14 @@ class Frame:
     remarks: tuple[Remark, ...] = ()
     load_errors: DeclaredLoadErrors | None = None
 
+    def stated(self, fit: Fit, sample: Sample) -> StatementOfFit:
+        """Whether a model accounts for the rows of a sample that count."""
+        return statement(fit, sample, self.noise, self.load_errors)
+
     @cached_property
     def loads_account_for_it(self) -> bool:
         """Whether the base model is refuted, but not where the loads have the errors that are declared."""
-        sample = self.names.sample
-        allowing = statement(self.base, sample, self.noise, self.load_errors)
+        allowing = self.stated(self.base, self.names.sample)
         exact = allowing.without_load_errors
         return exact is not None and not allowing.refuted and not FIT.allows(exact, allowing.dof)
 
