@@ -15,7 +15,7 @@ from expdesign.io.written import Purpose, require_free
 
 
 def command(
-    kind: Annotated[str, typer.Argument(help=f"One of {', '.join(kinds())}.")],
+    kind: Annotated[str, typer.Argument(help=f"One of {', '.join(kinds())}; an arm is `serial`.")],
     out: Annotated[Path, typer.Option(help="Folder for the files.")] = Path(),
     force: Force = False,
 ) -> None:
@@ -26,7 +26,7 @@ def command(
     known = kinds()
     if kind not in known:
         near = difflib.get_close_matches(kind, list(known), n=1, cutoff=0.5)
-        remedy = f"Did you mean `{near[0]}`?" if near else f"Known: {', '.join(known)}."
+        remedy = f"Did you mean `{near[0]}`?" if near else f"Known: {', '.join(known)}; an arm is `serial`."
         raise InputError(f"there is no template `{kind}`", remedy=remedy)
     require_writable(out)
     files = needed(kind, out)
