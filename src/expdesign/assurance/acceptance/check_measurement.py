@@ -15,11 +15,11 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.readings.position import Frame
 from expdesign.chain.recordings.measured import read_deflections, read_deviations
 from expdesign.chain.recordings.points import order_in_time, points_from_table
-from expdesign.chain.recordings.pose_columns import rotations_of
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import ArgumentError, InputError
 from expdesign.io.table import Table
+from expdesign.mechanics.robots.orientation import rotations_of
 from expdesign.mechanics.robots.robot import Robot
 
 FARTHEST = 0.1

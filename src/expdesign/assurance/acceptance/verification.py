@@ -22,7 +22,6 @@ from scipy.special import ndtr
 from expdesign.arrays import FloatArray, IntArray, TextArray
 from expdesign.assurance.acceptance.check_measurement import FARTHEST, CheckMeasurement
 from expdesign.chain.models.model_file import Model
-from expdesign.chain.recordings.pose_columns import rotations_of
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.recordings.references import groups
 from expdesign.chain.row import row_data
@@ -32,6 +31,7 @@ from expdesign.estimation.compensation.joint_space import at_targets, tip_chain
 from expdesign.estimation.compensation.prediction import chain_of
 from expdesign.estimation.coverage_factor import Coverage
 from expdesign.estimation.goodness import StatementOfFit, WorstRow
+from expdesign.mechanics.robots.orientation import rotations_of
 from expdesign.mechanics.robots.robot import Robot
 
 SAME_TARGET = 1e-7

@@ -40,7 +40,13 @@ from expdesign.chain.readings.reading import Reading
 from expdesign.chain.recordings.recordings import LoadedPoints, Recordings, Remark
 from expdesign.chain.row import Row
 from expdesign.errors import InputError
-from expdesign.mechanics.robots.orientation import arrays_in_space, in_space, rotation_matrix, rotation_vector
+from expdesign.mechanics.robots.orientation import (
+    arrays_in_space,
+    in_space,
+    rotation_matrix,
+    rotation_vector,
+    rotations_of,
+)
 from expdesign.mechanics.robots.robot import Robot
 
 SMALLEST_TURN = 0.02
@@ -126,12 +132,8 @@ class MarkerPosition(Reading):
 
     @property
     def degeneracies(self) -> list[Remark]:
-        found: list[Remark] = []
-        for name in self.unknown:
-            axes = tuple(axis for marker, axis in self.held if marker == name)
-            if axes:
-                found.append(HeldMarker(name, axes))
-        return found
+        held = {name: tuple(axis for marker, axis in self.held if marker == name) for name in self.unknown}
+        return [HeldMarker(name, axes) for name, axes in held.items() if axes]
 
     @property
     def record(self) -> dict[str, object]:
@@ -143,9 +145,6 @@ class MarkerPosition(Reading):
 
     def width(self, robot: Robot) -> int:
         return 8 if self.fixed else 6 if self.oriented else 3
-
-    def with_own_weight(self, row: Row, change: ca.SX) -> Row:
-        return replace(row, carried=row.carried + change)
 
     def released(self, spreads: FloatArray) -> FloatArray:
         return np.where(np.isfinite(spreads), MARKER_SPREAD, spreads)
@@ -182,8 +181,8 @@ class MarkerPosition(Reading):
         start = (6 if self.instrument is None else 0) + 3 * len(self.unknown)
         targets = np.tile(np.eye(3), (len(self.names), 1, 1))
         for index, name in enumerate(self.oriented):
-            targets[self.names.index(name)] = matrix_of_angles(theta[start + 3 * index : start + 3 * index + 3])
-        turned: FloatArray = matrix_of_angles(frame[3:]).T @ robot.jacobians(points.configurations).rotation
+            targets[self.names.index(name)] = rotations_of(theta[start + 3 * index : start + 3 * index + 3])
+        turned: FloatArray = rotations_of(frame[3:]).T @ robot.jacobians(points.configurations).rotation
         return turned @ targets[points.marker]
 
     def predictable(self, robot: Robot, recordings: Recordings) -> BoolArray:
@@ -233,11 +232,6 @@ class MarkerPosition(Reading):
                 centre += row.point[index] * theta[start : start + 3]
                 start += 3
         return ca.vertcat(ca.sqrt(ca.sumsqr(marker - centre) + _ROUNDING**2), ca.dot(row.along, marker) - zero)
-
-
-def matrix_of_angles(angles: FloatArray) -> FloatArray:
-    """R = Rz·Ry·Rx (3, 3)."""
-    return np.array(ca.DM(rotation_matrix(ca.SX(angles), "fixed-xyz")))
 
 
 def turns(robot: Robot, recordings: Recordings) -> tuple[FloatArray, FloatArray]:
@@ -301,22 +295,11 @@ class TipPose(Reading):
     def parameters(self) -> tuple[Parameter, ...]:
         return self.identified.parameters
 
-    @property
-    def degeneracies(self) -> list[Remark]:
-        return []
-
-    @property
-    def record(self) -> dict[str, object]:
-        return {}
-
     def width(self, robot: Robot) -> int:
         return 6
 
     def with_own_weight(self, row: Row, change: ca.SX) -> Row:
         return self.identified.with_own_weight(row, change)
-
-    def released(self, spreads: FloatArray) -> FloatArray:
-        return spreads
 
     def at_points(self, points: LoadedPoints) -> LoadedPoints | None:
         return points

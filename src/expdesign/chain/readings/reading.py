@@ -59,26 +59,26 @@ class Reading(ABC):
         """What of the instrument is unknown in every model."""
 
     @property
-    @abstractmethod
     def degeneracies(self) -> list[Remark]:
         """What of the instrument is confounded in the fitted rows."""
+        return []
 
     @property
-    @abstractmethod
     def record(self) -> dict[str, object]:
         """What a model file says of it beside the values of `parameters`; empty for deflections."""
+        return {}
 
-    @abstractmethod
     def width(self, robot: Robot) -> int:
         """Number of components of a reading."""
+        return robot.coordinates.n
 
-    @abstractmethod
     def with_own_weight(self, row: Row, change: ca.SX) -> Row:
         """The row where the robot's own weight loads the actuators by `change` (n_p,) more than assumed."""
+        return replace(row, carried=row.carried + change)
 
-    @abstractmethod
     def released(self, spreads: FloatArray) -> FloatArray:
         """Standard deviations of `parameters` where nothing is held that is merely confounded, from those held."""
+        return spreads
 
     @abstractmethod
     def expression(self, robot: Robot, deflection: ca.SX, row: Row, theta: ca.SX, geometry: ca.SX | None) -> ca.SX:
@@ -125,22 +125,8 @@ class Deflection(Reading):
     def parameters(self) -> tuple[Parameter, ...]:
         return ()
 
-    @property
-    def degeneracies(self) -> list[Remark]:
-        return []
-
-    @property
-    def record(self) -> dict[str, object]:
-        return {}
-
-    def width(self, robot: Robot) -> int:
-        return robot.coordinates.n
-
     def with_own_weight(self, row: Row, change: ca.SX) -> Row:
         return replace(row, own=row.own + change)
-
-    def released(self, spreads: FloatArray) -> FloatArray:
-        return spreads
 
     def displacement(self, robot: Robot, deflection: ca.SX, row: Row, theta: ca.SX, command: ca.SX) -> ca.SX:
         """Where the unloaded platform stands does not show."""
@@ -193,21 +179,8 @@ class MeasuredPose(Reading):
         )
 
     @property
-    def degeneracies(self) -> list[Remark]:
-        return []
-
-    @property
     def record(self) -> dict[str, object]:
         return {"frames": "known" if self.frames_known else "unknown"}
-
-    def width(self, robot: Robot) -> int:
-        return robot.coordinates.n
-
-    def with_own_weight(self, row: Row, change: ca.SX) -> Row:
-        return replace(row, carried=row.carried + change)
-
-    def released(self, spreads: FloatArray) -> FloatArray:
-        return spreads
 
     def at_points(self, points: LoadedPoints) -> LoadedPoints | None:
         return points if points.poses else None

@@ -12,12 +12,13 @@ Where the platform frame is not at the centroid of the points, translation and r
 """
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.readings.position import MarkerPosition, matrix_of_angles, turns
+from expdesign.chain.readings.position import MarkerPosition, turns
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError, NotIdentifiableError
-from expdesign.mechanics.robots.orientation import arrays_in_space
+from expdesign.mechanics.robots.orientation import angles_of_matrix, arrays_in_space, rotations_of
 from expdesign.mechanics.robots.robot import Robot
 
 
@@ -39,6 +40,14 @@ def registered(points: FloatArray, measured: FloatArray) -> tuple[FloatArray, Fl
     return rotation, position
 
 
+def motion_rows(levers: FloatArray) -> FloatArray:
+    """B_i = [I, −[l_i]ₓ] of points at levers l (N, 3): their motion by a twist (δt, δθ), shape (N, 3, 6)."""
+    rows = np.zeros((len(levers), 3, 6))
+    rows[:, :, :3] = np.eye(3)
+    rows[:, :, 3:] = np.cross(np.eye(3), levers[:, None, :]).swapaxes(-1, -2)
+    return rows
+
+
 def twist_covariance(points: FloatArray, deviation: float, rotation: FloatArray) -> FloatArray:
     """Covariance of (δt, δθ) in base axes (m², m·rad, rad²), shape (6, 6).
 
@@ -50,10 +59,7 @@ def twist_covariance(points: FloatArray, deviation: float, rotation: FloatArray)
     Raises:
         InputError: the points do not determine an orientation.
     """
-    levers = points @ rotation.T
-    rows = np.zeros((len(points), 3, 6))
-    rows[:, :, :3] = np.eye(3)
-    rows[:, :, 3:] = np.cross(np.eye(3), levers[:, None, :]).swapaxes(-1, -2)
+    rows = motion_rows(points @ rotation.T)
     information = np.einsum("nij,nik->jk", rows, rows)
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     if len(points) < 3 or spread[1] < 1e-9 * max(float(spread[0]), 1e-300):
@@ -131,12 +137,12 @@ def start_of(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> F
     for step_number in range(_ALTERNATIONS):
         points = positions + np.einsum("nij,nj->ni", rotations, places[index])
         if reading.instrument is not None:
-            turn, shift = matrix_of_angles(reading.instrument[3:]), reading.instrument[:3]
+            turn, shift = rotations_of(reading.instrument[3:]), reading.instrument[:3]
         elif step_number == 0 and complete.sum() >= _COMPLETE:
-            turn, shift = _registration(points[complete], readings[complete])
+            turn, shift = registered(readings[complete], points[complete])
         else:
             filled = readings if step_number else np.where(seen, readings, points)
-            turn, shift = _registration(points, filled)
+            turn, shift = registered(filled, points)
         readings = np.where(seen, readings, (points - shift) @ turn)
         in_base = readings @ turn.T + shift
         for k, place in enumerate(known):
@@ -149,14 +155,13 @@ def start_of(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> F
                 matrix = np.hstack([columns, shared]) if reading.instrument is None else columns
                 step = np.linalg.lstsq(matrix, differences.ravel(), rcond=1e-6)[0]
                 places[k, free] += step[: len(free)]
-    frame = [] if reading.instrument is not None else [*shift, *_angles(turn)]
+    frame = [] if reading.instrument is not None else [*shift, *angles_of_matrix(turn)]
     found = [*frame, *(c for place, k in zip(places, known, strict=True) if k is None for c in place)]
     for name in reading.oriented:
         assert recordings.aim is not None
         turned = np.isfinite(recordings.deflections[kept][:, :6]).all(axis=1) & (index == reading.names.index(name))
-        found += _angles(
-            _mean_rotation(rotations[turned].swapaxes(1, 2) @ turn @ recordings.aim[kept][turned])
-        ).tolist()
+        seen_on_tip = Rotation.from_matrix(rotations[turned].swapaxes(1, 2) @ turn @ recordings.aim[kept][turned])
+        found += angles_of_matrix(seen_on_tip.mean().as_matrix()).tolist()
     return np.array([*found, *(_fixed_points(reading, robot, recordings, places) if reading.fixed else ())])
 
 
@@ -203,32 +208,5 @@ def registration_residuals(reading: MarkerPosition, robot: Robot, recordings: Re
     configurations = recordings.configurations
     positions, rotations = arrays_in_space(robot.position(configurations), robot.jacobians(configurations).rotation)
     points = positions + np.einsum("nij,nj->ni", rotations, places[recordings.marker])
-    residuals: FloatArray = recordings.deflections[:, :3] @ matrix_of_angles(frame[3:]).T + frame[:3] - points
+    residuals: FloatArray = recordings.deflections[:, :3] @ rotations_of(frame[3:]).T + frame[:3] - points
     return residuals
-
-
-def _registration(points: FloatArray, readings: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """R_I and t_I with points ≈ R_I·reading + t_I in the least-squares sense (Kabsch 1976)."""
-    centre, middle = points.mean(axis=0), readings.mean(axis=0)
-    left, _, right = np.linalg.svd((points - centre).T @ (readings - middle))
-    sign = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
-    turn: FloatArray = left @ sign @ right
-    return turn, centre - turn @ middle
-
-
-def _mean_rotation(rotations: FloatArray) -> FloatArray:
-    """The rotation nearest to all of (N, 3, 3) in the sense of least squares."""
-    left, _, right = np.linalg.svd(rotations.mean(axis=0))
-    found: FloatArray = left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
-    return found
-
-
-def _angles(turn: FloatArray) -> FloatArray:
-    """(rx, ry, rz) of R = Rz·Ry·Rx."""
-    return np.array(
-        [
-            np.arctan2(turn[2, 1], turn[2, 2]),
-            -np.arcsin(np.clip(turn[2, 0], -1.0, 1.0)),
-            np.arctan2(turn[1, 0], turn[0, 0]),
-        ]
-    )

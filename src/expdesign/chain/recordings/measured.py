@@ -1,11 +1,12 @@
 """What was measured at loaded points, by the kind of quantity that the columns of a table hold."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.chain.recordings.pose_columns import read_measured, read_turn_deviations, turned
+from expdesign.chain.recordings.pose_columns import TURNS, read_measured, turned
 from expdesign.chain.recordings.recordings import (
     DEFLECTIONS,
     POSES,
@@ -16,8 +17,8 @@ from expdesign.chain.recordings.recordings import (
     Measurand,
     Recordings,
 )
-from expdesign.chain.recordings.spans import SPANS, read_span_deviations, read_spans
-from expdesign.coordinates import Coordinates
+from expdesign.chain.recordings.spans import SPAN_DEVIATIONS, SPANS, read_spans
+from expdesign.coordinates import SPATIAL, Coordinates
 from expdesign.errors import InputError
 from expdesign.io.table import Table
 
@@ -31,8 +32,45 @@ SMALLEST_DEVIATION = 1e-18
 """m, rad; no instrument has a smaller one."""
 FARTHEST = 1e4
 """m; no instrument of this kind sees a position farther away."""
-POSITION_DEVIATIONS = (1e-12, 0.5)
-"""m; a standard deviation of a position outside of it is in a wrong unit."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """Readings of one kind, of which a row may have some and lack others.
+
+    Attributes:
+        axes: their places among the components of a position.
+        names, deviations: their columns, and those of their standard deviations.
+        noun, plural: what one of them is, and what they are.
+        least, largest: a standard deviation (m, rad) beyond these is in a wrong unit.
+    """
+
+    axes: tuple[int, ...]
+    names: tuple[str, ...]
+    deviations: tuple[str, ...]
+    noun: str
+    plural: str
+    least: float
+    largest: float
+
+    def deviations_in(self, table: Table, order: IntArray) -> FloatArray | None:
+        """Standard deviations in the order of the sequence (N, k), NaN where nothing was read; None without any."""
+        if not any(table.has(name) for name in self.deviations):
+            return None
+        seen = np.isfinite(table.numbers_where_filled(self.names))[order]
+        deviations = table.numbers_where_filled(self.deviations)[order]
+        remedy = "Fill it in, or leave the columns of standard deviations out to have them estimated."
+        missing = seen & ~np.isfinite(deviations)
+        table.refuse(missing, self.deviations, "the standard deviation is missing", remedy, order)
+        wrong = np.isfinite(deviations) & ~((deviations >= self.least) & (deviations <= self.largest))
+        what = f"{{:g}} is none: a standard deviation of {self.noun} is positive and below {self.largest:g}"
+        table.refuse(wrong, self.deviations, what, "Correct it, or check the unit.", order, deviations)
+        return np.where(seen, deviations, np.nan)
+
+
+POSITION_BLOCK = Block((0, 1, 2), POSITION, POSITION_DEVIATION, "a position (m)", "positions", 1e-12, 0.5)
+TURN_BLOCK = Block((3, 4, 5), TURNS, SPATIAL.deviation[3:], "an orientation (rad)", "orientations", 1e-300, 1.0)
+SPAN_BLOCK = Block((6, 7), SPANS, SPAN_DEVIATIONS, "a distance (m)", "distances", 1e-300, 1.0)
 
 
 def with_readings(table: Table, points: LoadedPoints, coordinates: Coordinates, order: IntArray) -> Recordings:
@@ -103,33 +141,23 @@ def _poses(table: Table, points: LoadedPoints, coordinates: Coordinates, order: 
 
 
 def _positions(table: Table, points: LoadedPoints, coordinates: Coordinates, order: IntArray) -> Measured:
-    axes, readings, deviations = _marked(table, points, coordinates, order)
-    if points.point is None:
-        return axes, readings, deviations
-    spans, stated = read_spans(table, order), read_span_deviations(table, order)
-    readings, axes = np.hstack([readings, spans]), np.concatenate([axes, [6, 7]])
-    seen: BoolArray = np.logical_or.reduce(np.isfinite(readings), axis=0)
-    if (stated is None) != (deviations is None) and seen[:-2].any():
-        what = "standard deviations of positions or of distances are missing where the others are stated"
-        raise InputError(what, where=table.where(), remedy="State both, or none to have them estimated.")
-    if stated is None:
-        return axes[seen], readings[:, seen], None
-    none = np.full((len(readings), len(axes) - 2), np.nan)
-    both = np.hstack([none if deviations is None else deviations, stated])
-    return axes[seen], readings[:, seen], both[:, seen]
-
-
-def _marked(table: Table, points: LoadedPoints, coordinates: Coordinates, order: IntArray) -> Measured:
-    positions, deviations = read_positions(table, coordinates, order), read_position_deviations(table, order)
-    if points.aim is None:
-        return np.arange(3), positions, deviations
-    rotations = turned(table, order)
-    stated = read_turn_deviations(table, coordinates, rotations, order)
-    if (stated is None) != (deviations is None):
-        what = "standard deviations of positions or of orientations are missing where the others are stated"
-        raise InputError(what, where=table.where(), remedy="State both, or none to have them estimated.")
-    both = None if stated is None or deviations is None else np.hstack([deviations, stated])
-    return np.arange(6), np.hstack([positions, rotations]), both
+    parts = [(POSITION_BLOCK, read_positions(table, coordinates, order))]
+    if points.aim is not None:
+        parts.append((TURN_BLOCK, turned(table, order)))
+    if points.point is not None:
+        parts.append((SPAN_BLOCK, read_spans(table, order)))
+        parts = [part for part in parts if np.isfinite(part[1]).any()]
+    stated = [block.deviations_in(table, order) for block, _ in parts]
+    if any(each is None for each in stated) and any(each is not None for each in stated):
+        kinds = " or of ".join(block.plural for block, _ in parts)
+        what = f"standard deviations of {kinds} are missing where the others are stated"
+        raise InputError(what, where=table.where(), remedy="State all, or none to have them estimated.")
+    axes = np.concatenate([block.axes for block, _ in parts]).astype(np.int64)
+    readings = np.hstack([values for _, values in parts])
+    # Distances may stand alone; of positions and orientations all components are kept.
+    kept = np.logical_or.reduce(np.isfinite(readings), axis=0) | (points.point is None)
+    known = [each for each in stated if each is not None]
+    return axes[kept], readings[:, kept], np.hstack(known)[:, kept] if known else None
 
 
 def read_positions(table: Table, coordinates: Coordinates, order: IntArray) -> FloatArray:
@@ -145,20 +173,6 @@ def read_positions(table: Table, coordinates: Coordinates, order: IntArray) -> F
     far = np.abs(np.nan_to_num(positions)) > FARTHEST
     table.refuse(far, POSITION, "{:g} cannot be a position in m", "Check the unit.", order, positions)
     return positions
-
-
-def read_position_deviations(table: Table, order: IntArray) -> FloatArray | None:
-    """Standard deviations of the positions (m), NaN where no coordinate was read, shape (N, 3); None without any."""
-    if not any(table.has(name) for name in POSITION_DEVIATION):
-        return None
-    deviations = table.numbers_where_filled(POSITION_DEVIATION)[order]
-    missing = np.isfinite(table.numbers_where_filled(POSITION)[order]) & ~np.isfinite(deviations)
-    remedy = "Fill it in, or leave the columns of standard deviations out to have them estimated."
-    table.refuse(missing, POSITION_DEVIATION, "the standard deviation is missing", remedy, order)
-    wrong = (deviations < POSITION_DEVIATIONS[0]) | (deviations > POSITION_DEVIATIONS[1])
-    what = "{:g} cannot be the standard deviation of a position in m"
-    table.refuse(wrong, POSITION_DEVIATION, what, "It is positive; check the unit.", order, deviations)
-    return deviations
 
 
 def _largest(coordinates: Coordinates, axes: IntArray) -> FloatArray:

@@ -9,7 +9,6 @@ it is `tool`. Positions and poses may stand in one file, row by row.
 
 from dataclasses import replace
 
-import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
@@ -17,9 +16,8 @@ from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, 
 from expdesign.coordinates import SPATIAL, Coordinates
 from expdesign.errors import InputError
 from expdesign.io.table import Table
-from expdesign.mechanics.robots.orientation import rotation_matrix
+from expdesign.mechanics.robots.orientation import rotations_of
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.mechanics.symbolic import BatchFunction
 
 FARTHEST = 0.1
 """m or rad; a measured pose farther from its command is in another unit or frame."""
@@ -101,7 +99,7 @@ def _other_unit(commands: FloatArray, measured: FloatArray, unit: str) -> str | 
 TARGET = "tool"
 """Name of a target that has none."""
 _LARGEST = 2.0 * np.pi
-_PLACES, _TURNS = measured_names(SPATIAL)[:3], measured_names(SPATIAL)[3:]
+_PLACES, TURNS = measured_names(SPATIAL)[:3], measured_names(SPATIAL)[3:]
 _KINDS = ("pose", "position", "reference", "")
 
 
@@ -139,44 +137,23 @@ def read_aims(table: Table, order: IntArray) -> FloatArray | None:
 
     None where no orientations are read. Raises an `InputError` where an angle is missing or in degrees.
     """
-    if not any(table.has(name) for name in _TURNS):
+    if not any(table.has(name) for name in TURNS):
         return None
-    angles = table.numbers_where_filled(_TURNS)
+    angles = table.numbers_where_filled(TURNS)
     seen = np.isfinite(angles)
     partly = seen.any(axis=1) & ~seen.all(axis=1)
     if partly.any():
         row = int(np.argmax(partly))
         what = "an orientation has three angles"
-        raise InputError(what, where=table.where(row, _TURNS[int(np.argmin(seen[row]))]), remedy="Fill it in.")
+        raise InputError(what, where=table.where(row, TURNS[int(np.argmin(seen[row]))]), remedy="Fill it in.")
     large = np.abs(np.nan_to_num(angles)) > _LARGEST
-    table.refuse(large, _TURNS, "{:g} cannot be an angle in rad", "Check the unit.", values=angles)
+    table.refuse(large, TURNS, "{:g} cannot be an angle in rad", "Check the unit.", values=angles)
     return rotations_of(np.nan_to_num(angles))[order] if seen.any() else None
 
 
 def turned(table: Table, order: IntArray) -> FloatArray:
     """0 where an orientation was measured and NaN elsewhere, shape (N, 3)."""
-    return np.where(np.isfinite(table.numbers_where_filled(_TURNS))[order], 0.0, np.nan)
-
-
-def read_turn_deviations(
-    table: Table, coordinates: Coordinates, rotations: FloatArray, order: IntArray
-) -> FloatArray | None:
-    """Standard deviations of measured rotations (rad), NaN where none was measured, shape (N, 3); None without any."""
-    names = coordinates.deviation[coordinates.translations :]
-    if not any(table.has(name) for name in names):
-        return None
-    deviations = table.numbers_where_filled(names)[order]
-    wrong = np.isfinite(rotations) & ~((deviations > 0.0) & (deviations < 1.0))
-    what = "a standard deviation of an orientation is positive and below 1 rad"
-    table.refuse(wrong, names, what, "Fill it in, or check the unit.", order)
-    return np.where(np.isfinite(rotations), deviations, np.nan)
-
-
-def rotations_of(angles: FloatArray) -> FloatArray:
-    """R = Rz·Ry·Rx of angles (..., 3), shape (..., 3, 3)."""
-    symbol = ca.SX.sym("angles", 3)
-    found: FloatArray = BatchFunction("rotations", [symbol], [rotation_matrix(symbol, "fixed-xyz")])(angles)[0]
-    return found
+    return np.where(np.isfinite(table.numbers_where_filled(TURNS))[order], 0.0, np.nan)
 
 
 def _cells(table: Table, name: str) -> np.ndarray:

@@ -133,6 +133,11 @@ class LoadedPoints:
         return DEFLECTIONS if self.marker is None else POSITIONS
 
     @property
+    def timed(self) -> bool:
+        """Whether time was recorded and passes."""
+        return self.time is not None and bool(np.any(np.diff(self.time) > 0.0))
+
+    @property
     def marker_indicators(self) -> FloatArray:
         """1 for the marker of each row, 0 for the others, shape (N, number of markers); no columns for deflections."""
         return _indicators(self.marker, len(self.markers), len(self))

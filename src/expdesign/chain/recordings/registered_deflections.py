@@ -18,9 +18,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.readings.registration import registered
+from expdesign.chain.readings.registration import motion_rows, registered
 from expdesign.chain.recordings.point_lists import MarkerFit, PointSet, marker_fit, near_names, require_own_names
 from expdesign.chain.recordings.states import RecordedState
 from expdesign.errors import InputError
@@ -96,10 +97,8 @@ def registered_deflection(
     rotation, origin = _to_base(state, names, before, frame, markers, instrument)
     levers, moved = (points @ rotation.T + origin - frame.origin for points in (before, after))
     turn, shift = registered(levers, moved)
-    twist = np.concatenate([shift, _vector(turn)])
-    rows = np.zeros((len(names), 3, 6))
-    rows[:, :, :3] = np.eye(3)
-    rows[:, :, 3:] = np.cross(np.eye(3), levers[:, None, :]).swapaxes(-1, -2)
+    twist = np.concatenate([shift, Rotation.from_matrix(turn).as_rotvec()])
+    rows = motion_rows(levers)
     estimator = np.linalg.pinv(rows.reshape(-1, 6))
     sensitivity = (frame.rates @ estimator).reshape(6, -1, 3)
     variances = _variances(state, names, deviation)
@@ -193,11 +192,3 @@ def _to_base(
             what, remedy = f"only {len(known)} of the points are among the robot's `markers`", near
         raise InputError(what, where=state.reference.source, remedy=remedy)
     return instrument
-
-
-def _vector(turn: FloatArray) -> FloatArray:
-    """Axis times angle (rad) of a rotation by a small angle."""
-    axis = 0.5 * np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
-    size = float(np.linalg.norm(axis))
-    vector: FloatArray = axis * (np.arcsin(min(size, 1.0)) / size if size > 1e-12 else 1.0)
-    return vector

@@ -73,17 +73,3 @@ def read_spans(table: Table, order: IntArray) -> FloatArray:
         what = f"{spans[row, column]:g} cannot be a {('distance', 'reading of a gauge')[column]} in m"
         raise InputError(what, where=table.where(row, SPANS[column]), remedy="Check sign and unit.")
     return spans[order]
-
-
-def read_span_deviations(table: Table, order: IntArray) -> FloatArray | None:
-    """Their standard deviations (m), shape (N, 2), NaN where nothing was read; None where none are stated."""
-    if not any(table.has(name) for name in SPAN_DEVIATIONS):
-        return None
-    spans, deviations = table.numbers_where_filled(SPANS), table.numbers_where_filled(SPAN_DEVIATIONS)
-    wrong = np.isfinite(spans) & ~((deviations > 0.0) & (deviations < 1.0))
-    if wrong.any():
-        row, column = (int(i) for i in np.argwhere(wrong)[0])
-        where = table.where(row, SPAN_DEVIATIONS[column])
-        what = "a standard deviation of a distance is positive and below 1 m"
-        raise InputError(what, where=where, remedy="Fill it in, or check the unit.")
-    return np.where(np.isfinite(spans), deviations, np.nan)[order]

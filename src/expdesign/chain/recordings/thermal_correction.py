@@ -242,26 +242,16 @@ def deflections(measured: MeasuredPoses, corrected: CorrectedPoses) -> Corrected
             where = points.where(int(corrected.rows[members[0]]), "series")
             raise InputError(what, where=where, remedy="Measure every series without load first.")
         pairs += [(int(member), int(members[0])) for member in members[1:]]
-    if not pairs:
-        return _none(corrected)
-    index, first = np.array(pairs, dtype=np.int64).T
+    index, first = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
     covariance = noise = None
-    if corrected.own is not None:
+    if corrected.own is not None and corrected.references is not None:
         noise = corrected.own[index] + corrected.own[first]
-        found = []
-        for here, zero in pairs:
-            row = np.zeros(len(corrected.rows))
-            row[here], row[zero] = 1.0, -1.0
-            found.append(corrected.covariance(row, row))
-        covariance = np.array(found)
-    before = corrected.before[index] - corrected.before[first]
-    return CorrectedDeflections(index, before, corrected.after[index] - corrected.after[first], covariance, noise)
-
-
-def _none(corrected: CorrectedPoses) -> CorrectedDeflections:
-    n = corrected.before.shape[1]
-    covariance = None if corrected.own is None else np.zeros((0, n, n))
-    return CorrectedDeflections(np.zeros(0, dtype=np.int64), np.zeros((0, n)), np.zeros((0, n)), covariance, covariance)
+        # The poses of a series have one command, and with it one T.
+        weights, transfer = corrected.weights[index] - corrected.weights[first], corrected.transfer[index]
+        shared = np.einsum("mk,kbc->mbc", weights**2, corrected.references)
+        covariance = noise + transfer @ shared @ transfer.swapaxes(-1, -2)
+    before, after = (poses[index] - poses[first] for poses in (corrected.before, corrected.after))
+    return CorrectedDeflections(index, before, after, covariance, noise)
 
 
 @dataclass(frozen=True)
@@ -313,11 +303,4 @@ def repeatability(measured: MeasuredPoses, corrected: CorrectedPoses) -> Repeata
         noise[1] += np.einsum("i,iaa->a", np.diag(centring), corrected.own[group]) + shared
     rms = np.sqrt(squares / freedom)
     expected = None if corrected.own is None else np.sqrt(noise / freedom)
-    return Repeatability(
-        len(members),
-        freedom,
-        rms[0],
-        rms[1],
-        None if expected is None else expected[0],
-        None if expected is None else expected[1],
-    )
+    return Repeatability(len(members), freedom, *rms, *((None, None) if expected is None else expected))

@@ -14,11 +14,11 @@ from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import Frame, MarkerPosition
 from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.chain.recordings.points import points_from_table
-from expdesign.chain.recordings.pose_columns import rotations_of
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import ArgumentError, ConvergenceError
 from expdesign.io.table import Table
+from expdesign.mechanics.robots.orientation import rotations_of
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Robot
 
 _ITERATIONS = 200

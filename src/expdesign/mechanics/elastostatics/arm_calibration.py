@@ -24,7 +24,7 @@ from expdesign.mechanics.elastostatics.calibration import (
 )
 from expdesign.mechanics.minimal_set import minimal_set
 from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
-from expdesign.mechanics.robots.robot import Links, Robot
+from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.symbolic import BatchFunction
 
 TYPICAL_LENGTH, TYPICAL_ANGLE = 3e-4, 1e-3
@@ -58,9 +58,6 @@ class ArmGeometric(Regressor):
     def scale(self, robot: Robot) -> FloatArray:
         return _sizes(self.names(robot))
 
-    def nominal(self, robot: Robot) -> FloatArray:
-        return np.zeros(len(self.names(robot)))
-
     def require(self, robot: Robot) -> str | None:
         return None if robot.jointed else "geometric calibration of an arm needs links"
 
@@ -72,15 +69,15 @@ class ArmGeometric(Regressor):
         return maps.further["arm"]
 
     def _every(self, robot: Robot) -> tuple[str, ...]:
-        tree = _links(robot).tree
+        tree = robot.links.tree
         targets = ("target",) if len(tree.tips) == 1 else tuple(f"target {tip}" for tip in tree.tips)
         frames = () if self._frames_known else ("instrument", *targets)
         return (*(f"{frame} {part}" for frame in frames for part in _TWIST), *tree.geometry_names)
 
     def _whole(self, robot: Robot, configuration: ca.SX) -> ca.SX:
         """The matrix of all parameters, (6, p)."""
-        errors = ca.SX.sym("g", _links(robot).tree.size)
-        position, rotation = _links(robot).tip(configuration, errors)
+        errors = ca.SX.sym("g", robot.links.tree.size)
+        position, rotation = robot.links.tip(configuration, errors)
         rates = ca.jacobian(ca.vertcat(position, ca.vec(rotation)), errors)
         none = ca.SX.zeros(errors.shape[0])
         position, rotation, rates = ca.substitute([position, rotation, rates], [errors], [none])
@@ -91,13 +88,13 @@ class ArmGeometric(Regressor):
         whole = ca.vertcat(rates[:3, :], ca.horzcat(*turns))
         if self._frames_known:
             return whole
-        turn, seen = frame_turn(rotation, 6), _links(robot).tree.looked_at(configuration)
+        turn, seen = frame_turn(rotation, 6), robot.links.tree.looked_at(configuration)
         return ca.horzcat(twist_transfer(position, 6), *(each * turn for each in seen), whole)
 
     def _kept(self, robot: Robot) -> IntArray:
         """Indices of a minimal complete set: frames, zeros, lengths, angles, in this order."""
         if id(robot) not in self._chosen:
-            names, links = self._every(robot), _links(robot)
+            names, links = self._every(robot), robot.links
             symbol = ca.SX.sym("q", len(robot.configuration))
             count = len(links.low)
             low, high = (
@@ -121,7 +118,7 @@ class ArmElastostatic(Elastostatic):
     needs_load = True
 
     def expressions(self, robot: Robot, configuration: ca.SX) -> dict[str, ca.SX]:
-        return {"own weight": _links(robot).own_weight_expression(configuration, ca.SX(robot.gravity))}
+        return {"own weight": robot.links.own_weight_expression(configuration, ca.SX(robot.gravity))}
 
     def matrix(self, maps: PoseMaps) -> FloatArray:
         own = maps.further["own weight"]
@@ -143,10 +140,6 @@ def _sizes(names: tuple[str, ...]) -> FloatArray:
     """Typical sizes (m, rad) by names."""
     angles = [name.endswith("offset") or name.rpartition(" ")[2].startswith("r") for name in names]
     return np.where(angles, TYPICAL_ANGLE, TYPICAL_LENGTH)
-
-
-def _links(robot: Robot) -> Links:
-    return robot.links
 
 
 def regressor_for(calibration: Calibration, *, frames_known: bool = True, links: bool = False) -> Regressor:

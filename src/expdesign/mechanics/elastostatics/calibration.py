@@ -66,13 +66,13 @@ class Regressor(ABC):
     def names(self, robot: Robot) -> tuple[str, ...]:
         """Names of the parameters π, shape (p,)."""
 
-    @abstractmethod
     def scale(self, robot: Robot) -> FloatArray:
         """Typical size of each parameter, shape (p,): for conditioning and rank tests, of no influence on results."""
+        return np.full(len(self.names(robot)), TYPICAL_ERROR)
 
-    @abstractmethod
     def nominal(self, robot: Robot) -> FloatArray:
-        """Value of each parameter of the robot as its file describes it, shape (p,)."""
+        """Value of each parameter of the robot as its file describes it, shape (p,); 0 for errors."""
+        return np.zeros(len(self.names(robot)))
 
     def require(self, robot: Robot) -> str | None:
         """What a robot lacks for this regressor, or None."""
@@ -153,12 +153,6 @@ class Geometric(Regressor):
     def names(self, robot: Robot) -> tuple[str, ...]:
         return (*robot.inverse_kinematics.geometry_names, *(f"{name} length" for name in robot.actuators))
 
-    def scale(self, robot: Robot) -> FloatArray:
-        return np.full(len(self.names(robot)), TYPICAL_ERROR)
-
-    def nominal(self, robot: Robot) -> FloatArray:
-        return np.zeros(len(self.names(robot)))
-
     def require(self, robot: Robot) -> str | None:
         return "geometric calibration needs a robot on legs" if not robot.on_legs else None
 
@@ -191,12 +185,6 @@ class Frames(Regressor):
     def names(self, robot: Robot) -> tuple[str, ...]:
         parts = ("x", "y", "z", "rx", "ry", "rz")
         return tuple(f"{frame} {part}" for frame in ("instrument", "artefact") for part in parts)
-
-    def scale(self, robot: Robot) -> FloatArray:
-        return np.full(12, TYPICAL_ERROR)
-
-    def nominal(self, robot: Robot) -> FloatArray:
-        return np.zeros(12)
 
     def require(self, robot: Robot) -> str | None:
         spatial = robot.on_legs and robot.coordinates.n == 6

@@ -4,6 +4,7 @@ from typing import Annotated, Self
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field
 
 from expdesign.arrays import FloatArray
@@ -13,7 +14,7 @@ from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.drawing import Drawing, DrawnPart
 from expdesign.mechanics.robots.hexapod import LimitsSection
 from expdesign.mechanics.robots.parallel import ParallelRobot
-from expdesign.mechanics.robots.robot import STANDARD_GRAVITY, RobotSection
+from expdesign.mechanics.robots.robot import RobotSection, gravity_or_standard
 
 Point = Annotated[list[Number], Field(min_length=2, max_length=2)]
 
@@ -47,7 +48,7 @@ class Bipod(ParallelRobot):
         base_joints: FloatArray,
         home: FloatArray,
         stiffness: FloatArray,
-        gravity: FloatArray | None = None,
+        gravity: ArrayLike | None = None,
         leg_length: tuple[float, float] | None = None,
         name: str = "bipod",
     ) -> None:
@@ -57,7 +58,7 @@ class Bipod(ParallelRobot):
         self.platform_joints: FloatArray = np.zeros((2, 2))
         self.home = np.asarray(home, dtype=float)
         self.stiffness = np.asarray(stiffness, dtype=float)
-        self.gravity = np.array([0.0, -STANDARD_GRAVITY]) if gravity is None else np.asarray(gravity, dtype=float)
+        self.gravity = gravity_or_standard(gravity, 2)
         self.leg_length = leg_length
         self.geometry = self.base_joints.ravel()
         self.geometry_names = tuple(f"base {leg} {axis}" for leg in (1, 2) for axis in "xy")
@@ -69,7 +70,7 @@ class Bipod(ParallelRobot):
             base_joints=np.array(section.base_joints),
             home=np.array(section.home),
             stiffness=np.array(section.actuator_stiffness),
-            gravity=None if section.gravity_m_s2 is None else np.array(section.gravity_m_s2),
+            gravity=section.gravity_m_s2,
             leg_length=section.limits.pair(),
             name=section.name,
         )

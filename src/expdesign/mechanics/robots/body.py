@@ -10,6 +10,7 @@ from typing import Annotated, Self
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field
 
 from expdesign.arrays import FloatArray
@@ -17,7 +18,7 @@ from expdesign.coordinates import SPATIAL
 from expdesign.io.schema import Number, validate
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.orientation import Orientation, angular_velocity_map, rotation_matrix
-from expdesign.mechanics.robots.robot import STANDARD_GRAVITY, Jacobians, Robot, RobotSection
+from expdesign.mechanics.robots.robot import Jacobians, Robot, RobotSection, gravity_or_standard
 
 Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
 
@@ -54,14 +55,14 @@ class Body(Robot):
         *,
         home: FloatArray | None = None,
         orientation: Orientation = "fixed-xyz",
-        gravity: FloatArray | None = None,
+        gravity: ArrayLike | None = None,
         name: str = "body",
     ) -> None:
         self.name = name
         self.home = np.zeros(3) if home is None else np.asarray(home, dtype=float)
         self.orientation: Orientation = orientation
         self.stiffness = np.zeros(0)
-        self.gravity = np.array([0.0, 0.0, -STANDARD_GRAVITY]) if gravity is None else np.asarray(gravity, dtype=float)
+        self.gravity = gravity_or_standard(gravity, 3)
 
     @classmethod
     def from_document(cls, document: YamlDocument) -> Self:
@@ -69,7 +70,7 @@ class Body(Robot):
         return cls(
             home=np.array(section.home),
             orientation=section.orientation,
-            gravity=None if section.gravity_m_s2 is None else np.array(section.gravity_m_s2),
+            gravity=section.gravity_m_s2,
             name=section.name,
         )
 

@@ -16,11 +16,8 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.io.yaml_reader import read_text
 from expdesign.mechanics.robots.kinematic_tree import FRAME_AXES, KinematicTree
-from expdesign.mechanics.robots.orientation import moved, rotation_matrix
+from expdesign.mechanics.robots.orientation import angles_of_matrix, moved, rotations_of
 from expdesign.mechanics.robots.urdf import UrdfJoint, transform
-
-_GIMBAL = 1e-9
-"""cos(ry) below which roll and yaw are one angle."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +66,8 @@ def corrected_origins(tree: KinematicTree, errors: FloatArray) -> dict[str, Floa
         start = len(tree.coordinates) + len(FRAME_AXES) * number
         joint = _carrier(tree, end.name) if end.is_tip else tree.urdf.joints[end.name]
         if joint is not None:
-            origins[joint.name] = joint.origin @ matrix_of(errors[start : start + len(FRAME_AXES)])
+            error = errors[start : start + len(FRAME_AXES)]
+            origins[joint.name] = joint.origin @ transform(rotations_of(error[3:]), error[:3])
     for joint in tree.urdf.joints.values():
         motion = tree.motion(joint)
         if motion is None:
@@ -82,21 +80,9 @@ def corrected_origins(tree: KinematicTree, errors: FloatArray) -> dict[str, Floa
     return origins
 
 
-def matrix_of(pose: FloatArray) -> FloatArray:
-    """Homogeneous matrix (4, 4) of x, y, z (m), rx, ry, rz (rad)."""
-    return transform(np.array(ca.DM(rotation_matrix(ca.SX(pose[3:]), "fixed-xyz"))), pose[:3])
-
-
 def pose_of(matrix: FloatArray) -> FloatArray:
     """x, y, z (m), rx, ry, rz (rad) of a homogeneous matrix (4, 4); roll is 0 where it cannot be told from yaw."""
-    r = matrix[:3, :3]
-    cosine = float(np.hypot(r[0, 0], r[1, 0]))
-    pitch = np.arctan2(-r[2, 0], cosine)
-    if cosine < _GIMBAL:
-        angles = [0.0, pitch, np.arctan2(-r[0, 1], r[1, 1])]
-    else:
-        angles = [np.arctan2(r[2, 1], r[2, 2]), pitch, np.arctan2(r[1, 0], r[0, 0])]
-    return np.concatenate([matrix[:3, 3], angles])
+    return np.concatenate([matrix[:3, 3], angles_of_matrix(matrix[:3, :3])])
 
 
 def _carrier(tree: KinematicTree, tip: str) -> UrdfJoint | None:

@@ -11,6 +11,7 @@ from typing import Annotated, Self
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
 from expdesign.arrays import FloatArray
@@ -20,7 +21,7 @@ from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.drawing import Drawing, DrawnPart
 from expdesign.mechanics.robots.orientation import Orientation, rotation_matrix
 from expdesign.mechanics.robots.parallel import ParallelRobot
-from expdesign.mechanics.robots.robot import STANDARD_GRAVITY, RobotSection
+from expdesign.mechanics.robots.robot import RobotSection, gravity_or_standard
 
 _PAIRS = np.array([0.0, 120.0, 240.0])
 
@@ -146,7 +147,7 @@ class Hexapod(ParallelRobot):
         home: FloatArray,
         stiffness: FloatArray,
         orientation: Orientation = "fixed-xyz",
-        gravity: FloatArray | None = None,
+        gravity: ArrayLike | None = None,
         leg_length: tuple[float, float] | None = None,
         name: str = "hexapod",
     ) -> None:
@@ -157,7 +158,7 @@ class Hexapod(ParallelRobot):
         self.home = np.asarray(home, dtype=float)
         self.stiffness = np.asarray(stiffness, dtype=float)
         self.orientation: Orientation = orientation
-        self.gravity = np.array([0.0, 0.0, -STANDARD_GRAVITY]) if gravity is None else np.asarray(gravity, dtype=float)
+        self.gravity = gravity_or_standard(gravity, 3)
         self.leg_length = leg_length
         self.geometry = np.concatenate([self.base_joints.ravel(), self.platform_joints.ravel()])
         self.geometry_names = tuple(
@@ -174,7 +175,7 @@ class Hexapod(ParallelRobot):
             home=np.array(section.home),
             stiffness=np.array(section.actuator_stiffness),
             orientation=section.orientation,
-            gravity=None if section.gravity_m_s2 is None else np.array(section.gravity_m_s2),
+            gravity=section.gravity_m_s2,
             leg_length=section.limits.pair(),
             name=section.name,
         )

@@ -12,11 +12,14 @@ from typing import Literal
 
 import casadi as ca
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
 from expdesign.mechanics.robots.urdf import UrdfJoint, transform
 
 Orientation = Literal["fixed-xyz", "moving-xyz"]
+_GIMBAL = 1e-9
+"""cos(ry) below which rx and rz are one angle."""
 
 
 def rotation_matrix(angles: ca.SX, orientation: Orientation) -> ca.SX:
@@ -28,6 +31,21 @@ def rotation_matrix(angles: ca.SX, orientation: Orientation) -> ca.SX:
     if orientation == "fixed-xyz":
         return about_z @ about_y @ about_x
     return about_x @ about_y @ about_z
+
+
+def rotations_of(angles: FloatArray) -> FloatArray:
+    """R = Rz·Ry·Rx of angles (..., 3) in rad, shape (..., 3, 3)."""
+    matrices: FloatArray = Rotation.from_euler("xyz", angles.reshape(-1, 3)).as_matrix()
+    return matrices.reshape(*angles.shape, 3)
+
+
+def angles_of_matrix(rotation: FloatArray) -> FloatArray:
+    """(rx, ry, rz) of R = Rz·Ry·Rx (3, 3), |ry| ≤ π/2; rx is 0 where it cannot be told from rz."""
+    cosine = float(np.hypot(rotation[0, 0], rotation[1, 0]))
+    pitch = np.arctan2(-rotation[2, 0], cosine)
+    if cosine < _GIMBAL:
+        return np.array([0.0, pitch, np.arctan2(-rotation[0, 1], rotation[1, 1])])
+    return np.array([np.arctan2(rotation[2, 1], rotation[2, 2]), pitch, np.arctan2(rotation[1, 0], rotation[0, 0])])
 
 
 def angles_of(rotation: ca.SX, orientation: Orientation) -> ca.SX:

@@ -34,6 +34,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Protocol, Self
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
@@ -97,6 +98,12 @@ CONDITION_LIMIT = 100.0
 
 STANDARD_GRAVITY = 9.80665
 """m/s², the standard magnitude (file-formats.md, Conventions)."""
+
+
+def gravity_or_standard(gravity: ArrayLike | None, dimension: int) -> FloatArray:
+    """Gravity in O (m/s²), shape (d,): the standard one, along the last axis and downwards, where none is given."""
+    standard = [0.0] * (dimension - 1) + [-STANDARD_GRAVITY]
+    return np.asarray(standard if gravity is None else gravity, dtype=float)
 
 
 class CommandedState(NamedTuple):

@@ -17,6 +17,7 @@ from typing import Annotated, Self
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field
 
 from expdesign.arrays import FloatArray, IntArray
@@ -28,7 +29,7 @@ from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.differentiation import plain
 from expdesign.mechanics.robots.drawing import Drawing, DrawnPart
 from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, TIP_COLUMN, KinematicTree
-from expdesign.mechanics.robots.robot import STANDARD_GRAVITY, CommandedState, Jacobians, Robot, RobotSection
+from expdesign.mechanics.robots.robot import CommandedState, Jacobians, Robot, RobotSection, gravity_or_standard
 from expdesign.mechanics.robots.urdf import CouplingSection, coupled, leading, read_urdf, require_joint
 from expdesign.mechanics.symbolic import BatchFunction, remembered
 
@@ -91,7 +92,7 @@ class SerialRobot(Robot):
         tree: KinematicTree,
         stiffness: FloatArray,
         *,
-        gravity: FloatArray | None = None,
+        gravity: ArrayLike | None = None,
         limits: dict[str, tuple[float, float]] | None = None,
         name: str = "serial robot",
     ) -> None:
@@ -102,7 +103,7 @@ class SerialRobot(Robot):
         self.name = name
         self.tree = tree
         self.stiffness = np.asarray(stiffness, dtype=float)
-        self.gravity = np.array([0.0, 0.0, -STANDARD_GRAVITY]) if gravity is None else np.asarray(gravity, dtype=float)
+        self.gravity = gravity_or_standard(gravity, 3)
         self.configuration = configuration_names(tree)
         whole = (*tree.coordinates, *tree.branch_coordinates)
         further = len(self.configuration) - len(whole)
@@ -140,7 +141,7 @@ class SerialRobot(Robot):
         return cls(
             tree,
             np.array(stiffness),
-            gravity=None if section.gravity_m_s2 is None else np.array(section.gravity_m_s2),
+            gravity=section.gravity_m_s2,
             limits={column: (low, high) for column, (low, high) in section.limits.items()},
             name=section.name,
         )

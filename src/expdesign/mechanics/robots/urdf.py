@@ -20,6 +20,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 from pydantic import Field
+from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
@@ -264,15 +265,8 @@ def _origin(element: ElementTree.Element, where: str) -> FloatArray:
     if origin is None:
         return np.eye(4)
     position = _numbers(origin.get("xyz", "0 0 0"), 3, where, "xyz")
-    (cx, cy, cz), (sx, sy, sz) = (f(_numbers(origin.get("rpy", "0 0 0"), 3, where, "rpy")) for f in (np.cos, np.sin))
-    rotation = np.array(
-        [
-            [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
-            [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx],
-            [-sy, cy * sx, cy * cx],
-        ]
-    )
-    return transform(rotation, position)
+    angles = _numbers(origin.get("rpy", "0 0 0"), 3, where, "rpy")
+    return transform(Rotation.from_euler("xyz", angles).as_matrix(), position)
 
 
 def _numbers(text: str, count: int, where: str, what: str) -> FloatArray:
