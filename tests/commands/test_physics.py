@@ -46,6 +46,16 @@ def test_the_list_has_what_the_interfaces_name(listed: list[dict[str, Any]]) -> 
     assert play["example"] == "leg_backlash at leg 1, middle, 1.5 um"
 
 
+def test_what_a_body_stands_on_is_listed_in_all_its_forms() -> None:
+    body = {"name": "machine", "kind": "body"}
+    forms: dict[str, list[str]] = {}
+    for entry in xd.physics(body).record["physics"]:
+        forms.setdefault(entry["identifier"], []).extend(entry["variants"])
+    assert forms["support.compliance"] == ["axes", "rotation", "centre"]
+    assert {"along x", "about z"} <= set(forms["support.play"])
+    assert "lift-off oblique" in forms["support.nonlinearity"]
+
+
 def test_every_example_can_be_concealed(listed: list[dict[str, Any]], tmp_path: Path) -> None:
     plan = history(tmp_path)
     concealed = 0

@@ -24,7 +24,7 @@ from tests.oracle import Array
 
 import expdesign as xd
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.joints.geometry import ArmGeometry
+from expdesign.chain.effects.joints.geometry import ArmGeometryError
 from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance
 from expdesign.chain.effects.joints.play import JointBacklash
 from expdesign.chain.effects.links.links import LinkCompliance
@@ -101,9 +101,9 @@ def arm_with_positions(folder: Path, method: str) -> Way:
     q = configurations(72, 1)
     blank = recordings_of(here, q, np.zeros((72, 3)))
     effects = (
-        *(ArmGeometry.from_text(here, f"joint {i}", "offset") for i in (3, 4, 5, 6)),
+        *(ArmGeometryError.from_text(here, f"joint {i}", "offset") for i in (3, 4, 5, 6)),
         *(LinkCompliance.from_text(here, f"link {i}", "") for i in (3, 4)),
-        *(ArmGeometry.from_text(here, f"link {i}", "frame") for i in (3, 4, 5)),
+        *(ArmGeometryError.from_text(here, f"link {i}", "frame") for i in (3, 4, 5)),
     )
     placed = MarkerPosition(("ball",), {}, None, np.array([*INSTRUMENT, *PLACE]))
     chain = Chain(here, effects, reading=placed)

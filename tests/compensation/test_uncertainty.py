@@ -11,7 +11,7 @@ from tests.identification.experiments import experiment, table_of
 from expdesign.app.api.identify import identify as identify_file
 from expdesign.app.api.predict import predict as predict_file
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.base.compliance import BaseCompliance
+from expdesign.chain.effects.structure.compliance import BaseCompliance
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.models.model_file import Model, model_text, read_model
 from expdesign.chain.readings.choice import reading_of

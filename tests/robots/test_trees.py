@@ -11,7 +11,7 @@ from tests.identification.experiments import table_of
 from tests.robots.arms import ARMS
 
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.base.compliance import BaseCompliance
+from expdesign.chain.effects.structure.compliance import BaseCompliance
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.row import row_data

@@ -17,9 +17,11 @@ from expdesign.chain.declaration import Parameter
 from expdesign.chain.effect import Effect
 from expdesign.chain.readings.reading import DEFLECTION, Reading
 from expdesign.chain.row import Row, RowData, row_symbols
-from expdesign.mechanics.robots.robot import Links, Robot
+from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.symbolic import BatchFunction, evaluate_through
 
+Acting = list[tuple[Effect, ca.SX]]
+"""Effects with their parameters."""
 LONG_SERIES = 30
 """Rows from which a series with memory is worked through in few calls, instead of all series at once row by row."""
 _LARGEST_CALL = 64
@@ -133,19 +135,23 @@ class Chain:
     def expression(self, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Reading of one row and the next states, as expressions."""
         robot = self.robot
-        parts = [theta[s] for s in self.slices]
-        for effect, part in zip(self.effects, parts, strict=True):
+        acting = [(effect, theta[part]) for effect, part in zip(self.effects, self.slices, strict=True)]
+        for effect, part in acting:
             row = self.reading.with_own_weight(row, effect.own_weight_change(row, part))
         forward, pose_map, wrench, pose = row.forward, row.pose_map, row.wrench, row.pose
         compliance = theta[: self.compliances] / ca.SX(robot.stiffness) if self.compliances else ca.SX.zeros(0)
+        errors = self._link_errors(acting)
         if any(effect.changes_geometry for effect in self.effects):
-            forward, pose_map, wrench, pose = self._with_true_geometry(row, compliance, parts)
-        for effect, part in zip(self.effects, parts, strict=True):
+            true = (
+                self._with_true_links(row, errors) if robot.jointed else self._with_true_legs(row, compliance, acting)
+            )
+            forward, pose_map, wrench, pose = true
+        for effect, part in acting:
             wrench = effect.load(wrench, row, part)
         force = forward.T @ wrench + row.carried if self.compliances else ca.SX.zeros(0)
         elongation = compliance * force
         states, offset = [], 0
-        for effect, part in zip(self.effects, parts, strict=True):
+        for effect, part in acting:
             # An empty slice of a CasADi scalar is a row, and would spoil the stack of states.
             own = state[offset : offset + effect.states] if effect.states else ca.SX.zeros(0)
             elongation, own = effect.actuator(elongation, force, compliance, row, own, part)
@@ -153,43 +159,37 @@ class Chain:
             offset += effect.states
         deflection = pose_map @ elongation if self.compliances else ca.SX.zeros(robot.coordinates.n)
         following = [ca.SX.zeros(0)]
-        for effect, part, own in zip(self.effects, parts, states, strict=True):
+        for (effect, part), own in zip(acting, states, strict=True):
             deflection = effect.structure(deflection, wrench, compliance, row, part)
             deflection, next_own = effect.structure_with_memory(deflection, wrench, row, own, part)
             following.append(next_own)
         reading = deflection
         unknown, stands = theta[self.compliances : self.base], replace(row, pose=pose)
         if self.instrument:
-            reading = self.reading.expression(robot, deflection, stands, unknown, self._link_errors(parts))
-            for effect, part in zip(self.effects, parts, strict=True) if self.reading.by_instrument else ():
+            reading = self.reading.expression(robot, deflection, stands, unknown, errors)
+            for effect, part in acting if self.reading.by_instrument else ():
                 reading = effect.reading(reading, row, part)
         elif self.from_command:
             reading = self.reading.displacement(robot, deflection, stands, unknown, row.pose)
         return reading, ca.vertcat(*following)
 
-    def _with_true_geometry(self, row: Row, compliance: ca.SX, parts: list[ca.SX]) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+    def _with_true_legs(self, row: Row, compliance: ca.SX, acting: Acting) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
         """J, J̌, the wrench and the pose to which the commanded lengths lead with the true geometry.
 
         The commanded lengths are those of the nominal geometry at the commanded pose. Chord steps
         X ← X − J̌·(q(X; true) − q) find the true pose up to a power of the error by one higher than their number; there
         a payload's lever has turned with the platform.
         """
-        if self.robot.jointed:
-            return self._with_true_links(self.robot.links, row, parts)
         robot = self.robot.inverse_kinematics
-        nominal = ca.SX(robot.geometry)
-        geometry = nominal
-        for effect, part in zip(self.effects, parts, strict=True):
-            geometry = effect.geometry(geometry, part)
-        nominal_lengths = robot.actuator_lengths(row.pose, nominal)
-        commanded = nominal_lengths
-        for effect, part in zip(self.effects, parts, strict=True):
-            commanded = effect.lengths(commanded, part)
+        geometry = nominal = ca.SX(robot.geometry)
+        commanded = nominal_lengths = robot.actuator_lengths(row.pose, nominal)
+        for effect, part in acting:
+            geometry, commanded = effect.geometry(geometry, part), effect.lengths(commanded, part)
         pose = row.pose
         unchanged = geometry is nominal and commanded is nominal_lengths
         for _ in range(0 if unchanged else self.reading.chord_steps):
             pose = pose - row.pose_map @ (robot.actuator_lengths(pose, geometry) - commanded)
-        for effect, part in zip(self.effects, parts, strict=True):
+        for effect, part in acting:
             pose = effect.unloaded(pose, compliance, row, part)
         n = self.robot.coordinates.n
         symbol = ca.SX.sym("X", n)
@@ -198,22 +198,21 @@ class Chain:
         forward = ca.solve(ca.substitute(robot.pose_rate_map(symbol), symbol, pose), pose_map)
         return forward, pose_map, row.wrench + turned_lever(robot.rotation(pose), row, row.wrench), pose
 
-    def _with_true_links(self, links: Links, row: Row, parts: list[ca.SX]) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+    def _with_true_links(self, row: Row, errors: ca.SX | None) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
         """J, J̌, the wrench and the command of a robot whose joints and links have geometric errors."""
         plain = row.pose.is_valid_input()
         symbol = row.pose if plain else ca.SX.sym("q", len(self.robot.configuration))
-        forward, _, rotation = links.jacobian_expressions(symbol, self._link_errors(parts))
+        forward, _, rotation = self.robot.links.jacobian_expressions(symbol, errors)
         if not plain:
             forward, rotation = ca.substitute([forward, rotation], [symbol], [row.pose])
         return forward, forward, row.wrench + turned_lever(rotation, row, row.wrench), row.pose
 
-    def _link_errors(self, parts: list[ca.SX]) -> ca.SX | None:
+    def _link_errors(self, acting: Acting) -> ca.SX | None:
         """Geometric errors of links with the effects that change them; None without links or such effects."""
         if not self.robot.jointed:
             return None
-        nominal = ca.SX.zeros(self.robot.links.tree.size)
-        geometry = nominal
-        for effect, part in zip(self.effects, parts, strict=True):
+        geometry = nominal = ca.SX.zeros(self.robot.links.tree.size)
+        for effect, part in acting:
             geometry = effect.geometry(geometry, part)
         return None if geometry is nominal else geometry
 

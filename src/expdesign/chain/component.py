@@ -1,8 +1,7 @@
 """Where on a robot an effect acts: a kind of part and, where there are several of it, its number.
 
-Components that a robot has, and small pieces that several effects share.
-
-Pieces that the effects of arms share: where joints and links are, and what a wrench at the tip does there.
+Components that a robot has, and pieces that several effects share: loads that turn, compliances, and of arms where
+joints and links are and what a wrench at the tip does there.
 """
 
 from dataclasses import dataclass
@@ -15,7 +14,7 @@ import numpy as np
 from expdesign.chain.row import Row
 from expdesign.mechanics.loads.load import small_rotation
 from expdesign.mechanics.robots.orientation import moment
-from expdesign.mechanics.robots.robot import Links, Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 class Part(Enum):
@@ -35,6 +34,7 @@ class Part(Enum):
 
 
 _NUMBERED = (Part.LEG, Part.JOINT, Part.LINK)
+ACTUATORS = (Part.LEG, Part.JOINT, Part.ALL_LEGS, Part.ALL_JOINTS)
 
 
 @dataclass(frozen=True)
@@ -128,16 +128,6 @@ def actuators_and_all(robot: Robot) -> list[Component]:
     return legs_and_all(robot) or joints_and_all(robot)
 
 
-def turning(robot: Robot, actuators: tuple[int, ...]) -> bool:
-    """Whether the first of these actuators turns: its motion is in rad and its force in N·m."""
-    return robot.units[actuators[0]] == "rad"
-
-
-def reference_force(row: Row) -> ca.SX:
-    """Actuator forces (N or N·m) in the reference state: by own weight and by what was carried there, (n_p,)."""
-    return row.own + row.forward.T @ (row.absolute - row.wrench)
-
-
 def turned_lever(rotation: ca.SX, row: Row, wrench: ca.SX) -> ca.SX:
     """What a payload's wrench (n,) gains where its lever turns with the platform from R of the row to `rotation`."""
     split = rotation.shape[0]
@@ -181,11 +171,6 @@ SHORTEST = 0.02
 """m; a shorter link neither bends nor grows noticeably."""
 LIGHTEST = 0.1
 """kg; a lighter link's error is not looked for."""
-
-
-def links_of(robot: Robot) -> Links:
-    """The links of a robot that has some."""
-    return robot.links
 
 
 def moment_at(wrench: ca.SX, row: Row, point: ca.SX) -> ca.SX:

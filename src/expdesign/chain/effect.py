@@ -30,6 +30,9 @@ from expdesign.mechanics.robots.robot import Robot
 
 __all__ = ["Effect", "Parameter"]
 
+Values = dict[str, tuple[float, float, float]]
+"""Reported values with their 95 % intervals: estimate, low, high."""
+
 
 class Effect(ABC):
     """One kind of physics at one component of a robot.
@@ -46,6 +49,7 @@ class Effect(ABC):
         variant: which of several forms, `ONLY` where there is one.
         parameters: in the order of `theta` in the overrides.
         states: number of states that the effect carries from row to row of a series, all 0 at its start.
+        together: whether several forms of it may be at one component.
         builds_on: physics without which this effect has no meaning at its component (play, friction and creep of a
             support are ways in which it is not the spring that it is first of all); empty where there is none.
         changes_geometry: whether `geometry`, `lengths` or `unloaded` is overridden, which makes the kinematic maps
@@ -62,6 +66,7 @@ class Effect(ABC):
     variant: Any
     parameters: tuple[Parameter, ...]
     states: int = 0
+    together: ClassVar[bool] = False
     builds_on: str = ""
     changes_geometry: bool = False
     changes_reading: ClassVar[bool] = False
@@ -99,11 +104,13 @@ class Effect(ABC):
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
         """Components and variants that these recordings could show on this robot."""
-        return cls.shown(robot, points) if points.measurand in cls.measurands else []
+        return cls.shown(robot, points) if points.measurand in cls.measurands and cls.components(robot) else []
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        """`places` in recordings of one of the `measurands`; to be narrowed where only some recordings can show it."""
+        """`places` on a robot that has components for it, in recordings of one of the `measurands`; to be narrowed
+        where only some recordings can show it.
+        """
         return [(component, variant) for component in cls.components(robot) for variant in cls.variants(robot)]
 
     @classmethod
@@ -141,8 +148,8 @@ class Effect(ABC):
 
     @property
     def slot(self) -> tuple[Hashable, ...]:
-        """What a model holds at most once: forms of one physics at one component exclude each other."""
-        return self.physics, self.component
+        """What a model holds at most once: forms of one physics at one component exclude each other, as a rule."""
+        return (self.physics, self.component, self.variant) if self.together else (self.physics, self.component)
 
     @property
     def key(self) -> str:
@@ -207,7 +214,7 @@ class Effect(ABC):
         """The parameters as people know them (names of file-formats.md, diagnosis.json), as expressions of `theta`."""
         return {parameter.name: theta[i] for i, parameter in enumerate(self.parameters)}
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+    def sentence(self, values: Values) -> str:
         """What a technician should know, from reported values with their 95 % intervals."""
         listed = ", ".join(f"{name} = {v[0]:.3g} ({v[1]:.3g} to {v[2]:.3g})" for name, v in values.items())
         return f"{self.component}: {self.physics.replace('_', ' ')}, {listed}."

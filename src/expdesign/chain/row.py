@@ -78,6 +78,11 @@ class Row:
         """J⁻¹ (n_p, n) of a robot with as many actuators as coordinates: one expression for all effects that use it."""
         return ca.solve(self.forward, ca.SX.eye(self.forward.shape[0]))
 
+    @cached_property
+    def reference_force(self) -> ca.SX:
+        """Actuator forces (N or N·m) in the reference state: by own weight and by what was carried there, (n_p,)."""
+        return self.own + self.forward.T @ (self.absolute - self.wrench)
+
     def flat(self) -> ca.SX:
         """All symbols as one column vector, columns of matrices first."""
         return self._flat

@@ -5,17 +5,22 @@ x`: the moment about x and the rotation it causes), or the moment about a horizo
 under which the body may turn about x and y.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Self
 
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.component import BASE, Component
 from expdesign.chain.declaration import rounded
 from expdesign.chain.effect import Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
 from expdesign.chain.row import Row
+from expdesign.chain.tabulated import TabulatedEffect
+from expdesign.mechanics.robots.robot import Robot
 
 
 class Drive(StrEnum):
@@ -33,6 +38,8 @@ class Drive(StrEnum):
 _SINGLE = tuple(Drive)[:6]
 _FORCES = _SINGLE[:3]
 _VARIES = 1e-9
+FARTHEST = 50.0
+"""m; a centre or an axis of rotation farther away than this is a translation."""
 AZIMUTHS = tuple(np.linspace(0.0, np.pi, 6, endpoint=False))
 
 
@@ -49,11 +56,6 @@ def drives(points: LoadedPoints, *, oblique: bool = False) -> list[Drive]:
     if oblique and {Drive.ABOUT_X, Drive.ABOUT_Y} <= set(found):
         found.append(Drive.OBLIQUE)
     return found
-
-
-def unit_of(drive: Drive) -> tuple[str, str]:
-    """Units of the load and of the motion of a drive."""
-    return ("N", "m") if drive in _FORCES else ("Nm", "rad")
 
 
 def drive_load(drive: Drive, wrench: ca.SX, azimuth: ca.SX | float = 0.0) -> ca.SX:
@@ -103,18 +105,24 @@ class Over:
         return f"halfway between {self.name} = {self.low:.6g} and {self.high:.6g}, and it changes with {self.name}"
 
 
-def ending(over: Over | None) -> str:
-    """End of the text of a variant that may depend on the pose."""
-    return "" if over is None else f" over {over}"
+@dataclass(frozen=True)
+class Posed:
+    """A form, and the range of a pose coordinate over which its parameters are parabolas."""
 
+    form: StrEnum
+    over: Over | None = None
 
-def split_over(text: str) -> tuple[str, Over | None]:
-    """The text of a variant without its ending, and the range that the ending names; raises `ValueError`."""
-    head, over, rest = text.partition(" over ")
-    if not over:
-        return head, None
-    name, low, _, high = rest.split(" ")
-    return head, Over(name, float(low), float(high))
+    def __str__(self) -> str:
+        return f"{self.form}" if self.over is None else f"{self.form} over {self.over}"
+
+    @classmethod
+    def from_text(cls, form: type[StrEnum], text: str) -> Self:
+        """The form that a file names; raises `ValueError`."""
+        head, over, rest = text.partition(" over ")
+        if not over:
+            return cls(form(head))
+        name, low, _, high = rest.split(" ")
+        return cls(form(head), Over(name, float(low), float(high)))
 
 
 def over_pose(points: LoadedPoints, names: tuple[str, ...]) -> list[Over]:
@@ -145,3 +153,55 @@ def with_powers(parameters: tuple[Parameter, ...], over: Over | None) -> tuple[P
     # A sum of powers has no simple sign; what is negative somewhere shows in the intervals.
     free = [Parameter(p.name, p.scale) for p in parameters if not p.shape]
     return (*free, *further, *(p for p in parameters if p.shape))
+
+
+class SupportEffect(TabulatedEffect):
+    """An effect of what a body stands on, in the direction of a drive.
+
+    Parameters of a motion are its `amount` per unit of the load that drives, or two about x and y where that is
+    `oblique`; their shape is a threshold of the load and, if oblique, the azimuth of its axis.
+    """
+
+    together = True
+
+    @classmethod
+    def components(cls, robot: Robot) -> list[Component]:
+        return [BASE] if robot.on_support else []
+
+    @property
+    def drive(self) -> Drive:
+        """Direction of the load."""
+        return Drive(getattr(self.variant, "drive", self.variant))
+
+    @property
+    def units(self) -> tuple[str, str]:
+        return ("N", "m") if self.drive in _FORCES else ("Nm", "rad")
+
+    @property
+    def where(self) -> str:
+        """The drive in a sentence."""
+        return "about an oblique axis" if self.drive is Drive.OBLIQUE else str(self.drive)
+
+    def driven(self, name: str, threshold: Parameter, *, low: float = float("-inf")) -> tuple[Parameter, ...]:
+        """Parameters of amounts that begin with `name`, and of their shape."""
+        if self.drive is not Drive.OBLIQUE:
+            return self.described([Parameter(f"{name}_{{motion}}_per_{{force}}", 1e-6, low=low), threshold])
+        amounts = (Parameter(f"{name}_{axis}_rad_per_Nm", 1e-6) for axis in ("rx", "ry"))
+        azimuth = Parameter("azimuth_rad", 1.0, neutral=0.0, low=-10.0, high=10.0, shape=True)
+        return self.described([*amounts, threshold, azimuth])
+
+    def shapes(self, azimuths: Sequence[float]) -> list[tuple[float, ...]]:
+        """The azimuths from which a search starts, () where the drive has none."""
+        return [(azimuth,) for azimuth in azimuths] if self.drive is Drive.OBLIQUE else [()]
+
+    def split(self, theta: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX | float]:
+        """Amounts, threshold and azimuth."""
+        if self.drive is Drive.OBLIQUE:
+            return theta[:2], theta[2], theta[3]
+        return theta[0], theta[1], 0.0
+
+
+def taken_up(load: ca.SX, changeover: ca.SX, width: ca.SX) -> ca.SX:
+    """Where in a gap a load holds the body, from −½ to ½: ½·x/√(1 + x²), x = (load − changeover)/width."""
+    x = (load - changeover) / width
+    return 0.5 * x / ca.sqrt(1.0 + x**2)

@@ -19,9 +19,9 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY, INSTRUMENT, PLATFORM, heavy_links
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.instrument.wander import Duration, FrameWander
+from expdesign.chain.effects.instrument.frame import Duration, FrameWander
 from expdesign.chain.effects.joints.geometry import CalibratedGeometryError, LinkFrames
-from expdesign.chain.effects.joints.harmonics import JointHarmonics
+from expdesign.chain.effects.joints.readings import JointHarmonics
 from expdesign.chain.effects.links.links import LinkMassError
 from expdesign.chain.effects.load.tool import UnknownTool
 from expdesign.chain.identified import Identified

@@ -7,9 +7,9 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.instrument.wander import FrameWander
+from expdesign.chain.effects.instrument.frame import FrameWander
 from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
-from expdesign.chain.effects.joints.harmonics import JointHarmonics
+from expdesign.chain.effects.joints.readings import JointHarmonics
 from expdesign.chain.effects.load.tool import UnknownTool
 from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.row import RowData, row_data

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from expdesign.chain.effects.instrument.wander import FrameWander
+from expdesign.chain.effects.instrument.frame import FrameWander
 from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
 from expdesign.estimation.accuracy import Errors
 from expdesign.estimation.arm import ArmCalibration

@@ -5,7 +5,6 @@ What physics a robot can have beside its base model: places, forms, parameters a
 Everything is read off the effects' own declarations.
 """
 
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -184,10 +183,8 @@ class Offered:
 
     @property
     def sentence(self) -> str:
-        """What it is: the first line that its file says of itself, or its class where a file has several."""
-        module = sys.modules[type(self.effect).__module__]
-        several = sum(isinstance(each, type) and issubclass(each, Effect) for each in vars(module).values()) > 2
-        return ((type(self.effect).__doc__ if several else module.__doc__) or "").strip().split("\n")[0]
+        """What it is: the first line that its class says of itself."""
+        return (type(self.effect).__doc__ or "").strip().split("\n")[0]
 
     @property
     def example(self) -> str:

@@ -7,7 +7,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import links_of, moment_at, with_links_beyond
+from expdesign.chain.component import moment_at, with_links_beyond
 from expdesign.chain.row import Row, RowData
 from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
 from expdesign.mechanics.robots.robot import Robot
@@ -113,7 +113,7 @@ def _own_deflection(row: Row, robot: Robot) -> ca.SX:
 
 def _joint_moments(row: Row, robot: Robot) -> ca.SX:
     """Moments about every joint of an arm along the joint's own axes, joint after joint."""
-    tree, found = links_of(robot).tree, []
+    tree, found = robot.links.tree, []
     for joint in range(len(robot.stiffness)):
         point, frame = tree.joint_frame(row.pose, joint)
         found.append(frame.T @ moment_at(with_links_beyond(robot, row.wrench, row, joint + 1), row, point))

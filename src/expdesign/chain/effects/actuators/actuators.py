@@ -1,16 +1,4 @@
-"""Creep: the deflection grows with time under constant load (a Kelvin-Voigt element in series with a leg's spring).
-
-Loading and unloading differ: dry friction beside the spring of a leg or joint.
-
-A spring k_t that slips at the friction F acts beside the leg's spring k (a Jenkins element). While it sticks the leg is
-stiffer, and what it carries when the load returns is the hysteresis. With a rigid slider the leg follows its force only
-when that has moved by more than F (the play operator). Where friction is known by its loop alone, the leg lags behind
-its force by F against the sense of the last change, however small that was.
-
-A leg's or joint's stiffness changes with its force: hardening, softening, Hertz contact, tension unlike compression.
-
-A joint's characteristic counts from zero torque: where on it the joint works, its own links' weight decides.
-"""
+"""Actuators that are no linear springs: they creep, stick, change their stiffness with the force, or open a joint."""
 
 from collections.abc import Callable, Sequence
 from enum import StrEnum
@@ -19,19 +7,20 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import Component, actuators_and_all, reference_force, turning
+from expdesign.chain.actuator import Acting, ActuatorEffect
+from expdesign.chain.component import Component, actuators_and_all
 from expdesign.chain.declaration import Declaration, Input, Size, Variant
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effect import Parameter, Values
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.mechanics.robots.robot import Robot
 
 
-class Creep(Effect):
-    """Δq gains s with τ_c·ds/dt = ratio·c·τ − s; per leg the states are s and the force of the row before.
+class Creep(ActuatorEffect):
+    """Creep: the deflection grows with time under constant load (a Kelvin-Voigt element in series with a leg's spring).
 
-    The load of a row was applied somewhere between the row before and itself: at the fraction `applied` of the
-    interval, which is fitted.
+    Δq gains s with τ_c·ds/dt = ratio·c·τ − s; the states are s and the force of the row before. The load of a row was
+    applied somewhere between the row before and itself: at the fraction `applied` of the interval, which is fitted.
     """
 
     identifier = "actuators.creep"
@@ -46,22 +35,21 @@ class Creep(Effect):
         inputs=(Input.FORCE, Input.HISTORY),
         sizes=(Size("creep_ratio", 0.02, "assumed: greased rolling contacts, 2 % within the time of a series"),),
     )
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return actuators_and_all(robot)
+    at = actuators_and_all
+    memory = 2
+    quantities = (
+        Parameter("creep_ratio", 0.1, low=-0.9, high=10.0),
+        Parameter("tau_s", 100.0, neutral=100.0, low=1e-2, high=1e7, shape=True),
+        Parameter("applied", 0.5, neutral=0.0, low=0.0, high=1.0, shape=True),
+    )
+    says = (
+        "Under constant load {component} creep{s} by a further {creep_ratio:100 .1f %}, time constant "
+        "{tau_s.best:.3g} s."
+    )
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
         return super().shown(robot, points) if points.time is not None else []
-
-    def describe(self) -> tuple[Parameter, ...]:
-        self.states = 2 * len(self.actuators)
-        return (
-            Parameter("creep_ratio", 0.1, low=-0.9, high=10.0),
-            Parameter("tau_s", 100.0, neutral=100.0, low=1e-2, high=1e7, shape=True),
-            Parameter("applied", 0.5, neutral=0.0, low=0.0, high=1.0, shape=True),
-        )
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
         assert points.time is not None
@@ -70,36 +58,16 @@ class Creep(Effect):
         if intervals.size == 0:
             return [self.neutral()]
         shortest = float(np.median(intervals)) / 3.0
-        longest = max(
-            3.0 * max(float(np.ptp(points.time[points.series == s])) for s in np.unique(points.series)), 3.0 * shortest
-        )
-        times = np.geomspace(shortest, longest, 6)
+        lasts = max(float(np.ptp(points.time[points.series == number])) for number in np.unique(points.series))
+        times = np.geomspace(shortest, 3.0 * max(lasts, shortest), 6)
         return [np.array([0.0, tau, applied]) for tau in times for applied in (0.0, 1.0)]
 
-    def actuator(
-        self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
-    ) -> tuple[ca.SX, ca.SX]:
+    def gain(self, at: Acting, row: Row, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
         ratio, tau, applied = theta[0], theta[1], theta[2]
-        count = len(self.actuators)
-        before_load = 1.0 - ca.exp(-applied * row.interval / tau)
-        under_load = 1.0 - ca.exp(-(1.0 - applied) * row.interval / tau)
-        gained = ca.SX.zeros(elongation.shape[0])
-        following = ca.SX.zeros(state.shape[0])
-        for index, leg in enumerate(self.actuators):
-            crept, previous = state[index], state[count + index]
-            crept = crept + (compliance[leg] * previous - crept) * before_load
-            crept = crept + (compliance[leg] * force[leg] - crept) * under_load
-            following[index] = crept
-            following[count + index] = force[leg]
-            gained[leg] = ratio * crept
-        return elongation + gained, following
-
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        ratio, tau = values["creep_ratio"], values["tau_s"]
-        return (
-            f"Under constant load {self.component} creep{'' if self.component.several else 's'} by a further "
-            f"{100 * ratio[0]:.1f} % ({100 * ratio[1]:.1f} to {100 * ratio[2]:.1f} %), time constant {tau[0]:.3g} s."
-        )
+        crept, previous = at.state[0], at.state[1]
+        crept += (at.compliance * previous - crept) * (1.0 - ca.exp(-applied * row.interval / tau))
+        crept += (at.compliance * at.force - crept) * (1.0 - ca.exp(-(1.0 - applied) * row.interval / tau))
+        return ratio * crept, ca.vertcat(crept, at.force)
 
 
 _SLACK = 1e-6
@@ -116,9 +84,15 @@ class Slider(StrEnum):
     LAG = "lag"
 
 
-class FrictionHysteresis(Effect):
-    """Variants: `rigid` (state: the force that the spring carries), `elastic` (state: the place of the slider, in force
-    of the leg's spring) and `lag` (states: the force of the row before, and the sense of its last change).
+class FrictionHysteresis(ActuatorEffect):
+    """Loading and unloading differ: dry friction beside the spring of a leg or joint.
+
+    A spring k_t that slips at the friction F acts beside the actuator's spring k (a Jenkins element). While it sticks
+    the actuator is stiffer, and what it carries when the load returns is the hysteresis. Variants: `elastic` (state:
+    the place of the slider, in force of the spring k); `rigid`: it follows its force only when that has moved by more
+    than F (the play operator; state: the force that the spring carries); `lag`: where friction is known by its loop
+    alone, it lags behind its force by F against the sense of the last change, however small that was (states: the force
+    of the row before, and that sense).
     """
 
     identifier = "actuators.friction"
@@ -133,62 +107,38 @@ class FrictionHysteresis(Effect):
         inputs=(Input.FORCE, Input.PLACE, Input.HISTORY),
         sizes=(Size("friction_N*", 0.05, "assumed: a twentieth of the largest force", "actuator force"),),
     )
+    at = actuators_and_all
     forms = tuple(Slider)
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return actuators_and_all(robot)
+    quantities = (
+        Parameter("friction_{force}", 1.0, low=0.0, high=1e5),
+        Parameter("contact_stiffness_ratio", 1.0, neutral=3.0, low=0.05, high=1e3, shape=True),
+    )
+    says = "Friction of {friction:.3g} {force} in {component}: loading and unloading differ."
 
     def describe(self) -> tuple[Parameter, ...]:
-        self.states = len(self.actuators) * (2 if self.variant is Slider.LAG else 1)
-        friction = Parameter(
-            "friction_Nm" if turning(self.robot, self.actuators) else "friction_N", 1.0, low=0.0, high=1e5
-        )
-        if self.variant is not Slider.ELASTIC:
-            return (friction,)
-        return (friction, Parameter("contact_stiffness_ratio", 1.0, neutral=3.0, low=0.05, high=1e3, shape=True))
+        self.memory = 2 if self.variant is Slider.LAG else 1
+        return self.described(self.quantities if self.variant is Slider.ELASTIC else self.quantities[:1])
 
     def large_starts(self, points: LoadedPoints) -> list[FloatArray]:
         if self.variant is Slider.LAG:
             return []  # linear in the friction
-        forward = self.robot.jacobians(points.configurations).forward
-        forces = np.einsum("nij,ni->nj", forward, points.wrenches)[:, self.actuators]
-        sizes = [share * float(np.abs(forces).max(initial=0.0)) for share in _SHARES]
-        return [np.concatenate([[size], self.neutral()[1:]]) for size in sizes if size > 0.0]
+        largest = self.largest_force(points, points.wrenches)
+        return [np.array([share * largest, *self.neutral()[1:]]) for share in _SHARES if largest > 0.0]
 
-    def actuator(
-        self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
-    ) -> tuple[ca.SX, ca.SX]:
-        friction = theta[0]
-        gained = ca.SX.zeros(elongation.shape[0])
-        following = ca.SX.zeros(state.shape[0])
-        for index, leg in enumerate(self.actuators):
-            applied, before = force[leg], state[index]
-            if self.variant is Slider.LAG:
-                sense = state[len(self.actuators) + index]
-                changed = applied - before
-                sense = ca.if_else(ca.fabs(changed) > _SLACK, ca.sign(changed), sense)
-                following[index], following[len(self.actuators) + index] = applied, sense
-                gained[leg] = -compliance[leg] * friction * sense
-                continue
-            if self.variant is Slider.RIGID:
-                carried = ca.fmin(ca.fmax(before, applied - friction), applied + friction)
-                following[index] = carried
-            else:
-                # All in units of force: x = k·Δq, slider at s = k·place, sticking friction ρ·(x − s).
-                ratio = theta[1]
-                sticking = (applied + ratio * before) / (1.0 + ratio)
-                held = ca.fmin(ca.fmax(ratio * (sticking - before), -friction), friction)
-                carried = applied - held
-                following[index] = carried - held / ratio
-            gained[leg] = compliance[leg] * (carried - applied)
-        return elongation + gained, following
-
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        unit = "N·m" if "friction_Nm" in values else "N"
-        v = values["friction_Nm" if "friction_Nm" in values else "friction_N"]
-        size = f"{v[0]:.3g} ({v[1]:.3g} to {v[2]:.3g}) {unit}"
-        return f"Friction of {size} in {self.component}: loading and unloading differ."
+    def gain(self, at: Acting, row: Row, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+        friction, applied, before = theta[0], at.force, at.state[0]
+        if self.variant is Slider.LAG:
+            changed = applied - before
+            sense = ca.if_else(ca.fabs(changed) > _SLACK, ca.sign(changed), at.state[1])
+            return -at.compliance * friction * sense, ca.vertcat(applied, sense)
+        if self.variant is Slider.RIGID:
+            carried = ca.fmin(ca.fmax(before, applied - friction), applied + friction)
+            return at.compliance * (carried - applied), carried
+        # All in units of force: x = k·Δq, slider at s = k·place, sticking friction ρ·(x − s).
+        ratio = theta[1]
+        sticking = (applied + ratio * before) / (1.0 + ratio)
+        held = ca.fmin(ca.fmax(ratio * (sticking - before), -friction), friction)
+        return -at.compliance * held, applied - held - held / ratio
 
 
 _REFERENCE = 100.0
@@ -216,12 +166,12 @@ _SERIES: dict[Characteristic, Callable[[ca.SX], ca.SX]] = {
 }
 
 
-class LegNonlinearStiffness(Effect):
-    """Something non-linear in series with the spring, or a spring that hardens.
+class LegNonlinearStiffness(ActuatorEffect):
+    """A leg's or joint's stiffness changes with its force: something non-linear in series, or a spring that hardens.
 
     `quadratic`, `square`, `cube`, `asymmetric` and `hertz`: Δq gains a·g(τ), g being τ·|τ|, τ², τ³, |τ| or
     sign(τ)·|τ|^⅔. `cubic`: the spring obeys τ = k·(x + b·x³), b > 0 hardening. Forces count from zero load, not from
-    the reference state.
+    the reference state: where on its characteristic a joint works, its own links' weight decides.
     """
 
     identifier = "actuators.nonlinear_stiffness"
@@ -238,32 +188,26 @@ class LegNonlinearStiffness(Effect):
             Size("*", 0.1, "assumed: secant and tangent differ by a tenth at the targets' loads", "own deflection"),
         ),
     )
+    at = actuators_and_all
     forms = tuple(Characteristic)
+    says = (
+        "The stiffness of {component} changes with its force ({variant}): {all:1e6 +.2f} µ{motion} beyond the linear "
+        "spring at 100 {force}."
+    )
 
     @property
     def form_name(self) -> str:
         return str(self.variant)
 
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return actuators_and_all(robot)
-
     def describe(self) -> tuple[Parameter, ...]:
-        force, motion = ("Nm", "rad") if turning(self.robot, self.actuators) else ("N", "m")
         if self.variant is Characteristic.CUBIC:
             # b in units of the square of the linear elongation at the reference force.
-            return (Parameter(f"hardening_at_100{force}", 0.1, low=-0.3, high=1e3),)
-        return (Parameter(f"{self.variant}_at_100{force}_{motion}", 1e-6, low=-1e-2, high=1e-2),)
+            return self.described([Parameter("hardening_at_100{force}", 0.1, low=-0.3, high=1e3)])
+        return self.described([Parameter(f"{self.variant}_at_100{{force}}_{{motion}}", 1e-6, low=-1e-2, high=1e-2)])
 
-    def actuator(
-        self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
-    ) -> tuple[ca.SX, ca.SX]:
-        before = reference_force(row)
-        gained = ca.SX.zeros(elongation.shape[0])
-        for leg in self.actuators:
-            change = self._beyond(before[leg] + force[leg], theta[0]) - self._beyond(before[leg], theta[0])
-            gained[leg] = change * (compliance[leg] * _REFERENCE if self.variant is Characteristic.CUBIC else 1.0)
-        return elongation + gained, state
+    def gain(self, at: Acting, row: Row, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+        change = self._beyond(at.before + at.force, theta[0]) - self._beyond(at.before, theta[0])
+        return change * (at.compliance * _REFERENCE if self.variant is Characteristic.CUBIC else 1.0), at.state
 
     def _beyond(self, force: ca.SX, parameter: ca.SX) -> ca.SX:
         """Elongation beyond the linear spring's."""
@@ -278,13 +222,90 @@ class LegNonlinearStiffness(Effect):
             x = x - (x + parameter * x**3 - relative) / ca.fmax(1.0 + 3.0 * parameter * x**2, 0.05)
         return ca.fmin(ca.fmax(x, -summit), summit) - relative
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        name, (value, _, _) = next(iter(values.items()))
-        at = "100 N·m" if "Nm" in name else "100 N"
-        if self.variant is Characteristic.CUBIC:
-            kind = "hardens" if value > 0.0 else "softens"
-            return f"The stiffness of {self.component} {kind} with its force (cubic spring, {value:+.3g} at {at})."
-        return (
-            f"The stiffness of {self.component} changes with its force ({self.variant}): {1e6 * value:+.2f} "
-            f"{'µrad' if name.endswith('rad') else 'µm'} beyond the linear spring at {at}."
-        )
+    def sentence(self, values: Values) -> str:
+        if self.variant is not Characteristic.CUBIC:
+            return super().sentence(values)
+        kind = "hardens" if next(iter(values.values()))[0] > 0.0 else "softens"
+        text = f"The stiffness of {{component}} {kind} with its force (cubic spring, {{all:+.3g}} at 100 {{force}})."
+        return self.said(text, values)
+
+
+_OPENINGS = (0.2, 0.4, 0.6, 0.8)
+"""Of the largest force: where a search lets the joint open."""
+_WIDTHS = (0.1, 0.4)
+"""Friction from which it starts, of the force at which the joint opens."""
+
+
+class Loop(StrEnum):
+    """Its one variant, which says the form that its physics has here."""
+
+    FLAG = "flag"
+
+
+class SelfCentring(ActuatorEffect):
+    """A preloaded joint of a leg opens under load and closes later than it opened: a flag-shaped loop.
+
+    Beside the spring stands a joint that is closed until the force exceeds F_o; beyond, it yields by a compliance of
+    its own. On the way back friction 2·F_f holds it open until the force is F_c = F_o − 2·F_f, so that it always
+    returns to where it was (Christopoulos, Tremblay, Kim and Lacerte, J. Struct. Eng. 134, 2008, 96). In generalised
+    play operators (Visintin, Differential Models of Hysteresis, 1994, III.2) its opening is kept between two curves,
+
+        x ← min(max(x, l(τ)), u(τ)),  l(τ) = (τ − F_o)₊ − (−τ − F_c)₊,  u(τ) = (τ − F_c)₊ − (−τ − F_o)₊,
+
+    and Δq gains ratio·c·x; the state is x less its value in the reference state.
+    """
+
+    identifier = "actuators.self_centring"
+    physics = "friction_hysteresis"
+    declared = Declaration(
+        left_out="loading and unloading differ",
+        linear=False,
+        phrase="friction in {component}",
+        usually="preloaded joints that open, disc springs and wire ropes",
+        port="actuators",
+        form=Loop.FLAG,
+        inputs=(Input.FORCE, Input.HISTORY),
+        sizes=(Size("beyond_ratio", 0.2, "assumed: a joint that opens yields a fifth as much as the leg"),),
+    )
+    at = actuators_and_all
+    forms = tuple(Loop)
+    memory = 1
+    quantities = (
+        Parameter("beyond_ratio", 0.5, low=0.0, high=100.0),
+        Parameter("opening_{force}", 10.0, neutral=10.0, low=0.0, high=1e6, shape=True),
+        Parameter("friction_{force}", 1.0, neutral=2.0, low=0.0, high=1e5, shape=True),
+    )
+    says = (
+        "A joint in {component} opens at {opening.best:.3g} {force} and closes at {closing.best:.3g} {force}; open, it "
+        "yields {beyond_ratio:.2f} times as much as the spring."
+    )
+
+    @classmethod
+    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+        # Some series takes a load off again, which alone tells a loop from a curve.
+        sizes = np.linalg.norm(points.wrenches[:, :3], axis=1)
+        falls = (np.diff(sizes) < 0.0) & (np.diff(points.series) == 0)
+        return super().shown(robot, points) if falls.any() else []
+
+    def starts(self, points: LoadedPoints) -> list[FloatArray]:
+        largest = self.largest_force(points, points.absolute)
+        if largest == 0.0:
+            return [self.neutral()]
+        return [np.array([0.0, share * largest, width * share * largest]) for share in _OPENINGS for width in _WIDTHS]
+
+    def gain(self, at: Acting, row: Row, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+        opening = theta[1]
+        closing = ca.fmax(opening - 2.0 * theta[2], 0.0)
+
+        def kept(opened: ca.SX, total: ca.SX) -> ca.SX:
+            lower = ca.fmax(total - opening, 0.0) - ca.fmax(-total - closing, 0.0)
+            upper = ca.fmax(total - closing, 0.0) - ca.fmax(-total - opening, 0.0)
+            return ca.fmin(ca.fmax(opened, lower), upper)
+
+        before = kept(ca.SX(0.0), at.before)
+        following = kept(before + at.state, at.before + at.force) - before
+        return theta[0] * at.compliance * following, following
+
+    def sentence(self, values: Values) -> str:
+        opening, friction = (value[0] for value in list(values.values())[1:3])
+        return super().sentence(values | {"closing": (max(opening - 2.0 * friction, 0.0),) * 3})

@@ -1,33 +1,29 @@
-"""An instrument that measures positions drifts: its frame shifts and turns slowly against the robot's base.
+"""Errors of the instrument: its frame drifts, its axes are turned, its scale is wrong."""
 
-The instrument's axes are rotated from the base frame by Q.
-
-An instrument that measures poses reads the position Qᵀ·p and the orientation Qᵀ·R·Q in its own axes, and a deflection
-is the difference of two such readings. Some software turns the differences themselves instead; at poses away from zero
-the two differ.
-
-Q is given by the angles of `fixed-xyz`, Q = Rz(rot_z)·Ry(rot_y)·Rx(rot_x), whatever the robot's own convention; the
-columns of Q are the instrument's axes in the base frame.
-
-The instrument's scale is wrong on one or more axes.
-"""
-
+import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from enum import StrEnum
+from typing import Self
 
 import casadi as ca
-import numpy as np
 
 from expdesign.chain.component import INSTRUMENT, Component
-from expdesign.chain.declaration import Beyond, Declaration, Input, Size, Variant
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.declaration import Beyond, Declaration, Input, Size, Variant, rounded
+from expdesign.chain.effect import Parameter, Values
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSITIONS, LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import measured_axes
+from expdesign.chain.tabulated import TabulatedEffect
 from expdesign.mechanics.robots.orientation import angles_of, rotation_matrix
 from expdesign.mechanics.robots.robot import Robot
 
 _HOUR = 3600.0
+
+
+def at_instrument(robot: Robot) -> list[Component]:
+    """The one instrument, whatever the robot."""
+    return [INSTRUMENT]
 
 
 class FrameMotion(StrEnum):
@@ -37,9 +33,11 @@ class FrameMotion(StrEnum):
     SHIFT_AND_TURN = "shift and turn"
 
 
-class InstrumentDrift(Effect):
-    """The reading y gains v·t + (w·t)×y, t the time since the first recorded row. Variants: `shift` and `shift and
-    turn` (w, about the instrument's origin).
+class InstrumentDrift(TabulatedEffect):
+    """An instrument that measures positions drifts: its frame shifts and turns slowly against the robot's base.
+
+    The reading y gains v·t + (w·t)×y, t the time since the first recorded row. Variants: `shift` and `shift and turn`
+    (w, about the instrument's origin).
     """
 
     identifier = "instrument.drift"
@@ -59,16 +57,11 @@ class InstrumentDrift(Effect):
     )
     measurands = (POSITIONS,)
     forms = tuple(FrameMotion)
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [INSTRUMENT]
+    at = at_instrument
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        if points.time is None or not np.any(np.diff(points.time) > 0.0):
-            return []
-        return super().shown(robot, points)
+        return super().shown(robot, points) if points.timed else []
 
     def describe(self) -> tuple[Parameter, ...]:
         shift = [Parameter(f"drift_{axis}_m_per_h", 1e-4) for axis in "xyz"]
@@ -80,9 +73,9 @@ class InstrumentDrift(Effect):
         moved = reading + theta[:3] * hours
         return moved if self.variant is FrameMotion.SHIFT else moved + ca.cross(theta[3:6] * hours, reading)
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        shift = ", ".join(f"{1e3 * values[f'drift_{axis}_m_per_h'][0]:.3g}" for axis in "xyz")
-        return f"The instrument drifts against the robot's base by ({shift}) mm per hour."
+    def sentence(self, values: Values) -> str:
+        shift = {name: value for name, value in values.items() if name.endswith("_m_per_h")}
+        return self.said("The instrument drifts against the robot's base by ({all:1e3 .3g}) mm per hour.", shift)
 
 
 class Axes(StrEnum):
@@ -106,9 +99,16 @@ def _seen_turns(points: LoadedPoints) -> list[Axes]:
     return [Axes.POSES] if len(seen) == len(pairs) else seen
 
 
-class InstrumentMisalignment(Effect):
-    """Variants: empty (poses are read in the turned axes), `differences` (deflections are turned), and for bodies of
-    which not all axes were measured `about z` and so on (deflections are turned about one axis).
+class InstrumentMisalignment(TabulatedEffect):
+    """The instrument's axes are rotated from the base frame by Q.
+
+    An instrument that measures poses reads the position Qᵀ·p and the orientation Qᵀ·R·Q in its own axes, and a
+    deflection is the difference of two such readings. Some software turns the differences themselves instead; at poses
+    away from zero the two differ. Q is given by the angles of `fixed-xyz`, Q = Rz(rot_z)·Ry(rot_y)·Rx(rot_x), whatever
+    the robot's own convention; the columns of Q are the instrument's axes in the base frame.
+
+    Variants: empty (poses are read in the turned axes), `differences` (deflections are turned), and for bodies of which
+    not all axes were measured `about z` and so on (deflections are turned about one axis).
     """
 
     identifier = "instrument.misalignment"
@@ -121,10 +121,8 @@ class InstrumentMisalignment(Effect):
         sizes=(Size("rot_?_rad", 1e-3, "assumed: axes aligned with an edge, 1 mrad"),),
     )
     measurands = (DEFLECTIONS,)
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [INSTRUMENT]
+    at = at_instrument
+    says = "The instrument's axes are rotated from the base frame by ({all:1e3 .2f}) mrad."
 
     @classmethod
     def variants(cls, robot: Robot) -> list[Variant]:
@@ -164,13 +162,9 @@ class InstrumentMisalignment(Effect):
         twist = ca.solve(row.rates, reading)
         return rates @ ca.vertcat(turn.T @ twist[:3], turn.T @ twist[3:])
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        angles = ", ".join(f"{1e3 * v[0]:.2f}" for v in values.values())
-        return f"The instrument's axes are rotated from the base frame by ({angles}) mrad."
 
-
-class InstrumentScale(Effect):
-    """It reads (1 + s_i)·d_i on the translational axes."""
+class InstrumentScale(TabulatedEffect):
+    """The instrument's scale is wrong on one or more axes: it reads (1 + s_i)·d_i on the translational axes."""
 
     identifier = "instrument.scale"
     physics = "instrument_scale"
@@ -182,18 +176,96 @@ class InstrumentScale(Effect):
         sizes=(Size("scale_?", 1e-3, "assumed: gauges calibrated to 0.1 % of their range"),),
     )
 
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [INSTRUMENT]
-
-    def describe(self) -> tuple[Parameter, ...]:
-        axes = self.robot.coordinates.axes
-        return tuple(Parameter(f"scale_{axis}", 1e-2, low=-0.9, high=9.0) for axis in axes)
+    at = at_instrument
+    quantities = (Parameter("scale_{axis}", 1e-2, low=-0.9, high=9.0),)
 
     def reading(self, reading: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         rest = ca.SX.zeros(reading.shape[0] - theta.shape[0])
         return reading * (1.0 + ca.vertcat(theta, rest))
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+    def sentence(self, values: Values) -> str:
         parts = ", ".join(f"{100 * v[0]:+.2f} % on {name[-1]}" for name, v in values.items())
         return f"The instrument's scale is off: {parts}."
+
+
+TERMS = 8
+"""K: 97.5 % of the variance."""
+_SHIFT, _TURN = 5e-5, 2e-5
+"""m, rad; standard deviation at the end of a campaign beforehand: a stand of 1 m that warms or cools by some K."""
+_TEXT = re.compile(r"over ([\d.e+-]+) s")
+
+
+@dataclass(frozen=True)
+class Duration:
+    """T (s)."""
+
+    seconds: float
+
+    def __str__(self) -> str:
+        return f"over {rounded(self.seconds):g} s"
+
+    @classmethod
+    def from_text(cls, text: str) -> Self:
+        """Raises `ValueError` for another text."""
+        match = _TEXT.fullmatch(text)
+        if match is None:
+            raise ValueError(f"`{text}` is no duration")
+        return cls(float(match.group(1)))
+
+
+class FrameWander(TabulatedEffect):
+    """The base, or the instrument's stand, wanders during a campaign: Brownian motion of the frame between them.
+
+    The reading y gains x(t) + w(t)×y. Each coordinate is a Brownian motion from the first row on, as the
+    Karhunen–Loève series
+
+        x(t) = σ·Σ_k z_k·√2·sin((k − ½)·π·t/T)/((k − ½)·π),   z_k ~ N(0, 1),  k = 1 ... K
+
+    (Ash and Gardner, Topics in Stochastic Processes, 1975, 1.4), whose K terms hold 1 − 2/(π²·K) of its variance. A
+    campaign whose rows are all series of their own has six such processes, not six free numbers for every row. Beyond
+    the recorded time the frame stays where it was.
+    """
+
+    identifier = "instrument.wander"
+    physics = "thermal_drift"
+    declared = Declaration(
+        left_out="wandering of the instrument against the base",
+        phrase="a frame that wanders ({component})",
+        usually="stands and floors that warm up",
+        port="environment",
+        form="random walk",
+        inputs=(Input.TIME,),
+        beyond=Beyond.HOLDS,
+        sizes=(
+            Size("turn_?_?_rad", _TURN, "assumed: a stand of 1 m that warms by some K on one side"),
+            Size("shift_?_?_m", _SHIFT, "assumed: a stand of 1 m that warms by some K"),
+        ),
+    )
+    measurands = ()
+
+    at = at_instrument
+
+    @classmethod
+    def variant_from_text(cls, robot: Robot, text: str) -> Variant:
+        return Duration.from_text(text)
+
+    def describe(self) -> tuple[Parameter, ...]:
+        kinds = (("shift", "m", _SHIFT), ("turn", "rad", _TURN))
+        return tuple(
+            Parameter(f"{kind}_{axis}_{term}_{unit}", size, spread=size)
+            for kind, unit, size in kinds
+            for axis in "xyz"
+            for term in range(1, TERMS + 1)
+        )
+
+    def reading(self, reading: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        time = ca.fmin(ca.fmax(row.clock, 0.0), self.variant.seconds) / self.variant.seconds
+        rates = [(k - 0.5) * ca.pi for k in range(1, TERMS + 1)]
+        basis = ca.vertcat(*(ca.sqrt(2.0) * ca.sin(rate * time) / rate for rate in rates))
+        moved = ca.reshape(theta, TERMS, 6).T @ basis
+        place = reading[:3] + moved[:3] + ca.cross(moved[3:], reading[:3])
+        return ca.vertcat(place, reading[3:])
+
+    def sentence(self, values: Values) -> str:
+        largest = max(abs(v[0]) for name, v in values.items() if name.startswith("shift"))
+        return f"The instrument wanders against the base {self.variant}, by terms of up to {1e3 * largest:.3g} mm."

@@ -1,39 +1,17 @@
-"""Geometry of an arm, as its positions show it: zeros of joints, and frames of links that are not in place.
-
-What the pose of the instrument or the place of a marker can stand for does not show and costs nothing; what remains
-loosely determined is held by how well machines are made (`spread`).
-
-Geometry of an arm as it is calibrated from absolute readings: zeros of all joints, and every joint's frame.
-
-The frame of joint k is moved by six small motions from where the URDF has it: x, y, z along, then a rotation
-Rz·Ry·Rx about, the axes that the joint's `<origin>` gives at coordinate zero. `link k` in the names is the link at
-whose far end the frame lies, so that joint k + 1 sits there (`mechanics/robots/kinematic_tree.py`). In a URDF with the
-motion E the `<origin>` is `origin·E` (`mechanics/robots/corrected_urdf.py`).
-
-Weights and levers act on the true geometry, so that a robot whose file has the identified geometry predicts the same.
-
-An arm's geometry is not the nominal one: a joint's zero is off, or a link's far end is not where it should be.
-
-In deflections the error shows through the levers; in positions it shows directly.
-
-The change of an arm's geometry under load, by its own weight as well as by the payload's (theory.md 2.3).
-
-The joints stand in equilibrium where they are, not where they were sent: δ = c∘(τ_g(q + δ) + J(q + δ)ᵀF(q + δ)), with
-and without the load. The deflection is the difference of the two poses; a payload's weight keeps its direction while
-its lever turns with the tip. Two passes from δ = 0 give it to second order.
-"""
+"""Geometry of an arm: zeros of joints and frames of links that are not in place, and its change under load."""
 
 from enum import StrEnum
 from typing import ClassVar
 
 import casadi as ca
 
-from expdesign.chain.component import ALL_JOINTS, GEOMETRY, Component, Part, each_joint, each_link, turning
+from expdesign.chain.component import ALL_JOINTS, GEOMETRY, Component, Part, each_joint, each_link
 from expdesign.chain.declaration import LOOSELY, Declaration, Input, Size, Variant
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effect import Parameter, Values
 from expdesign.chain.effects.legs.geometry import GeometricStiffness
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSITIONS, LoadedPoints, Measurand
 from expdesign.chain.row import Row
+from expdesign.chain.tabulated import TabulatedEffect
 from expdesign.mechanics.robots.kinematic_tree import FRAME_AXES
 from expdesign.mechanics.robots.orientation import rotation_vector
 from expdesign.mechanics.robots.robot import Robot
@@ -43,9 +21,12 @@ ANGLE, LENGTH = 2e-3, 5e-4
 MADE = "assumed: zeros set by marks and castings machined to 2 mrad and 0.5 mm, not calibrated"
 
 
-class GeometricError(Effect):
-    """Components: `joint k` (its zero), `all joints` (all zeros), `link k` (the frame at its far end, six motions),
-    `geometry` (all zeros and all links).
+class GeometricError(TabulatedEffect):
+    """Geometry of an arm, as its positions show it: zeros of joints, and frames of links that are not in place.
+
+    Components: `joint k` (its zero), `all joints` (all zeros), `link k` (the frame at its far end, six motions),
+    `geometry` (all zeros and all links). What the pose of the instrument or the place of a marker can stand for does
+    not show and costs nothing; what remains loosely determined is held by how well machines are made (`spread`).
     """
 
     identifier = "joints.geometric_error"
@@ -56,10 +37,7 @@ class GeometricError(Effect):
         usually="drawings, castings and zeros set by marks",
         port="geometry",
         inputs=(Input.PLACE,),
-        sizes=(
-            Size("*_rad", ANGLE, MADE),
-            Size("*_m", LENGTH, MADE),
-        ),
+        sizes=(Size("*_rad", ANGLE, MADE), Size("*_m", LENGTH, MADE)),
     )
     measurands: ClassVar[tuple[Measurand, ...]] = (POSITIONS,)
 
@@ -100,13 +78,11 @@ class GeometricError(Effect):
             changed[index] += theta[position]
         return changed
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        if len(values) == 1:
-            name, (value, low, high) = next(iter(values.items()))
-            unit = "mrad" if name.endswith("_rad") else "mm"
-            spread = f"({1e3 * low:.3g} to {1e3 * high:.3g})"
-            return f"The zero of {self.component} is off by {1e3 * value:.3g} {spread} {unit}."
-        return f"The geometry differs from the robot file's: {self.component}, {len(values)} parameters."
+    def sentence(self, values: Values) -> str:
+        if len(values) > 1:
+            return f"The geometry differs from the robot file's: {self.component}, {len(values)} parameters."
+        unit = "mrad" if next(iter(values)).endswith("_rad") else "mm"
+        return self.said(f"The zero of {{component}} is off by {{first:1e3 .3g}} {unit}.", values)
 
 
 class LinkFrames(StrEnum):
@@ -123,7 +99,14 @@ class LinkFrames(StrEnum):
 
 
 class CalibratedGeometryError(GeometricError):
-    """`geometry`: all zeros and frames that a calibration of an arm identifies."""
+    """All zeros and frames that a calibration of an arm identifies from absolute readings (`geometry`).
+
+    The frame of joint k is moved by six small motions from where the URDF has it: x, y, z along, then a rotation
+    Rz·Ry·Rx about, the axes that the joint's `<origin>` gives at coordinate zero. `link k` in the names is the link at
+    whose far end the frame lies, so that joint k + 1 sits there (`mechanics/robots/kinematic_tree.py`). In a URDF with
+    the motion E the `<origin>` is `origin·E` (`mechanics/robots/corrected_urdf.py`). Weights and levers act on the true
+    geometry, so that a robot whose file has the identified geometry predicts the same.
+    """
 
     identifier = "joints.calibrated_geometry"
 
@@ -160,7 +143,7 @@ class CalibratedGeometryError(GeometricError):
         nominal = robot.own_weight_expression(row.pose, row.gravity)
         return robot.own_weight_expression(row.pose, row.gravity, geometry) - nominal
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+    def sentence(self, values: Values) -> str:
         return f"Zeros and frames of the joints differ from the URDF's: {len(values)} parameters were identified."
 
 
@@ -171,12 +154,14 @@ class Moved(StrEnum):
     FRAME = "frame"
 
 
-class ArmGeometry(Effect):
-    """`joint k`: offset of its zero. `link k`: true minus nominal frame at its far end, in that frame (m, rad)."""
+class ArmGeometryError(GeometricError):
+    """An arm's geometry is not the nominal one: a joint's zero is off, or a link's far end not where it should be.
+
+    `joint k`: offset of its zero. `link k`: true minus nominal frame at its far end, in that frame (m, rad). In
+    deflections it shows through the levers.
+    """
 
     identifier = "joints.position_error"
-    physics = "joint_position_error"
-    declared = GeometricError.declared
     measurands = (DEFLECTIONS,)
     forms = tuple(Moved)
     changes_geometry = True
@@ -191,44 +176,36 @@ class ArmGeometry(Effect):
         return [(component, moved[component.part]) for component in cls.components(robot)]
 
     def describe(self) -> tuple[Parameter, ...]:
-        if self.component.part is Part.LINK:
-            units = [
-                ("m", 0.1, LOOSELY * LENGTH) if len(axis) == 1 else ("rad", 0.5, LOOSELY * ANGLE) for axis in FRAME_AXES
-            ]
-            tree, link = self.robot.links.tree, self.component.number
-            further = [f"{end.name}_" for end in tree.ends if end.link == link][1:]
-            return tuple(
-                Parameter(f"frame_{end}{axis}_{unit}", 1e-3, low=-high, high=high, spread=spread)
-                for end in ("", *further)
-                for axis, (unit, high, spread) in zip(FRAME_AXES, units, strict=True)
-            )
-        if turning(self.robot, self.actuators):
-            return (Parameter("offset_rad", 1e-3, low=-0.5, high=0.5),)
-        return (Parameter("offset_m", 1e-3, low=-0.5, high=0.5),)
-
-    def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:
-        tree = self.robot.links.tree
-        first = tree.link_frames(self.component.number)[0] if self.component.part is Part.LINK else self.component.index
-        moved = ca.SX(geometry)
-        for index in range(theta.shape[0]):
-            moved[first + index] = moved[first + index] + theta[index]
-        return moved
-
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
         if self.component.part is Part.JOINT:
-            name, v = next(iter(values.items()))
-            unit = "mrad" if name == "offset_rad" else "mm"
-            size = f"{1e3 * v[0]:.3g} ({1e3 * v[1]:.3g} to {1e3 * v[2]:.3g})"
-            return f"The zero of {self.component} is off by {size} {unit}."
-        listed = ", ".join(f"{1e3 * v[0]:.2f}" for v in values.values())
-        return f"The far end of {self.component} is not where it should be: ({listed}) mm and mrad in its own frame."
+            return self.described([Parameter("offset_{motion}", 1e-3, low=-0.5, high=0.5)])
+        units = [
+            ("m", 0.1, LOOSELY * LENGTH) if len(axis) == 1 else ("rad", 0.5, LOOSELY * ANGLE) for axis in FRAME_AXES
+        ]
+        further = [f"{end.name}_" for end in self.robot.links.tree.ends if end.link == self.component.number][1:]
+        return tuple(
+            Parameter(f"frame_{end}{axis}_{unit}", 1e-3, low=-high, high=high, spread=spread)
+            for end in ("", *further)
+            for axis, (unit, high, spread) in zip(FRAME_AXES, units, strict=True)
+        )
+
+    def sentence(self, values: Values) -> str:
+        if self.component.part is Part.JOINT:
+            return super().sentence(values)
+        text = "The far end of {component} is not where it should be: ({all:1e3 .2f}) mm and mrad in its own frame."
+        return self.said(text, values)
 
 
 _PASSES = 2
 
 
-class ArmGeometricStiffness(Effect):
-    """`fraction` of the second-order correction: 1 is what mechanics asks for, 0 the base model."""
+class ArmGeometricStiffness(TabulatedEffect):
+    """The change of an arm's geometry under load, by its own weight as well as by the payload's (theory.md 2.3).
+
+    The joints stand in equilibrium where they are, not where they were sent: δ = c∘(τ_g(q + δ) + J(q + δ)ᵀF(q + δ)),
+    with and without the load. The deflection is the difference of the two poses; a payload's weight keeps its direction
+    while its lever turns with the tip. Two passes from δ = 0 give it to second order. `fraction` of the correction: 1
+    is what mechanics asks for, 0 the base model.
+    """
 
     identifier = "joints.geometric_stiffness"
     physics = "geometric_stiffness"
@@ -239,8 +216,8 @@ class ArmGeometricStiffness(Effect):
     def components(cls, robot: Robot) -> list[Component]:
         return [GEOMETRY] if robot.jointed else []
 
-    def describe(self) -> tuple[Parameter, ...]:
-        return (Parameter("fraction", 1.0, low=-5.0, high=5.0),)
+    quantities = (Parameter("fraction", 1.0, low=-5.0, high=5.0),)
+    says = "The arm's geometry changes noticeably under load: {fraction:.2f} of what mechanics predicts."
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         reference = row.absolute - row.wrench
@@ -265,8 +242,3 @@ class ArmGeometricStiffness(Effect):
                 turned_joints, ca.SX.zeros(len(self.robot.configuration) - len(self.robot.stiffness))
             )
         return robot.tip(at)
-
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        v = values["fraction"]
-        share = f"{v[0]:.2f} ({v[1]:.2f} to {v[2]:.2f})"
-        return f"The arm's geometry changes noticeably under load: {share} of what mechanics predicts."

@@ -1,17 +1,4 @@
-"""A joint's gearbox and bearing yield off the joint's axis.
-
-The base model's joint turns about its axis only. Its bearing also tilts under the moment across the axis: the arm
-beyond it turns by C·P·M about the joint, M being the moment there and P the projection across the axis. A prismatic
-joint's guide tilts about every direction. In positions the weight of the links beyond the joint tilts it too.
-
-Bearings of one make yield at all joints, each too little to be named by itself: `all joints` are one hypothesis with a
-compliance for every joint.
-
-A telescope's guide yields more the farther it is extended.
-
-The arm beyond a prismatic joint turns by (C₀ + C₁·q)·M about the joint, M being the moment there and q its coordinate:
-the bearings of a guide that overlaps less stand closer together.
-"""
+"""Bearings and guides of an arm's joints that yield off the joint's axis."""
 
 from enum import StrEnum
 from typing import ClassVar
@@ -27,13 +14,13 @@ from expdesign.chain.component import (
     each_joint,
     moment_at,
     sliding_joints,
-    turning,
     with_links_beyond,
 )
 from expdesign.chain.declaration import Declaration, Extension, Input, Size, Variant
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effect import Parameter, Values
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
+from expdesign.chain.tabulated import TabulatedEffect
 from expdesign.mechanics.robots.robot import Robot
 
 
@@ -44,10 +31,16 @@ class OffAxes(StrEnum):
     TWO = "two directions"
 
 
-class JointCompliance(Effect):
-    """Variants: empty (the same across all directions) and `two directions`, fixed to the link before the joint.
+class JointCompliance(TabulatedEffect):
+    """A joint's gearbox and bearing yield off the joint's axis.
 
-    Of `all joints` together every bearing is the same across all directions.
+    The base model's joint turns about its axis only. Its bearing also tilts under the moment across the axis: the arm
+    beyond it turns by C·P·M about the joint, M being the moment there and P the projection across the axis. A prismatic
+    joint's guide tilts about every direction. In positions the weight of the links beyond the joint tilts it too.
+    Variants: empty (the same across all directions) and `two directions`, fixed to the link before the joint.
+
+    Bearings of one make yield at all joints, each too little to be named by itself: `all joints` are one hypothesis
+    with a compliance for every joint, the same across all directions.
     """
 
     identifier = "joints.off_axis_compliance"
@@ -104,16 +97,17 @@ class JointCompliance(Effect):
         load = with_links_beyond(self.robot, wrench, row, joint + 1)
         first, second = across(robot.tree.joints[joint].axis)
         compliances = one * ca.SX(np.outer(first, first)) + other * ca.SX(np.outer(second, second))
-        if not turning(self.robot, (joint,)) and self.variant is OffAxes.ALL:
+        if self.robot.units[joint] == "m" and self.variant is OffAxes.ALL:
             compliances = one * ca.SX.eye(3)
         turn = frame @ compliances @ frame.T @ moment_at(load, row, point)
         return at_tip(self.robot, joint, ca.SX.zeros(3), turn, row, point)
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        listed = " and ".join(f"{1e6 * v[0]:.3g} ({1e6 * v[1]:.3g} to {1e6 * v[2]:.3g})" for v in values.values())
+    def sentence(self, values: Values) -> str:
+        listed = " and ".join(f"{{{name}:1e6 .3g}}" for name in values)
+        what = "bearing of {component} tilts across its axis"
         if self.component.several:
-            return f"The bearings of all joints tilt across their axes, from joint 1 on by {listed} µrad per N·m."
-        return f"The bearing of {self.component} tilts across its axis by {listed} µrad per N·m."
+            what = "bearings of all joints tilt across their axes, from joint 1 on"
+        return self.said(f"The {what} by {listed} µrad per N·m.", values)
 
 
 def across(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -123,8 +117,13 @@ def across(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
     return first, np.cross(axis, first)
 
 
-class ExtensionCompliance(Effect):
-    """`lateral_rad_per_Nm` at coordinate 0, and its change per metre of extension."""
+class ExtensionCompliance(TabulatedEffect):
+    """A telescope's guide yields more the farther it is extended.
+
+    The arm beyond a prismatic joint turns by (C₀ + C₁·q)·M about the joint, M being the moment there and q its
+    coordinate: the bearings of a guide that overlaps less stand closer together. C₀ is `lateral_rad_per_Nm`, C₁ its
+    change per metre of extension.
+    """
 
     identifier = "joints.extension_compliance"
     physics = "joint_compliance"
@@ -151,25 +150,18 @@ class ExtensionCompliance(Effect):
     )
     forms: ClassVar[tuple[Variant, ...]] = tuple(Extension)
 
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return sliding_joints(robot)
-
-    def describe(self) -> tuple[Parameter, ...]:
-        return (
-            Parameter("lateral_rad_per_Nm", 1e-6, low=0.0, high=1.0),
-            Parameter("lateral_change_rad_per_Nm_m", 1e-6, low=-1.0, high=1.0),
-        )
+    at = sliding_joints
+    quantities = (
+        Parameter("lateral_rad_per_Nm", 1e-6, low=0.0, high=1.0),
+        Parameter("lateral_change_rad_per_Nm_m", 1e-6, low=-1.0, high=1.0),
+    )
+    says = (
+        "The guide of {component} tilts by {lateral_rad_per_Nm.best:1e6 .3g} µrad per N·m, and by "
+        "{lateral_change_rad_per_Nm_m:1e6 +.3g} more for every metre of extension."
+    )
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         point, _ = self.robot.links.tree.joint_frame(row.pose, self.component.index)
         load = with_links_beyond(self.robot, wrench, row, self.component.number)
         turn = (theta[0] + theta[1] * row.lengths[self.component.index]) * moment_at(load, row, point)
         return deflection + at_tip(self.robot, self.component.index, ca.SX.zeros(3), turn, row, point)
-
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        own, change = (values[name] for name in ("lateral_rad_per_Nm", "lateral_change_rad_per_Nm_m"))
-        return (
-            f"The guide of {self.component} tilts by {1e6 * own[0]:.3g} µrad per N·m, and by {1e6 * change[0]:+.3g} "
-            f"({1e6 * change[1]:+.3g} to {1e6 * change[2]:+.3g}) more for every metre of extension."
-        )

@@ -1,16 +1,4 @@
-"""Geometry of a robot on legs: every joint's place and every leg's length, as absolute poses show them (theory.md 9.I).
-
-The true pose X solves q(X; g + δg) = q(X_C; g) + δl, X_C being the command: the controller computes lengths with the
-nominal geometry g, and the machine has another one.
-
-A joint is not where the geometry says, so that both the true pose and the lever arms differ.
-
-The change of geometry under load: the conservative stiffness mapping, and more (theory.md 2.3, plant P2).
-
-The loaded pose satisfies q(X + ΔX) = q(X) + Δq with the actuator forces of the loaded pose. One Newton step from the
-linear deflection gives it to second order: the maps are taken at the loaded pose, and a payload's weight keeps its
-direction while its lever turns with the platform.
-"""
+"""Geometry of a robot on legs: joints and lengths that are not nominal, and its change under load."""
 
 from enum import StrEnum
 
@@ -19,9 +7,10 @@ import numpy as np
 
 from expdesign.chain.component import GEOMETRY, Component, each_leg, turned_lever
 from expdesign.chain.declaration import ONLY, Declaration, Input, Size, Variant
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effect import Parameter, Values
 from expdesign.chain.recordings.recordings import POSES, POSITIONS
 from expdesign.chain.row import Row
+from expdesign.chain.tabulated import TabulatedEffect
 from expdesign.mechanics.elastostatics.maps import geometric_stiffness_expression
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot import Robot
@@ -38,8 +27,11 @@ class LegEnd(StrEnum):
     PLATFORM = "platform"
 
 
-class JointPositionError(Effect):
-    """True minus nominal position of a leg's `base` or `platform` joint (variant), in the frame it is fixed to."""
+class JointPositionError(TabulatedEffect):
+    """A joint is not where the geometry says, so that both the true pose and the lever arms differ.
+
+    True minus nominal position of a leg's `base` or `platform` joint (variant), in the frame it is fixed to.
+    """
 
     identifier = "legs.joint_position_error"
     physics = "joint_position_error"
@@ -55,6 +47,8 @@ class JointPositionError(Effect):
         ),
     )
     changes_geometry = True
+    quantities = (Parameter("joint_d{axis}_m", 1e-3, low=-0.1, high=0.1),)
+    says = "The {variant} joint of {component} lies ({all:1e3 .2f}) mm from its nominal position."
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
@@ -65,10 +59,6 @@ class JointPositionError(Effect):
         names = robot.inverse_kinematics.geometry_names if robot.on_legs else ()
         return [end for end in LegEnd if f"{end} 1 x" in names]
 
-    def describe(self) -> tuple[Parameter, ...]:
-        axes = self.robot.coordinates.axes
-        return tuple(Parameter(f"joint_d{axis}_m", 1e-3, low=-0.1, high=0.1) for axis in axes)
-
     def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:
         names = self.robot.inverse_kinematics.geometry_names
         moved = ca.SX(geometry)
@@ -77,15 +67,13 @@ class JointPositionError(Effect):
             moved[index] = moved[index] + theta[parameter]
         return moved
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        offsets = ", ".join(f"{1e3 * v[0]:.2f}" for v in values.values())
-        return f"The {self.variant} joint of {self.component} lies ({offsets}) mm from its nominal position."
 
+class LegGeometry(TabulatedEffect):
+    """Every joint's place and every leg's length, as absolute poses show them (theory.md 9.I).
 
-class LegGeometry(Effect):
-    """True minus nominal joints (m) in the frame each is fixed to, then true minus commanded lengths (m or rad).
-
-    It is part of every model of a geometric calibration.
+    The true pose X solves q(X; g + δg) = q(X_C; g) + δl, X_C being the command: the controller computes lengths with
+    the nominal geometry g, and the machine has another one. Parameters are true minus nominal joints (m) in the frame
+    each is fixed to, then true minus commanded lengths (m or rad). Every geometric calibration has it in its models.
     """
 
     identifier = "legs.geometry"
@@ -98,15 +86,11 @@ class LegGeometry(Effect):
     def components(cls, robot: Robot) -> list[Component]:
         return [GEOMETRY] if each_leg(robot) else []
 
-    @property
-    def _closed_form(self) -> ParallelRobot:
-        return self.robot.inverse_kinematics
-
     def describe(self) -> tuple[Parameter, ...]:
         known = self.robot.geometry_std
         spread = WIDEST if known is None else known
         limit = 50.0 * spread
-        joints = [f"{name.replace(' ', '_')}_m" for name in self._closed_form.geometry_names]
+        joints = [f"{name.replace(' ', '_')}_m" for name in self.robot.inverse_kinematics.geometry_names]
         pairs = zip(self.robot.actuators, self.robot.units, strict=True)
         lengths = [f"{name.replace(' ', '_')}_length_{unit}" for name, unit in pairs]
         return tuple(Parameter(name, _SCALE, low=-limit, high=limit, spread=spread) for name in (*joints, *lengths))
@@ -117,7 +101,7 @@ class LegGeometry(Effect):
     def lengths(self, commanded: ca.SX, theta: ca.SX) -> ca.SX:
         return commanded + theta[-commanded.shape[0] :]
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+    def sentence(self, values: Values) -> str:
         errors = 1e3 * np.array([value[0] for value in values.values()])
         return (
             f"Joints and lengths of the legs differ from the robot file by {np.sqrt((errors**2).mean()):.3g} mm "
@@ -132,8 +116,13 @@ class Correction(StrEnum):
     MAPPING = "mapping"
 
 
-class GeometricStiffness(Effect):
-    """`fraction` of the second-order correction: 1 is what mechanics asks for, 0 the base model.
+class GeometricStiffness(TabulatedEffect):
+    """The change of geometry under load: the conservative stiffness mapping, and more (theory.md 2.3, plant P2).
+
+    The loaded pose satisfies q(X + ΔX) = q(X) + Δq with the actuator forces of the loaded pose. One Newton step from
+    the linear deflection gives it to second order: the maps are taken at the loaded pose, and a payload's weight keeps
+    its direction while its lever turns with the platform. `fraction` of the correction: 1 is what mechanics asks for, 0
+    the base model.
 
     Variants: empty (the equilibrium of the loaded pose) and `mapping` (ΔX = (K_C + K_G)⁻¹·F with K_G at the unloaded
     pose for the forces of the load: the tangent of that equilibrium, not its secant, and with the load's lever fixed).
@@ -155,8 +144,8 @@ class GeometricStiffness(Effect):
     def components(cls, robot: Robot) -> list[Component]:
         return [GEOMETRY] if robot.on_legs else []
 
-    def describe(self) -> tuple[Parameter, ...]:
-        return (Parameter("fraction", 1.0, low=-5.0, high=5.0),)
+    quantities = (Parameter("fraction", 1.0, low=-5.0, high=5.0),)
+    says = "The geometry changes noticeably under load: {fraction:.2f} of what mechanics predicts."
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         robot = self.robot.inverse_kinematics
@@ -177,13 +166,7 @@ class GeometricStiffness(Effect):
         return deflection + theta[0] * (row.pose_map @ (linear - stretch + compliance * change))
 
     def _mapped(
-        self,
-        robot: ParallelRobot,
-        deflection: ca.SX,
-        wrench: ca.SX,
-        compliance: ca.SX,
-        row: Row,
-        theta: ca.SX,
+        self, robot: ParallelRobot, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX
     ) -> ca.SX:
         """(K_C + K_G)⁻¹·K_C·ΔX, K_G = ∂(J⁻ᵀ·τ)/∂X at constant τ = Jᵀ·F (theory.md C3)."""
         forces = row.forward.T @ (row.absolute + (wrench - row.wrench))
@@ -191,11 +174,6 @@ class GeometricStiffness(Effect):
         softening = row.pose_map @ ca.diag(compliance) @ row.forward.T @ geometric
         eye = ca.SX.eye(self.robot.coordinates.n)
         return ca.solve(eye + theta[0] * softening, deflection)
-
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        v = values["fraction"]
-        share = f"{v[0]:.2f} ({v[1]:.2f} to {v[2]:.2f})"
-        return f"The geometry changes noticeably under load: {share} of what mechanics predicts."
 
 
 def leg_geometry(robot: Robot) -> LegGeometry:

@@ -1,36 +1,28 @@
-"""A leg's passive joint, or its mount, yields differently along different directions.
-
-Only the part of the yielding that lies along the leg changes its length: Δq = uᵀ·C·u·τ (the joint moves by −C·u·τ, and
-∂q/∂a = −u). A C that is the same in all directions is confounded with the leg's own compliance; what shows is how the
-apparent compliance changes as the leg turns against the frame in which C is fixed.
-
-Joints or flexures that resist rotation.
-
-A leg between two joints with rotational stiffness k bends both of them as the platform moves: with the leg's own
-rotation ω_l = u×ṗ/q (ṗ the velocity of its upper end), the base joint turns by ω_l and the platform joint by ω − ω_l;
-about the leg itself the two joints are in series. This is a stiffness K_J beside that of the legs,
-ΔX = (K_C + K_J)⁻¹·ΔF, i.e. (I + diag(c)·JᵀK_J·J)·Δq = diag(c)·τ.
-
-Flexures that are relaxed at the zero pose are bent at every other one. The legs then carry forces τ₀ without any load,
-and the geometric stiffness of these adds to K_J, which itself follows from the energy of the bent joints.
-"""
+"""The passive joints at the ends of a leg: they yield, and they resist rotation."""
 
 from enum import StrEnum
 
 import casadi as ca
 
+from expdesign.chain.actuator import Acting, ActuatorEffect
 from expdesign.chain.component import Component, each_leg, legs_and_all
 from expdesign.chain.declaration import Declaration, Input, Size, Variant
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effect import Parameter
 from expdesign.chain.effects.legs.geometry import LegEnd
 from expdesign.chain.row import Row
+from expdesign.chain.tabulated import TabulatedEffect
 from expdesign.mechanics.robots.orientation import rotation_vector
-from expdesign.mechanics.robots.parallel import ParallelRobot
-from expdesign.mechanics.robots.robot import Robot, StraightLegs
+from expdesign.mechanics.robots.robot import Robot
 
 
-class PassiveJointCompliance(Effect):
-    """C without the entry that the leg's own compliance stands for; variants `base` and `platform` name the end."""
+class PassiveJointCompliance(ActuatorEffect):
+    """A leg's passive joint, or its mount, yields differently along different directions.
+
+    Only the part of the yielding that lies along the leg changes its length: Δq = uᵀ·C·u·τ (the joint moves by −C·u·τ,
+    and ∂q/∂a = −u). A C that is the same in all directions is confounded with the leg's own compliance; what shows is
+    how the apparent compliance changes as the leg turns against the frame in which C is fixed. So C lacks the entry
+    that the leg's own compliance stands for. Variants `base` and `platform` name the end.
+    """
 
     identifier = "legs.passive_joint_compliance"
     physics = "passive_joint_compliance"
@@ -50,6 +42,8 @@ class PassiveJointCompliance(Effect):
         ),
     )
 
+    says = "The {variant} joint of {component}, or its mount, yields differently along different directions."
+
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return each_leg(robot) if robot.on_straight_legs else []
@@ -64,12 +58,10 @@ class PassiveJointCompliance(Effect):
         # Differences to the leg's own compliance; a joint that yields by 1 mm under 1 N holds no leg.
         return tuple(Parameter(f"compliance_{entry}_m_per_N", 1e-8, low=-1e-3, high=1e-3) for entry in entries)
 
-    def actuator(
-        self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
-    ) -> tuple[ca.SX, ca.SX]:
+    def gain(self, at: Acting, row: Row, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
         # A row of J⁻¹ begins with the direction of the leg.
         split = self.robot.coordinates.translations
-        direction = row.inverse[self.component.index, :split].T
+        direction = row.inverse[at.index, :split].T
         if self.variant is LegEnd.PLATFORM:
             direction = row.rotation.T @ direction
         x, y = direction[0], direction[1]
@@ -78,13 +70,7 @@ class PassiveJointCompliance(Effect):
         else:
             z = direction[2]
             along = theta[0] * x**2 + theta[1] * y**2 + 2.0 * (theta[2] * x * y + theta[3] * x * z + theta[4] * y * z)
-        gained = ca.SX.zeros(elongation.shape[0])
-        gained[self.component.index] = along * force[self.component.index]
-        return elongation + gained, state
-
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        joint = f"{self.variant} joint of {self.component}"
-        return f"The {joint}, or its mount, yields differently along different directions."
+        return along * at.force, at.state
 
 
 class PassiveJoints(StrEnum):
@@ -97,8 +83,16 @@ class PassiveJoints(StrEnum):
     FLEXURES = "flexures"
 
 
-class PassiveJointStiffness(Effect):
-    """`joint_Nm_per_rad` at both ends of the legs.
+class PassiveJointStiffness(TabulatedEffect):
+    """Joints or flexures resist rotation, with `joint_Nm_per_rad` at both ends of the legs.
+
+    A leg between two joints with rotational stiffness k bends both of them as the platform moves: with the leg's own
+    rotation ω_l = u×ṗ/q (ṗ the velocity of its upper end), the base joint turns by ω_l and the platform joint by
+    ω − ω_l; about the leg itself the two joints are in series. This is a stiffness K_J beside that of the legs,
+    ΔX = (K_C + K_J)⁻¹·ΔF, i.e. (I + diag(c)·JᵀK_J·J)·Δq = diag(c)·τ.
+
+    Flexures that are relaxed at the zero pose are bent at every other one. The legs then carry forces τ₀ without any
+    load, and the geometric stiffness of these adds to K_J, which itself follows from the energy of the bent joints.
 
     Variants: empty (joints without preload), `bending` (likewise, free to turn about the leg), `base` and `platform`
     (bending at that end alone) and `flexures` (relaxed at the zero pose).
@@ -120,6 +114,9 @@ class PassiveJointStiffness(Effect):
         ),
     )
 
+    quantities = (Parameter("joint_Nm_per_rad", 100.0, low=0.0, high=1e7),)
+    says = "The joints of {component} resist rotation with {joint_Nm_per_rad:.3g} N·m/rad."
+
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return legs_and_all(robot) if robot.on_straight_legs else []
@@ -130,7 +127,7 @@ class PassiveJointStiffness(Effect):
 
     def describe(self) -> tuple[Parameter, ...]:
         self.changes_geometry = self.variant is PassiveJoints.FLEXURES
-        return (Parameter("joint_Nm_per_rad", 100.0, low=0.0, high=1e7),)
+        return super().describe()
 
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
@@ -157,7 +154,7 @@ class PassiveJointStiffness(Effect):
                 total += turning.T @ turning
                 continue
             u = row.inverse[leg, :3].T
-            joint = row.rotation @ ca.SX(self._straight.platform_joints[leg])
+            joint = row.rotation @ ca.SX(self.robot.straight_legs.platform_joints[leg])
             velocity = ca.horzcat(ca.SX.eye(3), -ca.skew(joint))
             leg_turn = ca.skew(u) @ velocity / length
             spin = ca.horzcat(ca.SX.zeros(3, 3), ca.SX.eye(3))
@@ -177,7 +174,7 @@ class PassiveJointStiffness(Effect):
         With W = T⁻ᵀ·∂U/∂X the wrench that bends the joints, the unloaded legs carry τ₀ = −Jᵀ·W; the derivative of the
         whole wrench W + J⁻ᵀ·τ₀ at constant τ₀ is the stiffness of the joints.
         """
-        robot = self._closed_form
+        robot = self.robot.inverse_kinematics
         pose = ca.SX.sym("X", 6)
         held = ca.SX.sym("tau", 6)
         geometry = ca.SX(robot.geometry)
@@ -192,24 +189,15 @@ class PassiveJointStiffness(Effect):
     def _preload(self, row: Row) -> ca.SX:
         """τ₀ (n_p,) per unit stiffness: actuator forces that hold the bent joints without any load."""
         pose = ca.SX.sym("X", 6)
-        bending = self._closed_form.pose_rate_map(pose).T @ ca.gradient(self._energy(pose), pose)
+        bending = self.robot.inverse_kinematics.pose_rate_map(pose).T @ ca.gradient(self._energy(pose), pose)
         return -row.forward.T @ ca.substitute(bending, pose, row.pose)
-
-    @property
-    def _straight(self) -> StraightLegs:
-        legs = self.robot.straight_legs
-        return legs
-
-    @property
-    def _closed_form(self) -> ParallelRobot:
-        return self.robot.inverse_kinematics
 
     def _energy(self, pose: ca.SX) -> ca.SX:
         """Energy of joints of unit stiffness: ½(bending at the base² + bending at the platform² + ½ twist²)."""
-        geometry = ca.SX(self._closed_form.geometry)
-        vectors = self._straight.leg_vectors(pose, geometry)
-        relaxed = self._straight.leg_vectors(ca.SX.zeros(6), geometry)
-        rotation = self._closed_form.rotation(pose)
+        geometry = ca.SX(self.robot.inverse_kinematics.geometry)
+        vectors = self.robot.straight_legs.leg_vectors(pose, geometry)
+        relaxed = self.robot.straight_legs.leg_vectors(ca.SX.zeros(6), geometry)
+        rotation = self.robot.inverse_kinematics.rotation(pose)
         turned = rotation_vector(rotation)
         energy = ca.SX(0)
         for leg in self.actuators:
@@ -218,10 +206,6 @@ class PassiveJointStiffness(Effect):
             bends = _angle_squared(u, home) + _angle_squared(u, rotation @ home)
             energy += 0.5 * (bends + 0.5 * ca.dot(u, turned) ** 2)
         return energy
-
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        v = values["joint_Nm_per_rad"]
-        return f"The joints of {self.component} resist rotation with {v[0]:.3g} ({v[1]:.3g} to {v[2]:.3g}) N·m/rad."
 
 
 def _angle_squared(a: ca.SX, b: ca.SX) -> ca.SX:

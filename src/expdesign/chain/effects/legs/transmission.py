@@ -1,11 +1,4 @@
-"""A leg has play: its length jumps by the gap where its force changes sign.
-
-The force in one leg deflects another, as through a mount that they share.
-
-A leg's commanded length has an error that repeats with the pitch of its screw.
-
-In deflections it is an offset of all rows of a series that depends on the leg's commanded length.
-"""
+"""The transmission of a leg: its play, the leg that its force moves besides, and the error of its screw."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,13 +7,13 @@ from enum import StrEnum
 import casadi as ca
 import numpy as np
 
-from expdesign.chain.backlash import Backlash
-from expdesign.chain.component import Component, each_leg, turning
+from expdesign.chain.actuator import Backlash, PeriodicError, Pitches
+from expdesign.chain.component import Component, each_leg
 from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size, Variant
-from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.periodic_error import PeriodicError, Pitches
+from expdesign.chain.effect import Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
+from expdesign.chain.tabulated import TabulatedEffect
 from expdesign.mechanics.robots.robot import Robot
 
 
@@ -33,7 +26,10 @@ class LegRest(StrEnum):
 
 
 class LegBacklash(Backlash):
-    """Variants: the unloaded leg rests in the `middle` of the gap, or at its `short` or `long` end."""
+    """A leg has play: its length jumps by the gap where its force changes sign.
+
+    Variants: the unloaded leg rests in the `middle` of the gap, or at its `short` or `long` end.
+    """
 
     identifier = "legs.backlash"
     physics = "leg_backlash"
@@ -56,12 +52,9 @@ class LegBacklash(Backlash):
             Size("gap_rad", 3e-4, STRAIN_WAVE),
         ),
     )
+    at = each_leg
     forms = tuple(LegRest)
-    gap = (1e-6, 1e-2)
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return each_leg(robot)
+    quantities = (Parameter("gap_{motion}", 1e-6, low=0.0, high=1e-2),)
 
 
 @dataclass(frozen=True)
@@ -75,9 +68,11 @@ class Partner:
         return f"{'shared with' if self.shared else 'force of'} {self.leg}"
 
 
-class LegCoupling(Effect):
-    """Δq_j gains κ·τ_k. Variants: `force of leg k` (one way) and `shared with leg k` (both ways, as Maxwell and Betti
-    have it for an elastic mount).
+class LegCoupling(TabulatedEffect):
+    """The force in one leg deflects another, as through a mount that they share: Δq_j gains κ·τ_k.
+
+    Variants: `force of leg k` (one way) and `shared with leg k` (both ways, as Maxwell and Betti have it for an elastic
+    mount).
     """
 
     identifier = "legs.coupling"
@@ -91,10 +86,9 @@ class LegCoupling(Effect):
         inputs=(Input.FORCE,),
         sizes=(Size("coupling_*", 0.05, "assumed: mounts that two legs share", "actuator compliance"),),
     )
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return each_leg(robot)
+    at = each_leg
+    quantities = (Parameter("coupling_{motion}_per_{force}", 1e-8, low=-1e-3, high=1e-3),)
+    says = "The force of {variant.leg} also deflects {component}: {first:1e9 .3g} n{motion} per {force}."
 
     @classmethod
     def variants(cls, robot: Robot) -> list[Variant]:
@@ -107,16 +101,6 @@ class LegCoupling(Effect):
         shared = [(leg, Partner(other, True)) for i, leg in enumerate(legs) for other in legs[i + 1 :]]
         return [*one_way, *shared]
 
-    def describe(self) -> tuple[Parameter, ...]:
-        return (
-            Parameter(
-                "coupling_rad_per_Nm" if turning(self.robot, self.actuators) else "coupling_m_per_N",
-                1e-8,
-                low=-1e-3,
-                high=1e-3,
-            ),
-        )
-
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
@@ -127,17 +111,12 @@ class LegCoupling(Effect):
             gained[other] = theta[0] * force[leg]
         return elongation + gained, state
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        name, v = next(iter(values.items()))
-        unit = "nrad per newton metre" if "rad" in name else "nm per newton"
-        return (
-            f"The force of {self.variant.leg} also deflects {self.component}: {1e9 * v[0]:.3g} ({1e9 * v[1]:.3g} to "
-            f"{1e9 * v[2]:.3g}) {unit}."
-        )
-
 
 class EncoderPeriodicError(PeriodicError):
-    """Of the screw of a leg."""
+    """A leg's commanded length has an error that repeats with the pitch of its screw.
+
+    In deflections it is an offset of all rows of a series that depends on the leg's commanded length.
+    """
 
     identifier = "legs.periodic_error"
     amplitude = (1e-6, 1e-2)

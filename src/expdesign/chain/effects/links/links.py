@@ -1,22 +1,10 @@
-"""A link bends and twists as a beam that is clamped where it begins and carries what lies beyond its far end.
-
-With force f and moment M at the far end of a link of length L along d (Euler and Bernoulli; κ = L/EI, κ_t = L/GJ),
-
-    turn of the end = κ·P·(M + L/2·d×f) + κ_t·d·dᵀM,   its motion = κ·(L/2·P·M + L²/3·d×f)×d,   P = I − d·dᵀ.
-
-A link weighs something else than its URDF says (CAD masses without cables, covers or grease).
-
-Own weight cancels from deflections, so that a link's mass shows in positions only, as a sag other than the assumed one.
-
-An arm warms up: links grow and joints shift, whatever the load, relative to the first row of the series.
-"""
-
-from collections.abc import Sequence
+"""Links of an arm: they bend, weigh what the URDF does not say, and grow as they warm up, as joints shift."""
 
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.actuator import Acting, ActuatorEffect
 from expdesign.chain.component import (
     Component,
     Part,
@@ -26,19 +14,26 @@ from expdesign.chain.component import (
     link_span,
     long_links,
     moment_at,
-    turning,
     with_links_beyond,
 )
 from expdesign.chain.declaration import IN_1000_S, TEN_PERCENT, Beyond, Declaration, Input, Size, Variant
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effect import Parameter, Values
 from expdesign.chain.effects.environment.thermal_drift import Driver, seen_drivers
 from expdesign.chain.recordings.recordings import POSITIONS, LoadedPoints
 from expdesign.chain.row import Row
+from expdesign.chain.tabulated import TabulatedEffect
 from expdesign.mechanics.robots.robot import Robot
 
 
-class LinkCompliance(Effect):
-    """`bending_rad_per_Nm` κ and `torsion_rad_per_Nm` κ_t: turns of the link's end per moment there."""
+class LinkCompliance(TabulatedEffect):
+    """A link bends and twists as a beam that is clamped where it begins and carries what lies beyond its far end.
+
+    With force f and moment M at the far end of a link of length L along d (Euler and Bernoulli; κ = L/EI, κ_t = L/GJ),
+
+        turn of the end = κ·P·(M + L/2·d×f) + κ_t·d·dᵀM,   its motion = κ·(L/2·P·M + L²/3·d×f)×d,   P = I − d·dᵀ,
+
+    κ being `bending_rad_per_Nm` and κ_t `torsion_rad_per_Nm`: turns of the link's end per moment there.
+    """
 
     identifier = "links.compliance"
     physics = "link_compliance"
@@ -51,12 +46,12 @@ class LinkCompliance(Effect):
         sizes=(Size("*_rad_per_Nm", 0.1, TEN_PERCENT, "actuator compliance"),),
     )
 
-    @classmethod
-    def components(cls, robot: Robot) -> Sequence[Component]:
-        return long_links(robot)
-
-    def describe(self) -> tuple[Parameter, ...]:
-        return tuple(Parameter(f"{how}_rad_per_Nm", 1e-6, low=0.0, high=1.0) for how in ("bending", "torsion"))
+    at = long_links
+    quantities = tuple(Parameter(f"{how}_rad_per_Nm", 1e-6, low=0.0, high=1.0) for how in ("bending", "torsion"))
+    says = (
+        "{subject} bends: its end turns by {bending_rad_per_Nm:1e6 .3g} µrad per N·m across it and "
+        "{torsion_rad_per_Nm.best:1e6 .3g} about it."
+    )
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         start, end = link_span(self.robot, row.pose, self.component.index)
@@ -69,20 +64,17 @@ class LinkCompliance(Effect):
         moved = theta[0] * length * ca.cross((moment - twisting) / 2.0 + lever / 3.0, along)
         return deflection + at_tip(self.robot, self.component.index, moved, turn, row, end)
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        bend, twist = values["bending_rad_per_Nm"], values["torsion_rad_per_Nm"]
-        return (
-            f"{self.subject} bends: its end turns by {1e6 * bend[0]:.3g} ({1e6 * bend[1]:.3g} to "
-            f"{1e6 * bend[2]:.3g}) µrad per N·m across it and {1e6 * twist[0]:.3g} about it."
-        )
-
 
 _SPREAD = 0.3
 """Standard deviation of a link's true mass about that of its CAD model, which lacks cables, covers and grease."""
 
 
-class LinkMassError(Effect):
-    """`link k`, with what hangs on it, weighs 1 + `relative_mass_error` times as much as assumed."""
+class LinkMassError(TabulatedEffect):
+    """A link weighs something else than its URDF says (CAD masses without cables, covers or grease).
+
+    `link k`, with what hangs on it, weighs 1 + `relative_mass_error` times as much as assumed. Own weight cancels from
+    deflections, so that it shows in positions only, as a sag other than the assumed one.
+    """
 
     identifier = "links.mass_error"
     physics = "payload_mass_error"
@@ -96,28 +88,21 @@ class LinkMassError(Effect):
     )
     measurands = (POSITIONS,)
 
-    @classmethod
-    def components(cls, robot: Robot) -> Sequence[Component]:
-        return heavy_links(robot)
-
-    def describe(self) -> tuple[Parameter, ...]:
-        return (Parameter("relative_mass_error", 0.1, low=-0.9, high=3.0, spread=_SPREAD),)
+    at = heavy_links
+    quantities = (Parameter("relative_mass_error", 0.1, low=-0.9, high=3.0, spread=_SPREAD),)
+    says = "{subject}, with what hangs on it, is {relative_mass_error:100 +.1f %} heavier than the URDF says."
 
     def own_weight_change(self, row: Row, theta: ca.SX) -> ca.SX:
-        robot = self.robot.links
         q = ca.SX.sym("q", len(self.robot.configuration))
         only = ca.SX([float(k == self.component.index) for k in range(len(self.robot.stiffness))])
-        torque = robot.own_weight_expression(q, row.gravity, factors=only)
+        torque = self.robot.links.own_weight_expression(q, row.gravity, factors=only)
         return theta[0] * ca.substitute(torque, q, row.pose)
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        v = values["relative_mass_error"]
-        size = f"{100 * v[0]:+.1f} % ({100 * v[1]:+.1f} to {100 * v[2]:+.1f} %)"
-        return f"{self.subject}, with what hangs on it, is {size} heavier than the URDF says."
 
+class ArmThermalDrift(ActuatorEffect):
+    """An arm warms up: links grow and joints shift, whatever the load, relative to the first row of the series.
 
-class ArmThermalDrift(Effect):
-    """Joint k: Δq gains rate·ΔT (variant empty), rate·t (`time`) or drift·(e^(−t₀/τ) − e^(−t/τ)) (`warm-up`, time since
+    Joint k: Δq gains rate·ΔT (variant empty), rate·t (`time`) or drift·(e^(−t₀/τ) − e^(−t/τ)) (`warm-up`, time since
     the first row of all). Link k: its far end moves away from its start by the strain α·ΔT or rate·t.
     """
 
@@ -168,11 +153,10 @@ class ArmThermalDrift(Effect):
         unit, scale = ("per_s", 1e-8) if self.variant is Driver.TIME else ("per_K", 1e-6)
         if self.component.part is Part.LINK:
             return (Parameter(f"alpha_{unit}" if unit == "per_K" else "rate_per_s", scale, low=-1e-2, high=1e-2),)
-        motion = "rad" if turning(self.robot, self.actuators) else "m"
-        if self.variant is Driver.WARM_UP:
-            tau = Parameter("tau_s", 1000.0, neutral=1000.0, low=1.0, high=1e6, shape=True)
-            return (Parameter(f"drift_{motion}", 1e-5, low=-0.1, high=0.1), tau)
-        return (Parameter(f"drift_{motion}_{unit}", scale, low=-1e-2, high=1e-2),)
+        if self.variant is not Driver.WARM_UP:
+            return self.described([Parameter(f"drift_{{motion}}_{unit}", scale, low=-1e-2, high=1e-2)])
+        drift = Parameter("drift_{motion}", 1e-5, low=-0.1, high=0.1)
+        return self.described([drift, Parameter("tau_s", 1000.0, neutral=1000.0, low=1.0, high=1e6, shape=True)])
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
         if self.variant is not Driver.WARM_UP or points.time is None:
@@ -182,15 +166,13 @@ class ArmThermalDrift(Effect):
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
-        if self.component.part is Part.LINK:
-            return elongation, state
+        none = self.component.part is Part.LINK
+        return (elongation, state) if none else super().actuator(elongation, force, compliance, row, state, theta)
+
+    def gain(self, at: Acting, row: Row, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
         if self.variant is Driver.WARM_UP:
-            driver = ca.exp(-(row.clock - row.elapsed) / theta[1]) - ca.exp(-row.clock / theta[1])
-        else:
-            driver = row.elapsed if self.variant is Driver.TIME else row.warming[self.component.index]
-        gained = ca.SX.zeros(elongation.shape[0])
-        gained[self.component.index] = theta[0] * driver
-        return elongation + gained, state
+            return theta[0] * (ca.exp(-(row.clock - row.elapsed) / theta[1]) - ca.exp(-row.clock / theta[1])), at.state
+        return theta[0] * (row.elapsed if self.variant is Driver.TIME else row.warming[at.index]), at.state
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         if self.component.part is not Part.LINK:
@@ -200,14 +182,9 @@ class ArmThermalDrift(Effect):
         grown = theta[0] * driver * (end - start)
         return deflection + at_tip(self.robot, self.component.index, grown, ca.SX.zeros(3), row, end)
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        name, value = next(iter(values.items()))
-        size = f"{1e6 * value[0]:.3g} ({1e6 * value[1]:.3g} to {1e6 * value[2]:.3g})"
+    def sentence(self, values: Values) -> str:
+        per = "second" if self.variant is Driver.TIME else "kelvin"
         if self.component.part is Part.LINK:
-            per = "second" if name.endswith("_s") else "kelvin"
-            return f"{self.subject} grows: {size} µm per metre and {per}."
-        unit = "µrad" if "rad" in name else "µm"
-        if self.variant is Driver.WARM_UP:
-            return f"{self.subject} shifts by {size} {unit} as it warms up ({values['tau_s'][0]:.3g} s)."
-        per = "second" if name.endswith("_s") else "kelvin"
-        return f"{self.subject} shifts by {size} {unit} per {per}."
+            return self.said(f"{{subject}} grows: {{first:1e6 .3g}} µm per metre and {per}.", values)
+        how = "as it warms up ({tau_s.best:.3g} s)" if self.variant is Driver.WARM_UP else f"per {per}"
+        return self.said(f"{{subject}} shifts by {{first:1e6 .3g}} µ{{motion}} {how}.", values)

@@ -1,13 +1,4 @@
-"""The payload's centre of mass is not where it was assumed (theory.md 5.2: L = [0; −[m g]ₓ R]).
-
-Gravity, or the load, does not act along the assumed direction (theory.md 5.2, tilt of gravity).
-
-The payload's mass, or the scale of the wrench, is not as assumed.
-
-An error that is the same fraction of every load is a change of scale of all compliances, which no deflection can tell
-from soft legs (theory.md 5.2). What can be seen is one weight that is wrong among others, a mass that was forgotten (an
-adapter plate) in all of them, and one disc of a stack that is wrong in every load that contains it.
-"""
+"""Errors of the load: of its centre of mass, its direction, its mass or scale, and of the sensor that states it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,15 +10,24 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import PAYLOAD, Component, tilted_load
 from expdesign.chain.declaration import Declaration, Input, Size, Variant, rounded
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effect import Parameter, Values
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
+from expdesign.chain.tabulated import TabulatedEffect
 from expdesign.mechanics.robots.orientation import moment
 from expdesign.mechanics.robots.robot import Robot
 
 
-class PayloadComOffset(Effect):
-    """The force acts at R·(c + d): its moment about the origin of P grows by (R·d) × f."""
+def at_payload(robot: Robot) -> list[Component]:
+    """The one payload, whatever the robot."""
+    return [PAYLOAD]
+
+
+class PayloadComOffset(TabulatedEffect):
+    """The payload's centre of mass is not where it was assumed (theory.md 5.2: L = [0; −[m g]ₓ R]).
+
+    The force acts at R·(c + d): its moment about the origin of P grows by (R·d) × f.
+    """
 
     identifier = "load.com_offset"
     physics = "payload_com_offset"
@@ -41,6 +41,12 @@ class PayloadComOffset(Effect):
         sizes=(Size("com_d?_m", 1e-3, "assumed: centre of mass from a drawing, 1 mm"),),
     )
 
+    quantities = (Parameter("com_d{axis}_m", 1e-3, low=-0.5, high=0.5),)
+    says = (
+        "The payload's centre of mass lies ({all:1e3 .2f}) mm from where it was assumed (platform axes); the direction "
+        "along gravity is the least certain."
+    )
+
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return [PAYLOAD] if robot.coordinates.centre_of_mass else []
@@ -50,23 +56,16 @@ class PayloadComOffset(Effect):
         # A body's wrench is about a known point; without payload columns there is no centre of mass that was assumed.
         return [] if robot.on_support and points.payload is None else super().shown(robot, points)
 
-    def describe(self) -> tuple[Parameter, ...]:
-        return tuple(Parameter(f"com_d{axis}_m", 1e-3, low=-0.5, high=0.5) for axis in self.robot.coordinates.axes)
-
     def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         split = self.robot.coordinates.translations
         return wrench + ca.vertcat(ca.SX.zeros(split), moment(row.rotation @ theta, wrench[:split]))
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        listed = ", ".join(f"{1e3 * v[0]:.2f}" for v in values.values())
-        return (
-            f"The payload's centre of mass lies ({listed}) mm from where it was assumed "
-            "(platform axes); the direction along gravity is the least certain."
-        )
 
+class LoadDirectionTilt(TabulatedEffect):
+    """Gravity, or the load, does not act along the assumed direction (theory.md 5.2, tilt of gravity).
 
-class LoadDirectionTilt(Effect):
-    """The force is turned by small angles about x and y of O (`tilted_load`)."""
+    The force is turned by small angles about x and y of O (`tilted_load`).
+    """
 
     identifier = "load.direction_tilt"
     physics = "load_direction_tilt"
@@ -80,9 +79,7 @@ class LoadDirectionTilt(Effect):
         sizes=(Size("tilt_?_rad", 5e-4, "assumed: a machinist's level, 0.5 mm/m"),),
     )
 
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [PAYLOAD]
+    at = at_payload
 
     def describe(self) -> tuple[Parameter, ...]:
         names = ("tilt_x_rad", "tilt_y_rad") if self.robot.coordinates.translations > 2 else ("tilt_z_rad",)
@@ -91,11 +88,9 @@ class LoadDirectionTilt(Effect):
     def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         return tilted_load(wrench, row, theta)
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        parts = [
-            f"{1e3 * v[0]:.2f} ({1e3 * v[1]:.2f} to {1e3 * v[2]:.2f}) mrad ({name[:6]})" for name, v in values.items()
-        ]
-        return f"The load acts {' and '.join(parts)} away from the assumed direction."
+    def sentence(self, values: Values) -> str:
+        parts = " and ".join(f"{{{name}:1e3 .2f}} mrad ({name[:6]})" for name in values)
+        return self.said(f"The load acts {parts} away from the assumed direction.", values)
 
 
 _RELATIVE_WIDTH = 0.02
@@ -139,8 +134,14 @@ def weights_from_text(text: str) -> MassShares:
     return MassShares(wrong, float(text.removesuffix(wrong)))
 
 
-class PayloadMassError(Effect):
-    """Variants: `N newton`: the load of that size is wrong by a fraction; `forgotten`: a constant is added to all;
+class PayloadMassError(TabulatedEffect):
+    """The payload's mass, or the scale of the wrench, is not as assumed.
+
+    An error that is the same fraction of every load is a change of scale of all compliances, which no deflection can
+    tell from soft legs (theory.md 5.2). What can be seen is one weight that is wrong among others, a mass that was
+    forgotten (an adapter plate) in all of them, and one disc of a stack that is wrong in every load that contains it.
+
+    Variants: `N newton`: the load of that size is wrong by a fraction; `forgotten`: a constant is added to all;
     `N newton and more`: a constant is added to these, as the discs of a stack are put on one by one.
     """
 
@@ -164,13 +165,8 @@ class PayloadMassError(Effect):
         ),
     )
 
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [PAYLOAD]
-
-    @classmethod
-    def variants(cls, robot: Robot) -> list[Variant]:
-        return [MassShares(Wrong.ALL)]  # the loads of recordings decide about the others
+    at = at_payload
+    forms = (MassShares(Wrong.ALL),)  # the loads of recordings decide about the others
 
     @classmethod
     def variant_from_text(cls, robot: Robot, text: str) -> Variant:
@@ -209,19 +205,15 @@ class PayloadMassError(Effect):
         concerned = force > max(self.variant.size * (1.0 - 1e-5), _SMALLEST)
         return wrench * (1.0 + ca.if_else(concerned, theta[0] / ca.fmax(force, _SMALLEST), 0.0))
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        value, size = next(iter(values.values())), self.variant.size
+    def sentence(self, values: Values) -> str:
+        size = self.variant.size
         if self.variant.wrong is Wrong.ALL:
-            return f"Every load is {value[0]:+.3g} N ({value[1]:+.3g} to {value[2]:+.3g}) off, as by a forgotten part."
+            return self.said("Every load is {first:+.3g} N off, as by a forgotten part.", values)
         if self.variant.wrong is Wrong.FROM:
-            return (
-                f"Every load of {size:.4g} N and more is {value[0]:+.3g} N ({value[1]:+.3g} to {value[2]:+.3g}) "
-                "off, as by one disc of a stack."
-            )
-        return (
-            f"The load of {size:.4g} N ({size / 9.80665:.4g} kg of weight) is really {100 * value[0]:+.2f} % "
-            f"({100 * value[1]:+.2f} to {100 * value[2]:+.2f} %) of that heavier."
-        )
+            text = f"Every load of {size:.4g} N and more is {{first:+.3g}} N off, as by one disc of a stack."
+            return self.said(text, values)
+        weight = f"{size:.4g} N ({size / 9.80665:.4g} kg of weight)"
+        return self.said(f"The load of {weight} is really {{first:100 +.2f %}} of that heavier.", values)
 
 
 def _sizes(forces: FloatArray) -> list[float]:
@@ -231,3 +223,98 @@ def _sizes(forces: FloatArray) -> list[float]:
         if not sizes or value > sizes[-1] * (1.0 + _RELATIVE_WIDTH):
             sizes.append(float(value))
     return sizes
+
+
+_REFERENCE = 100.0
+"""N or N·m; the load to which an error of the sensor that grows refers."""
+
+
+class Growth(StrEnum):
+    """Whether the share by which the load is wrong is the same under all loads; the values end a variant's text."""
+
+    CONSTANT = ""
+    GROWING = " growing"
+
+
+@dataclass(frozen=True)
+class SensorAxis:
+    """An axis of the sensor (`fx`, ...), and how its error goes with the load."""
+
+    axis: str
+    growth: Growth
+
+    def __str__(self) -> str:
+        return f"{self.axis}{self.growth}"
+
+
+class ForceSensor(TabulatedEffect):
+    """The sensor by which loads are known does not read in proportion on one axis, or has a wrong scale there.
+
+    A scale that is wrong on all axes alike is a change of all compliances (theory.md 5.2) and cannot be seen; on one
+    axis it can, and so can a scale that grows with the load. The load on one axis is (1 + s)·w (variant `fx`), or
+    w + s·w·|w|/100 (`fx growing`), of the whole load.
+    """
+
+    identifier = "load.force_sensor"
+    physics = "payload_mass_error"
+    declared = Declaration(
+        left_out="error of a mass or of the scale of a wrench",
+        phrase="a force sensor that does not read in proportion",
+        usually="force sensors and load cells",
+        port="payload",
+        form="constant",
+        inputs=(Input.FORCE,),
+        sizes=(
+            Size("relative_mass_error", 5e-3, "assumed: a load cell of class 0.5 (ISO 376:2011)"),
+            Size("relative_error_at_100*", 5e-3, "assumed: the same at the targets' loads", "own deflection"),
+        ),
+    )
+
+    at = at_payload
+
+    @classmethod
+    def variants(cls, robot: Robot) -> list[Variant]:
+        axes = (name.rsplit("_", 1)[0] for name in robot.coordinates.wrench)
+        return [SensorAxis(axis, growth) for axis in axes for growth in Growth]
+
+    @classmethod
+    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+        if robot.on_support or points.payload is not None:
+            return []  # payloads are weighed (`PayloadMassError`); a body's base model does not deflect
+        names = [name.rsplit("_", 1)[0] for name in robot.coordinates.wrench]
+        varies = np.ptp(points.absolute, axis=0) > 1e-9 * np.abs(points.absolute).max(initial=0.0)
+        seen = {name for name, varied in zip(names, varies, strict=True) if varied}
+        return [(PAYLOAD, variant) for variant in cls.variants(robot) if getattr(variant, "axis", "") in seen]
+
+    @property
+    def form_name(self) -> str:
+        return "growing" if self.variant.growth is Growth.GROWING else self.declared.form
+
+    @property
+    def _index(self) -> int:
+        return [name.rsplit("_", 1)[0] for name in self.robot.coordinates.wrench].index(self.variant.axis)
+
+    def describe(self) -> tuple[Parameter, ...]:
+        if self.variant.growth is Growth.CONSTANT:
+            return (Parameter("relative_mass_error", 0.01, low=-0.99, high=9.0),)
+        unit = self.robot.coordinates.wrench[self._index].rsplit("_", 1)[1]
+        return (Parameter(f"relative_error_at_100{unit}", 0.01, low=-0.9, high=9.0),)
+
+    def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        index = self._index
+        gained = ca.SX.zeros(wrench.shape[0])
+        if self.variant.growth is Growth.CONSTANT:
+            gained[index] = theta[0] * wrench[index]
+            return wrench + gained
+        before = row.absolute[index] - row.wrench[index]
+        now = before + wrench[index]
+        gained[index] = theta[0] * (now * ca.fabs(now) - before * ca.fabs(before)) / _REFERENCE
+        return wrench + gained
+
+    def sentence(self, values: Values) -> str:
+        if self.variant.growth is Growth.CONSTANT:
+            text = "is really {first:100 +.2f %} larger than stated on every row."
+        else:
+            unit = "N·m" if next(iter(values)).endswith("Nm") else "N"
+            text = f"is really larger than stated, the more the larger it is: {{first:100 +.2f %}} at 100 {unit}."
+        return self.said(f"The load along {{variant.axis}} {text}", values)

@@ -1,20 +1,16 @@
-"""A tool or a payload of unknown mass and centre rides on the tip in every row.
+"""A tool that nothing states."""
 
-Its weight is m·g, at R·c about the origin of P; the first moments m·c are fitted, in which it is linear. In deflections
-it is there before and after, and cancels. Of a robot with several tips each may have a tool, which loads the
-joints that carry it in rows of every tip (and the base's own compliance in rows of its own tip alone).
-"""
-
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 
 from expdesign.chain.component import PLATFORM, Component
 from expdesign.chain.declaration import ONLY, Declaration, Input, Size, Variant
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effect import Parameter, Values
 from expdesign.chain.recordings.recordings import POSITIONS
 from expdesign.chain.row import Row
+from expdesign.chain.tabulated import TabulatedEffect
 from expdesign.mechanics.robots.orientation import moment
 from expdesign.mechanics.robots.robot import Robot
 
@@ -33,10 +29,13 @@ class Tip:
         return self.name
 
 
-class UnknownTool(Effect):
-    """`tool_mass_kg` and the first moments `tool_moment_x_kgm` ...; reported with the centre of mass.
+class UnknownTool(TabulatedEffect):
+    """A tool or a payload of unknown mass and centre rides on the tip in every row.
 
-    Variants: the names of the tips, where there are several.
+    Its weight is m·g, at R·c about the origin of P; the first moments m·c (`tool_moment_x_kgm`) are fitted, in which
+    it is linear, and the centre of mass is reported. In deflections it is there before and after, and cancels. Of a
+    robot with several tips each may have a tool (variants: their names), which loads the joints that carry it in rows
+    of every tip, and the base's own compliance in rows of its own tip alone.
     """
 
     physics = "payload_mass_error"
@@ -62,13 +61,11 @@ class UnknownTool(Effect):
         tips = robot.links.tree.tips if robot.jointed else ()
         return [Tip(number, name) for number, name in enumerate(tips)] if len(tips) > 1 else [ONLY]
 
-    @property
-    def slot(self) -> tuple[Hashable, ...]:
-        return self.physics, self.component, self.variant
-
-    def describe(self) -> tuple[Parameter, ...]:
-        moments = (Parameter(f"tool_moment_{axis}_kgm", 0.1) for axis in self.robot.coordinates.axes)
-        return (Parameter("tool_mass_kg", 1.0, low=0.0, high=1e6), *moments)
+    together = True
+    quantities = (
+        Parameter("tool_mass_kg", 1.0, low=0.0, high=1e6),
+        Parameter("tool_moment_{axis}_kgm", 0.1),
+    )
 
     def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         weight = ca.vertcat(theta[0] * row.gravity, moment(row.rotation @ theta[1:], row.gravity))
@@ -94,11 +91,8 @@ class UnknownTool(Effect):
         centre = {f"tool_com_{axis}_m": theta[1 + i] / mass for i, axis in enumerate(self.robot.coordinates.axes)}
         return {"tool_mass_kg": theta[0], **centre}
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        mass = values["tool_mass_kg"]
+    def sentence(self, values: Values) -> str:
         centre = ", ".join(f"{1e3 * values[name][0]:.0f}" for name in values if name.startswith("tool_com"))
-        tip = f"the tip `{self.variant}`" if isinstance(self.variant, Tip) else "the tip"
-        return (
-            f"A tool of {mass[0]:.3g} kg ({mass[1]:.3g} to {mass[2]:.3g}) that nothing accounts for rides on {tip}, "
-            f"its centre of mass at ({centre}) mm in its axes."
-        )
+        tip = "the tip `{variant}`" if isinstance(self.variant, Tip) else "the tip"
+        rides = f"rides on {tip}, its centre of mass at ({centre}) mm in its axes."
+        return self.said(f"A tool of {{tool_mass_kg:.3g}} kg that nothing accounts for {rides}", values)

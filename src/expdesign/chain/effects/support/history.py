@@ -1,9 +1,6 @@
-"""Loading and unloading of a body's support differ: part of it yields only behind a friction (a play operator).
+"""What a body stands on remembers its loads: friction, creep and settling."""
 
-A body's support creeps under the changes of load, or settles under the load that it has carried all along.
-"""
-
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from enum import StrEnum
 
 import casadi as ca
@@ -12,18 +9,20 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component, symmetric
 from expdesign.chain.declaration import Declaration, Input, Size, Variant
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effect import Parameter, Values
+from expdesign.chain.effects.support.springs import AXES, entries
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.support import AZIMUTHS, Drive, drive_load, drive_values, drives, twist_of, unit_of
+from expdesign.chain.support import AZIMUTHS, Drive, SupportEffect, drive_load, drive_values, drives, twist_of
 from expdesign.mechanics.robots.robot import Robot
 
 
-class SupportFriction(Effect):
-    """The state follows the change of load within the friction; the body gains a compliance times the state.
+class SupportFriction(SupportEffect):
+    """Loading and unloading of a body's support differ: part of it yields only behind a friction (a play operator).
 
-    One state: the load that the part behind the friction carries, 0 at the start of a series. Variants: the direction
-    of the load; `oblique` is a moment about a horizontal axis that is found, under which the body turns about x and y.
+    The state follows the change of load within the friction, 0 at the start of a series: the load that the part behind
+    the friction carries. The body gains a compliance times the state. Variants: the direction of the load; `oblique` is
+    a moment about a horizontal axis that is found, under which the body turns about x and y.
     """
 
     identifier = "support.friction"
@@ -43,60 +42,32 @@ class SupportFriction(Effect):
     states = 1
 
     @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [BASE] if robot.on_support else []
-
-    @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        return [(BASE, drive) for drive in drives(points, oblique=True)] if robot.on_support else []
-
-    @property
-    def slot(self) -> tuple[Hashable, ...]:
-        return self.physics, self.component, self.variant
+        return [(BASE, drive) for drive in drives(points, oblique=True)]
 
     def describe(self) -> tuple[Parameter, ...]:
-        force, motion = unit_of(self.variant)
-        friction = Parameter(f"friction_{force}", 10.0, neutral=10.0, low=0.0, high=1e6, shape=True)
-        if self.variant is Drive.OBLIQUE:
-            return (
-                Parameter("behind_rx_rad_per_Nm", 1e-6),
-                Parameter("behind_ry_rad_per_Nm", 1e-6),
-                friction,
-                Parameter("azimuth_rad", 1.0, neutral=0.0, low=-10.0, high=10.0, shape=True),
-            )
-        return (Parameter(f"behind_{motion}_per_{force}", 1e-6, low=0.0), friction)
+        friction = Parameter("friction_{force}", 10.0, neutral=10.0, low=0.0, high=1e6, shape=True)
+        return self.driven("behind", friction, low=0.0)
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
+        free = np.zeros(2 if self.drive is Drive.OBLIQUE else 1)
         starts = []
-        for azimuth in AZIMUTHS if self.variant is Drive.OBLIQUE else (0.0,):
-            spread = float(np.ptp(drive_values(self.variant, points.wrenches, azimuth)))
-            for share in (0.02, 0.08, 0.25):
-                ending = [share * spread, azimuth] if self.variant is Drive.OBLIQUE else [share * spread]
-                starts.append(np.array([*np.zeros(len(self.parameters) - len(ending)), *ending]))
+        for azimuth in self.shapes(AZIMUTHS):
+            spread = float(np.ptp(drive_values(self.drive, points.wrenches, *azimuth)))
+            starts += [np.array([*free, share * spread, *azimuth]) for share in (0.02, 0.08, 0.25)]
         return starts
 
     def structure_with_memory(
         self, deflection: ca.SX, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
-        oblique = self.variant is Drive.OBLIQUE
-        friction = theta[2] if oblique else theta[1]
-        load = drive_load(self.variant, wrench, theta[3] if oblique else 0.0)
+        amounts, friction, azimuth = self.split(theta)
+        load = drive_load(self.drive, wrench, azimuth)
         carried = ca.fmin(ca.fmax(state[0], load - friction), load + friction)
-        amounts = theta[:2] * carried if oblique else theta[0] * carried
-        return deflection + row.rates @ twist_of(self.variant, amounts), carried
+        return deflection + row.rates @ twist_of(self.drive, amounts * carried), carried
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        force, _ = unit_of(self.variant)
-        v = values[f"friction_{force}"]
-        unit = "N·m" if force == "Nm" else "N"
-        where = "about an oblique axis" if self.variant is Drive.OBLIQUE else self.variant
-        return (
-            f"Loading and unloading of the support differ: part of it follows the load {where} only when that has "
-            f"changed by more than {v[0]:.3g} ({v[1]:.3g} to {v[2]:.3g}) {unit}."
-        )
-
-
-_NAMES = ("dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad")
+    def sentence(self, values: Values) -> str:
+        follows = f"part of it follows the load {self.where} only when that has changed by more than"
+        return self.said(f"Loading and unloading of the support differ: {follows} {{friction:.3g}} {{force}}.", values)
 
 
 class CreepCause(StrEnum):
@@ -106,9 +77,11 @@ class CreepCause(StrEnum):
     SETTLING = "settling"
 
 
-class SupportCreep(Effect):
-    """Variants: empty: ω gains C·s with τ·ds/dt = M − s (Kelvin-Voigt, C symmetric; the load of a row acts since the
-    row before); `settling`: the body gains a·(1 − exp(−t/τ)) from the start of the series, whatever the loads.
+class SupportCreep(SupportEffect):
+    """A body's support creeps under the changes of load, or settles under the load that it has carried all along.
+
+    Variants: empty: ω gains C·s with τ·ds/dt = M − s (Kelvin-Voigt, C symmetric; the load of a row acts since the row
+    before); `settling`: the body gains a·(1 − exp(−t/τ)) from the start of the series, whatever the loads.
     """
 
     identifier = "support.creep"
@@ -128,34 +101,23 @@ class SupportCreep(Effect):
         ),
     )
     forms = tuple(CreepCause)
-    builds_on = "base_compliance"
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [BASE] if robot.on_support else []
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        if points.time is None or not np.any(np.diff(points.time) > 0.0):
-            return []
-        return super().shown(robot, points)
+        return super().shown(robot, points) if points.timed else []
 
     @property
-    def slot(self) -> tuple[Hashable, ...]:
-        return self.physics, self.component, self.variant
+    def units(self) -> tuple[str, str]:
+        return "Nm", "rad"
 
     def describe(self) -> tuple[Parameter, ...]:
         # A support that settles needs no load that changes.
         self.builds_on = "" if self.variant is CreepCause.SETTLING else "base_compliance"
         tau = Parameter("tau_s", 100.0, neutral=100.0, low=1e-2, high=1e7, shape=True)
         if self.variant is CreepCause.SETTLING:
-            amounts = tuple(Parameter(f"settled_{name}", 1e-6) for name in _NAMES)
-            return (*amounts, tau)
-        self.states = 3
-        axes = ("rx", "ry", "rz")
-        pairs = [(a, a) for a in axes] + [(axes[i], axes[j]) for i in range(3) for j in range(i + 1, 3)]
-        low = {True: 0.0, False: float("-inf")}
-        return (*(Parameter(f"creep_{a}_{b}_rad_per_Nm", 1e-7, low=low[a == b]) for a, b in pairs), tau)
+            return (*(Parameter(f"settled_{name}", 1e-6) for name in self.robot.coordinates.deflection), tau)
+        self.states = len(AXES)
+        return (*entries("creep", 1e-7), tau)
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
         assert points.time is not None
@@ -175,9 +137,8 @@ class SupportCreep(Effect):
         turn = symmetric(theta[:6], 3) @ crept
         return deflection + row.rates @ ca.vertcat(ca.SX.zeros(3), turn), crept
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        tau = values["tau_s"]
-        time = f"time constant {tau[0]:.3g} ({tau[1]:.3g} to {tau[2]:.3g}) s"
+    def sentence(self, values: Values) -> str:
+        how = "gives way slowly after a change of load"
         if self.variant is CreepCause.SETTLING:
-            return f"What the body stands on settles from the start of the series on, {time}."
-        return f"What the body stands on gives way slowly after a change of load, {time}."
+            how = "settles from the start of the series on"
+        return self.said(f"What the body stands on {how}, time constant {{tau_s:.3g}} s.", values)

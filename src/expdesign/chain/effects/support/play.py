@@ -1,10 +1,6 @@
-"""Play in a body's support: the body shifts or rocks by the gap where the load on the support changes sign.
-
-Play in a body's support that lets it rock: it turns by the gap about an edge or a hinge away from its origin.
-"""
+"""Play in a body's support: it shifts or turns by a gap about its own origin, or rocks about a line that is found."""
 
 from collections.abc import Hashable
-from dataclasses import dataclass
 from enum import StrEnum
 
 import casadi as ca
@@ -13,46 +9,36 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component
 from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size, Variant
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effect import Parameter, Values
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import (
+    FARTHEST,
     Drive,
-    Over,
+    Posed,
+    SupportEffect,
     drive_load,
     drive_values,
     drives,
-    ending,
     measured_axes,
     over_pose,
     powers,
-    split_over,
+    taken_up,
     twist_of,
-    unit_of,
     whole_load,
     with_powers,
 )
 from expdesign.mechanics.robots.robot import Robot
 
 
-@dataclass(frozen=True)
-class PlayDrive:
-    """The load that takes up the play, and the range of a pose coordinate over which the gap is a parabola."""
+class SupportPlay(SupportEffect):
+    """Play in a body's support: the body shifts or turns by the gap where the load on the support changes sign.
 
-    drive: Drive
-    over: Over | None = None
-
-    def __str__(self) -> str:
-        return f"{self.drive}{ending(self.over)}"
-
-
-class SupportPlay(Effect):
-    """The body gains gap·(g(L) − g(L_ref)) with g from −½ to ½ around the load at which the contact changes over.
-
-    L is the whole load in one direction (`about y`, `along x`, ...), L_ref that of the reference state. The changeover
-    has a width, because contacts yield and because gaps of several guides close one after another: g = ½·x/√(1 + x²),
-    x = (L − changeover)/width. Where a pose coordinate varies, the gap may depend on it (` over`): the same clearance
-    tilts a column the more the less its guides overlap.
+    It gains gap·(g(L) − g(L_ref)) with g from −½ to ½ around the load at which the contact changes over. L is the whole
+    load in one direction (`about y`, `along x`, ...), L_ref that of the reference state. The changeover has a width,
+    because contacts yield and because gaps of several guides close one after another (`taken_up`). Where a pose
+    coordinate varies, the gap may depend on it (` over`): the same clearance tilts a column the more the less its
+    guides overlap.
     """
 
     identifier = "support.play"
@@ -70,47 +56,34 @@ class SupportPlay(Effect):
             Size("gap_*", 1e-4, "assumed: a guide that is worn over a part of its travel"),
         ),
     )
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [BASE] if robot.on_support else []
+    forms = tuple(Posed(drive) for drive in Drive if drive is not Drive.OBLIQUE)
+    quantities = (
+        Parameter("gap_{motion}", 1e-5, low=0.0, high=0.1),
+        Parameter("changeover_{force}", 10.0, low=-1e5, high=1e5, shape=True),
+        Parameter("width_{force}", 10.0, neutral=10.0, low=1e-2, high=1e5, shape=True),
+    )
 
     @classmethod
     def variant_from_text(cls, robot: Robot, text: str) -> Variant:
-        drive, over = split_over(text)
-        return PlayDrive(Drive(drive), over)
+        return Posed.from_text(Drive, text)
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        if not robot.on_support:
-            return []
         ranges = [None, *over_pose(points, robot.configuration)]
-        return [(BASE, PlayDrive(drive, over)) for drive in drives(points) for over in ranges]
+        return [(BASE, Posed(drive, over)) for drive in drives(points) for over in ranges]
 
     @property
     def drive(self) -> Drive:
-        """Direction of the load."""
-        drive: Drive = self.variant.drive
-        return drive
+        return Drive(self.variant.form)
 
     @property
     def slot(self) -> tuple[Hashable, ...]:
         return self.physics, self.component, self.drive
 
     def describe(self) -> tuple[Parameter, ...]:
-        force, motion = unit_of(self.drive)
-        scale = 10.0
-        return with_powers(
-            (
-                Parameter(f"gap_{motion}", 1e-5, low=0.0, high=0.1),
-                Parameter(f"changeover_{force}", scale, low=-1e5, high=1e5, shape=True),
-                Parameter(f"width_{force}", scale, neutral=10.0, low=1e-2, high=1e5, shape=True),
-            ),
-            self.variant.over,
-        )
+        return with_powers(super().describe(), self.variant.over)
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
-        assert self.drive is not Drive.OBLIQUE
         load = drive_values(self.drive, points.absolute)
         spread = float(np.ptp(load))
         places = [0.0] if load.min() < 0.0 < load.max() else []
@@ -119,31 +92,15 @@ class SupportPlay(Effect):
         return [np.array([*free, place, width * spread]) for place in places for width in (0.01, 0.1)]
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        now, before = (drive_load(self.drive, load) for load in whole_load(wrench, row))
-        changeover, width = theta[-2], theta[-1]
-
-        def place(load: ca.SX) -> ca.SX:
-            x = (load - changeover) / width
-            return 0.5 * x / ca.sqrt(1.0 + x**2)
-
+        now, before = (taken_up(drive_load(self.drive, load), theta[-2], theta[-1]) for load in whole_load(wrench, row))
         factors = powers(self.variant.over, row, self.robot.configuration)
         gap = sum((theta[i] * factor for i, factor in enumerate(factors)), ca.SX(0.0))
-        return deflection + row.rates @ twist_of(self.drive, gap * (place(now) - place(before)))
+        return deflection + row.rates @ twist_of(self.drive, gap * (now - before))
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        force, motion = unit_of(self.drive)
-        gap, at = values[f"gap_{motion}"], values[f"changeover_{force}"]
-        text = (
-            f"The support has play: {1e6 * gap[0]:.3g} ({1e6 * gap[1]:.3g} to {1e6 * gap[2]:.3g}) µ{motion} "
-            f"{self.drive}, taken up around {at[0]:.3g} {'N·m' if force == 'Nm' else 'N'}"
-        )
-        if self.variant.over is not None:
-            text += f"; this is {self.variant.over.sentence}"
-        return text + "."
-
-
-_FARTHEST = 50.0
-"""m; an axis farther away than this is a translation."""
+    def sentence(self, values: Values) -> str:
+        over = "" if self.variant.over is None else f"; this is {self.variant.over.sentence}"
+        text = f"The support has play: {{gap:1e6 .3g}} µ{{motion}} {self.drive}, taken up around"
+        return self.said(f"{text} {{changeover.best:.3g}} {{force}}{over}.", values)
 
 
 class Line(StrEnum):
@@ -153,13 +110,14 @@ class Line(StrEnum):
     Y = "rocking about y"
 
 
-class SupportRocking(Effect):
-    """The body turns by gap·(g(M) − g(M_ref)) about a horizontal axis that is found, as a machine with a short foot.
+class SupportRocking(SupportEffect):
+    """Play in a body's support that lets it rock, as a machine with a short foot.
 
-    M is the moment of the whole load about that axis, M_ref that of the reference state, and g = ½·x/√(1 + x²),
-    x = (M − changeover)/width, as for play about the origin of P. A foot with a gap makes the body rock about the line
-    of the others: the moment has the arm of the forces, and the origin of P moves as well as turns. Variants: `rocking
-    about x` and `rocking about y`, the axis through a point in the plane normal to it.
+    It turns by gap·(g(M) − g(M_ref)) about a horizontal axis that is found, M being the moment of the whole load about
+    that axis, M_ref that of the reference state, and g as for play about the origin of P (`taken_up`). A foot with a
+    gap makes the body rock about the line of the others: the moment has the arm of the forces, and the origin of P
+    moves as well as turns. Variants: `rocking about x` and `rocking about y`, the axis through a point in the plane
+    normal to it.
     """
 
     identifier = "support.rocking"
@@ -176,20 +134,16 @@ class SupportRocking(Effect):
     forms = tuple(Line)
 
     @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [BASE] if robot.on_support else []
-
-    @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        if not robot.on_support or not np.ptp(points.wrenches[:, :3], axis=0).any():
+        if not np.ptp(points.wrenches[:, :3], axis=0).any():
             # Under pure moments the changeover does not depend on the axis, which motion alone would have to show.
             return []
         seen = measured_axes(points)
         return [(BASE, line) for line, moved in ((Line.X, {1, 2, 3}), (Line.Y, {0, 2, 4})) if len(seen & moved) > 1]
 
     @property
-    def slot(self) -> tuple[Hashable, ...]:
-        return self.physics, self.component, self.variant
+    def drive(self) -> Drive:
+        return Drive.ABOUT_X if self.variant is Line.X else Drive.ABOUT_Y
 
     @property
     def _axis(self) -> int:
@@ -199,8 +153,8 @@ class SupportRocking(Effect):
         across = "xy"[1 - self._axis]
         return (
             Parameter("gap_rad", 1e-5, low=0.0, high=0.1),
-            Parameter(f"axis_{across}_m", 1.0, neutral=0.0, low=-_FARTHEST, high=_FARTHEST, shape=True),
-            Parameter("axis_z_m", 1.0, neutral=0.0, low=-_FARTHEST, high=_FARTHEST, shape=True),
+            Parameter(f"axis_{across}_m", 1.0, neutral=0.0, low=-FARTHEST, high=FARTHEST, shape=True),
+            Parameter("axis_z_m", 1.0, neutral=0.0, low=-FARTHEST, high=FARTHEST, shape=True),
             Parameter("changeover_Nm", 10.0, low=-1e5, high=1e5, shape=True),
             Parameter("width_Nm", 10.0, neutral=10.0, low=1e-2, high=1e5, shape=True),
         )
@@ -211,8 +165,7 @@ class SupportRocking(Effect):
         starts = []
         for height in (0.0, 0.5 * position[2]):
             arm = position - np.array([position[0], position[1], height])
-            moments = points.absolute[:, 3:] + np.cross(arm, points.absolute[:, :3])
-            moment = moments[:, self._axis]
+            moment = (points.absolute[:, 3:] + np.cross(arm, points.absolute[:, :3]))[:, self._axis]
             spread = float(np.ptp(moment))
             places = [0.0] if moment.min() < 0.0 < moment.max() else []
             places += [float(q) for q in np.quantile(moment, (0.3, 0.7))]
@@ -223,22 +176,16 @@ class SupportRocking(Effect):
         across = 1 - self._axis
         arm = ca.SX.zeros(3)
         arm[across], arm[2] = row.position[across] - theta[1], row.position[2] - theta[2]
-
-        def place(load: ca.SX) -> ca.SX:
-            moment = (load[3:] + ca.cross(arm, load[:3]))[self._axis]
-            x = (moment - theta[3]) / theta[4]
-            return 0.5 * x / ca.sqrt(1.0 + x**2)
-
-        now, before = whole_load(wrench, row)
+        moments = ((load[3:] + ca.cross(arm, load[:3]))[self._axis] for load in whole_load(wrench, row))
+        now, before = (taken_up(moment, theta[3], theta[4]) for moment in moments)
         turn = ca.SX.zeros(3)
-        turn[self._axis] = theta[0] * (place(now) - place(before))
+        turn[self._axis] = theta[0] * (now - before)
         return deflection + row.rates @ ca.vertcat(ca.cross(turn, arm), turn)
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
+    def sentence(self, values: Values) -> str:
         across = "xy"[1 - self._axis]
-        gap, at = values["gap_rad"], values["changeover_Nm"]
-        return (
-            f"The support has play: the body rocks by {1e6 * gap[0]:.3g} ({1e6 * gap[1]:.3g} to {1e6 * gap[2]:.3g}) "
-            f"µrad about {'xy'[self._axis]}, around {across} = {values[f'axis_{across}_m'][0]:.3g} m, "
-            f"z = {values['axis_z_m'][0]:.3g} m in O, where the moment about that line passes {at[0]:.3g} N·m."
+        line = (
+            f"{'xy'[self._axis]}, around {across} = {{axis_{across}_m.best:.3g}} m, z = {{axis_z_m.best:.3g}} m in O,"
         )
+        passes = "where the moment about that line passes {changeover.best:.3g} N·m."
+        return self.said(f"The support has play: the body rocks by {{gap:1e6 .3g}} µrad about {line} {passes}", values)

@@ -1,9 +1,5 @@
-"""A body's support yields: rotation under moment, about the body's own origin or about a centre that is found.
+"""A body's support yields: springs about its own origin or a centre that is found, linear or not."""
 
-A body's support is stiffer or softer under larger loads, or part of it lifts off.
-"""
-
-from collections.abc import Hashable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -13,31 +9,33 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component, symmetric
 from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size, Variant
-from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.effect import Parameter, Values
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import (
+    FARTHEST,
     Drive,
-    Over,
+    Posed,
+    SupportEffect,
     drive_load,
     drive_values,
     drives,
-    ending,
     measured_axes,
     over_pose,
     powers,
-    split_over,
     twist_of,
-    unit_of,
     whole_load,
     with_powers,
 )
 from expdesign.mechanics.robots.robot import Robot
 
-_AXES = ("rx", "ry", "rz")
-_PAIRS = ((0, 1), (0, 2), (1, 2))
-_FARTHEST = 50.0
-"""m; a centre of rotation farther away than this is a translation."""
+AXES = ("rx", "ry", "rz")
+
+
+def entries(name: str, scale: float, *, diagonal: bool = False) -> tuple[Parameter, ...]:
+    """Entries of a symmetric rotational compliance: its diagonal, then its upper triangle by rows unless `diagonal`."""
+    pairs = [(a, a) for a in AXES] + [(a, b) for i, a in enumerate(AXES) for b in AXES[i + 1 :] if not diagonal]
+    return tuple(Parameter(f"{name}_{a}_{b}_rad_per_Nm", scale, low=0.0 if a == b else float("-inf")) for a, b in pairs)
 
 
 class SupportForm(StrEnum):
@@ -48,19 +46,8 @@ class SupportForm(StrEnum):
     CENTRE = "centre"
 
 
-@dataclass(frozen=True)
-class Springs:
-    """The form, and the range of a pose coordinate over which the compliance is a parabola."""
-
-    form: SupportForm
-    over: Over | None = None
-
-    def __str__(self) -> str:
-        return f"{self.form}{ending(self.over)}"
-
-
-class SupportCompliance(Effect):
-    """ω = C·M with M the moment about the centre of rotation, which is the origin of P or is found.
+class SupportCompliance(SupportEffect):
+    """A body's support yields: ω = C·M with M the moment about the centre of rotation, the origin of P or found.
 
     Variants: `axes` (C diagonal: springs about x, y and z), `rotation` (C symmetric: springs about any axes), either
     of them ` over` a pose coordinate that varies (a column yields more the farther it is drawn out: C is a parabola in
@@ -78,38 +65,34 @@ class SupportCompliance(Effect):
         inputs=(Input.FORCE, Input.PLACE),
         sizes=(Size("compliance_*", 0.1, TEN_PERCENT, "pose compliance"),),
     )
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [BASE] if robot.on_support else []
+    forms = tuple(Posed(form) for form in SupportForm)
+    together = False
 
     @classmethod
     def variant_from_text(cls, robot: Robot, text: str) -> Variant:
-        form, over = split_over(text)
-        return Springs(SupportForm(form), over)
+        return Posed.from_text(SupportForm, text)
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        if not robot.on_support:
-            return []
-        found = [Springs(SupportForm.AXES), Springs(SupportForm.ROTATION)]
+        found = [Posed(SupportForm.AXES), Posed(SupportForm.ROTATION)]
         if measured_axes(points) & {0, 1, 2} or np.ptp(points.wrenches[:, :3], axis=0).any():
             # Pure moments and rotations say nothing of where a body turns.
-            found.append(Springs(SupportForm.CENTRE))
+            found.append(Posed(SupportForm.CENTRE))
         for over in over_pose(points, robot.configuration):
-            found += [Springs(SupportForm.AXES, over), Springs(SupportForm.ROTATION, over)]
+            found += [Posed(SupportForm.AXES, over), Posed(SupportForm.ROTATION, over)]
         return [(BASE, springs) for springs in found]
 
+    @property
+    def units(self) -> tuple[str, str]:
+        return "Nm", "rad"
+
     def describe(self) -> tuple[Parameter, ...]:
-        diagonal = [Parameter(f"compliance_{a}_{a}_rad_per_Nm", 1e-6, low=0.0) for a in _AXES]
-        upper = [Parameter(f"compliance_{_AXES[i]}_{_AXES[j]}_rad_per_Nm", 1e-6) for i, j in _PAIRS]
-        chosen = tuple(diagonal if self.variant.form is SupportForm.AXES else diagonal + upper)
-        if self.variant.form is SupportForm.CENTRE:
-            return chosen + tuple(
-                Parameter(f"centre_{axis}_m", 1.0, neutral=0.0, low=-_FARTHEST, high=_FARTHEST, shape=True)
-                for axis in "xyz"
-            )
-        return with_powers(chosen, self.variant.over)
+        chosen = entries("compliance", 1e-6, diagonal=self.variant.form is SupportForm.AXES)
+        if self.variant.form is not SupportForm.CENTRE:
+            return with_powers(chosen, self.variant.over)
+        return chosen + tuple(
+            Parameter(f"centre_{axis}_m", 1.0, neutral=0.0, low=-FARTHEST, high=FARTHEST, shape=True) for axis in "xyz"
+        )
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
         if self.variant.form is not SupportForm.CENTRE:
@@ -130,20 +113,19 @@ class SupportCompliance(Effect):
             turn += factor * (symmetric(theta[width * i : width * (i + 1)], 3) @ wrench[3:])
         return deflection + row.rates @ ca.vertcat(ca.SX.zeros(3), turn)
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        known = {axis: values[f"compliance_{axis}_{axis}_rad_per_Nm"] for axis in _AXES}
-        listed = ", ".join(
-            f"{1e6 * v[0]:.3g} ({1e6 * v[1]:.3g} to {1e6 * v[2]:.3g}) µrad per N·m about {axis[1]}"
-            for axis, v in known.items()
-            if abs(v[2]) < 1e299
-        )
-        text = f"What the body stands on yields: {listed or 'by an amount that is hardly known'}"
+    def sentence(self, values: Values) -> str:
+        names = {axis[1]: f"compliance_{axis}_{axis}_rad_per_Nm" for axis in AXES}
+        known = [
+            f"{{{name}:1e6 .3g}} µrad per N·m about {axis}"
+            for axis, name in names.items()
+            if abs(values[name][2]) < 1e299
+        ]
+        text = f"What the body stands on yields: {', '.join(known) or 'by an amount that is hardly known'}"
         if self.variant.over is not None:
             text += f" {self.variant.over.sentence}"
         if self.variant.form is SupportForm.CENTRE:
-            x, y, z = (values[f"centre_{axis}_m"][0] for axis in "xyz")
-            text += f"; it turns about ({x:.2f}, {y:.2f}, {z:.2f}) m in O"
-        return text + "."
+            text += "; it turns about ({centre_x_m.best:.2f}, {centre_y_m.best:.2f}, {centre_z_m.best:.2f}) m in O"
+        return self.said(f"{text}.", values)
 
 
 _AROUND = tuple(np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False))
@@ -167,10 +149,12 @@ class ForceLaw:
         return f"{self.bend} {self.drive}"
 
 
-class SupportNonlinearity(Effect):
-    """Beyond a linear support. Variants, each with the direction of the load: `stiffening` (the motion gains a cubic of
-    the whole load) and `lift-off` (beyond a load part of the support carries no more, and the rest yields further:
-    hinge at that load). `lift-off oblique` finds the axis about which the body tips.
+class SupportNonlinearity(SupportEffect):
+    """A body's support is stiffer or softer under larger loads, or part of it lifts off: what is beyond a linear one.
+
+    Variants, each with the direction of the load: `stiffening` (the motion gains a cubic of the whole load) and
+    `lift-off` (beyond a load part of the support carries no more, and the rest yields further: hinge at that load).
+    `lift-off oblique` finds the axis about which the body tips.
     """
 
     identifier = "support.nonlinearity"
@@ -187,20 +171,11 @@ class SupportNonlinearity(Effect):
             Size("cubic_*", 1e-6, "assumed: rubber feet, 1 µm under 100 N, 1 µrad under 100 N·m"),
         ),
     )
+    forms = tuple(ForceLaw(bend, drive) for bend in Bend for drive in Drive)
     builds_on = "base_compliance"
 
     @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [BASE] if robot.on_support else []
-
-    @classmethod
-    def variants(cls, robot: Robot) -> list[Variant]:
-        return [ForceLaw(bend, drive) for bend in Bend for drive in Drive]
-
-    @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        if not robot.on_support:
-            return []
         found = [ForceLaw(Bend.STIFFENING, drive) for drive in drives(points)]
         found += [ForceLaw(Bend.LIFT_OFF, drive) for drive in drives(points, oblique=True)]
         return [(BASE, law) for law in found]
@@ -209,59 +184,33 @@ class SupportNonlinearity(Effect):
     def form_name(self) -> str:
         return str(self.variant.bend)
 
-    @property
-    def drive(self) -> Drive:
-        """Direction of the load."""
-        drive: Drive = self.variant.drive
-        return drive
-
-    @property
-    def slot(self) -> tuple[Hashable, ...]:
-        return self.physics, self.component, self.variant
-
     def describe(self) -> tuple[Parameter, ...]:
-        force, motion = unit_of(self.drive)
         if self.variant.bend is Bend.STIFFENING:
-            return (Parameter(f"cubic_{motion}_at_100_{force}", 1e-6),)
-        hinge = Parameter(f"lift_off_{force}", 10.0, low=-1e6, high=1e6, shape=True)
-        if self.drive is Drive.OBLIQUE:
-            return (
-                Parameter("beyond_rx_rad_per_Nm", 1e-6),
-                Parameter("beyond_ry_rad_per_Nm", 1e-6),
-                hinge,
-                Parameter("azimuth_rad", 1.0, low=-10.0, high=10.0, shape=True),
-            )
-        return (Parameter(f"beyond_{motion}_per_{force}", 1e-6), hinge)
+            return self.described([Parameter("cubic_{motion}_at_100_{force}", 1e-6)])
+        return self.driven("beyond", Parameter("lift_off_{force}", 10.0, low=-1e6, high=1e6, shape=True))
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
         if self.variant.bend is Bend.STIFFENING:
             return [self.neutral()]
-        starts = []
-        for azimuth in _AROUND if self.drive is Drive.OBLIQUE else (0.0,):
-            for load in np.quantile(drive_values(self.drive, points.absolute, azimuth), (0.25, 0.5, 0.75)):
-                starts.append(np.array([0.0, 0.0, load, azimuth] if self.drive is Drive.OBLIQUE else [0.0, load]))
-        return starts
+        free = np.zeros(2 if self.drive is Drive.OBLIQUE else 1)
+        return [
+            np.array([*free, load, *azimuth])
+            for azimuth in self.shapes(_AROUND)
+            for load in np.quantile(drive_values(self.drive, points.absolute, *azimuth), (0.25, 0.5, 0.75))
+        ]
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        now, before = whole_load(wrench, row)
+        loads = whole_load(wrench, row)
         if self.variant.bend is Bend.STIFFENING:
-            amounts = theta[0] * sum(
-                sign * (drive_load(self.drive, load) / 100.0) ** 3 for sign, load in ((1.0, now), (-1.0, before))
-            )
-            return deflection + row.rates @ twist_of(self.drive, amounts)
-        azimuth = theta[3] if self.drive is Drive.OBLIQUE else 0.0
-        hinge = theta[2] if self.drive is Drive.OBLIQUE else theta[1]
-        beyond = ca.fmax(drive_load(self.drive, now, azimuth) - hinge, 0.0)
-        beyond -= ca.fmax(drive_load(self.drive, before, azimuth) - hinge, 0.0)
-        amounts = (theta[:2] if self.drive is Drive.OBLIQUE else theta[0]) * beyond
-        return deflection + row.rates @ twist_of(self.drive, amounts)
+            now, before = ((drive_load(self.drive, load) / 100.0) ** 3 for load in loads)
+            return deflection + row.rates @ twist_of(self.drive, theta[0] * (now - before))
+        amounts, hinge, azimuth = self.split(theta)
+        now, before = (ca.fmax(drive_load(self.drive, load, azimuth) - hinge, 0.0) for load in loads)
+        return deflection + row.rates @ twist_of(self.drive, amounts * (now - before))
 
-    def sentence(self, values: dict[str, tuple[float, float, float]]) -> str:
-        force, _ = unit_of(self.drive)
-        where = "about an oblique axis" if self.drive is Drive.OBLIQUE else self.drive
+    def sentence(self, values: Values) -> str:
         if self.variant.bend is Bend.STIFFENING:
-            value = next(iter(values.values()))[0]
-            return f"The support {'softens' if value > 0.0 else 'stiffens'} with the load {where} (cubic)."
-        at = values[f"lift_off_{force}"][0]
-        unit = "N·m" if force == "Nm" else "N"
-        return f"The support yields differently beyond {at:.3g} {unit} {where}, as where a foot lifts off."
+            verb = "softens" if next(iter(values.values()))[0] > 0.0 else "stiffens"
+            return f"The support {verb} with the load {self.where} (cubic)."
+        text = "The support yields differently beyond {lift_off.best:.3g} {force}"
+        return self.said(f"{text} {self.where}, as where a foot lifts off.", values)

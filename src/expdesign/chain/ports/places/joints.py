@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import casadi as ca
 import numpy as np
 
-from expdesign.chain.component import Component, at_tip, each_joint, links_of
+from expdesign.chain.component import Component, at_tip, each_joint
 from expdesign.chain.ports.families import Prior, guide_ends, of_effort, smooth_over
 from expdesign.chain.ports.port import Channel, Entry, Port
 from expdesign.chain.ports.quantities import Quantity
@@ -31,7 +31,7 @@ class Joints(Port):
         return self.robot.coordinates.deflection * len(each_joint(self.robot))
 
     def structure(self, deflection: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
-        tree, moved = links_of(self.robot).tree, ca.SX(deflection)
+        tree, moved = self.robot.links.tree, ca.SX(deflection)
         for joint in range(len(self.robot.stiffness)):
             point, frame = tree.joint_frame(row.pose, joint)
             shift, turn = extra[6 * joint : 6 * joint + 3], extra[6 * joint + 3 : 6 * joint + 6]

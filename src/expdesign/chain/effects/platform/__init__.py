@@ -1,1 +1,0 @@
-"""The platform and the mount of the payload."""

@@ -1,0 +1,119 @@
+"""Compliances in series with the legs, fixed to the platform and to the ground."""
+
+from collections.abc import Sequence
+from enum import StrEnum
+
+import casadi as ca
+
+from expdesign.chain.component import BASE, PLATFORM, Component, symmetric
+from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size, Variant
+from expdesign.chain.effect import Parameter
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.row import Row
+from expdesign.chain.support import measured_axes
+from expdesign.chain.tabulated import TabulatedEffect
+from expdesign.coordinates import Coordinates
+from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
+from expdesign.mechanics.robots.robot import Robot
+
+
+class Shape(StrEnum):
+    """Which elements of a compliance are not zero."""
+
+    DIAGONAL = "diagonal"
+    FULL = "full"
+
+
+def compliance_parameters(coordinates: Coordinates, full: bool) -> tuple[Parameter, ...]:
+    """Entries of a symmetric compliance, diagonal first, then the upper triangle by rows."""
+    n = coordinates.n
+    names = [f"d{axis}" for axis in coordinates.axes] + [f"r{axis}" for axis in coordinates.rotation_axes]
+    units = {"dd": ("m_per_N", 1e-9), "dr": ("per_N", 1e-8), "rr": ("rad_per_Nm", 1e-7)}
+    # A part that yields by 1 mm under 1 N, or turns by 0.1 rad under 1 N·m, carries nothing; between, their mean.
+    softest = {"dd": 1e-3, "dr": 1e-2, "rr": 1e-1}
+
+    def parameter(i: int, j: int) -> Parameter:
+        kind = "".join(sorted(names[i][0] + names[j][0]))
+        (unit, scale), high = units[kind], softest[kind]
+        return Parameter(f"compliance_{names[i]}_{names[j]}_{unit}", scale, low=0.0 if i == j else -high, high=high)
+
+    diagonal = [parameter(i, i) for i in range(n)]
+    upper = [parameter(i, j) for i in range(n) for j in range(i + 1, n)] if full else []
+    return tuple(diagonal + upper)
+
+
+class PlatformCompliance(TabulatedEffect):
+    """The platform or the payload's mount deforms: a compliance fixed to the platform, in series with the legs.
+
+    ΔX gains T·diag(R, R)·C·diag(R, R)ᵀ·F with C constant in the platform frame, about the origin of P.
+
+    Variants: `diagonal` (an elastic mount at the origin) and `full` (anywhere, any shape).
+    """
+
+    identifier = "platform.compliance"
+    physics = "platform_compliance"
+    declared = Declaration(
+        left_out="compliance of the platform or of the payload's mount",
+        phrase="a soft platform",
+        usually="plates, mounts and bolted joints",
+        port="platform",
+        laws=("compliance", "force law"),
+        inputs=(Input.FORCE,),
+        sizes=(Size("compliance_*", 0.1, TEN_PERCENT, "pose compliance"),),
+    )
+    forms = tuple(Shape)
+    says = "The platform or the payload's mount yields: the payload moves against the joints' plate under load."
+
+    @classmethod
+    def components(cls, robot: Robot) -> list[Component]:
+        return [] if robot.on_support else [PLATFORM]  # a body is rigid; what it stands on yields
+
+    def describe(self) -> tuple[Parameter, ...]:
+        return compliance_parameters(self.robot.coordinates, self.variant is Shape.FULL)
+
+    def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        n = self.robot.coordinates.n
+        turn = frame_turn(row.rotation, n)
+        return deflection + row.rates @ turn @ symmetric(theta, n) @ turn.T @ wrench
+
+
+class BaseCompliance(TabulatedEffect):
+    """The base or the ground deforms: a compliance fixed to the ground, in series with the legs.
+
+    The base moves by the twist C·F_O, F_O being the wrench referred to the origin of O, and carries all along.
+
+    Variants: `diagonal` (an elastic support at the origin of O) and `full`.
+    """
+
+    identifier = "base.compliance"
+    physics = "base_compliance"
+    declared = Declaration(
+        left_out="compliance of the base or the ground",
+        phrase="a soft base",
+        usually="stands, floors and bolted feet",
+        port="base",
+        laws=("compliance", "force law"),
+        inputs=(Input.FORCE,),
+        sizes=(Size("compliance_*", 0.1, TEN_PERCENT, "pose compliance"),),
+    )
+    forms = tuple(Shape)
+    says = "The base or the ground yields: the whole robot moves against the instrument under load."
+
+    @classmethod
+    def components(cls, robot: Robot) -> list[Component]:
+        # In the plane a base that only shifts moves as a mount on the platform does, and neither turns anything.
+        return [BASE]
+
+    @classmethod
+    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
+        if robot.on_support and not measured_axes(points) & {0, 1, 2}:
+            return []  # without translations this is what `support.compliance` says with fewer parameters
+        return super().shown(robot, points)
+
+    def describe(self) -> tuple[Parameter, ...]:
+        return compliance_parameters(self.robot.coordinates, self.variant is Shape.FULL)
+
+    def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        n = self.robot.coordinates.n
+        carry = twist_transfer(row.position, n)
+        return deflection + row.rates @ carry @ symmetric(theta, n) @ carry.T @ (wrench + row.weight)
