@@ -6,6 +6,8 @@ from functools import cache, cached_property
 import numpy as np
 import pandas as pd
 from tests.cases import ROBOTS, robot
+from tests.chain import bodies
+from tests.chain.arm_rows import arm_rows, six_axis
 from tests.chain.kinds import KINDS
 from tests.identification.experiments import read
 from tests.oracle import Array
@@ -15,7 +17,7 @@ from expdesign.chain.component import Component
 from expdesign.chain.declaration import Variant
 from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.robot import Robot
 
 PAYLOAD, WRENCH = "payload", "wrench"
 
@@ -59,10 +61,21 @@ def rows(name: str, load: str = PAYLOAD, seed: int = 0, series: int = 4, loads: 
     return pd.DataFrame(columns)
 
 
+ARM, SUPPORTED = "arm", "body"
+"""Machines beside the robots of the table: the six-axis arm of the configurations, and a body that lifts."""
+
+
+def machine(name: str) -> Robot:
+    """A robot of the table, the arm, or the body."""
+    return {ARM: six_axis, SUPPORTED: lambda: bodies.BODY}.get(name, lambda: robot(name))()
+
+
 @cache
 def recordings(name: str, load: str = PAYLOAD) -> Recordings:
     """The rows as the reader gives them, made once."""
-    return read(rows(name, load), robot(name))
+    if name == ARM:
+        return read(arm_rows(six_axis(), series=5, loads=3, sideways=True), six_axis())
+    return bodies.recordings(lifting=True) if name == SUPPORTED else read(rows(name, load), robot(name))
 
 
 @dataclass(frozen=True)
@@ -75,8 +88,8 @@ class Place:
     variant: Variant
 
     @property
-    def robot(self) -> ParallelRobot:
-        return robot(self.name)
+    def robot(self) -> Robot:
+        return machine(self.name)
 
     def effect(self) -> Effect:
         return self.kind(self.robot, self.component, self.variant)
@@ -92,8 +105,8 @@ class Place:
 
 @cache
 def places(name: str) -> list[Place]:
-    """Everything that the library offers for payloads on a robot of the table."""
-    here, points = robot(name), recordings(name)
+    """Everything that the library offers for payloads on a robot."""
+    here, points = machine(name), recordings(name)
     return [Place(name, kind, component, variant) for kind in KINDS for component, variant in kind.places(here, points)]
 
 
@@ -110,8 +123,10 @@ def one_of_each(name: str) -> list[Place]:
 def away_from_neutral(chain: Chain, seed: int = 1) -> Array:
     """Parameters (p,) some way from neutral, within their bounds, compliances a little off."""
     generator = np.random.default_rng(seed)
-    values = chain.start() + chain.scales() * generator.uniform(0.2, 0.8, len(chain.parameters))
+    shift = chain.scales() * generator.uniform(0.2, 0.8, len(chain.parameters))
+    values = chain.start() + shift
     values[: chain.compliances] = generator.uniform(0.8, 1.25, chain.compliances)
     low, high = chain.bounds()
+    values = np.where(values < high, values, chain.start() - shift)
     assert ((values > low) & (values < high)).all()
     return values

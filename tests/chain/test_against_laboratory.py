@@ -89,8 +89,6 @@ CASES = [
     same(
         {"physics": "leg_backlash", "component": "leg 3", "gap_m": 2e-6, "rest": "middle"}, "leg 3", "middle", "gap_m"
     ),
-    same({"physics": "leg_backlash", "component": "leg 1", "gap_m": 2e-6, "rest": "short"}, "leg 1", "short", "gap_m"),
-    same({"physics": "leg_backlash", "component": "leg 6", "gap_m": 2e-6, "rest": "long"}, "leg 6", "long", "gap_m"),
     same(
         {"physics": "friction_hysteresis", "component": "leg 3", "friction_N": 6.0}, "leg 3", "rigid", "friction_N"
     ),
@@ -99,19 +97,10 @@ CASES = [
         "leg 3", "elastic", "friction_N",
     ),
     same(
-        {"physics": "friction_hysteresis", "component": "all legs", "friction_N": 8.0, "contact_N_per_m": 2e7},
-        "all legs", "elastic", "friction_N",
-    ),
-    same(
-        {"physics": "creep", "component": "leg 3", "creep_ratio": 0.2, "tau_s": 100.0},
-        "leg 3", "", "creep_ratio", "tau_s",
-    ),
-    same(
         {"physics": "creep", "component": "all legs", "creep_ratio": 0.15, "tau_s": 60.0, "applied": 0.7},
         "all legs", "", "creep_ratio", "tau_s",
     ),
     same({"physics": "thermal_drift", "component": "leg 3", "alpha_per_K": 1.2e-5}, "leg 3", "", "alpha_per_K"),
-    same({"physics": "thermal_drift", "component": "all legs", "rate_per_s": 1e-8}, "all legs", "time", "rate_per_s"),
     Case(
         {"physics": "leg_coupling", "legs": [1, 2], "stiffness": [2e7, 2e7, 2e7, 1e6, 1e6, 1e6]},
         "leg 1", "shared with leg 2",
@@ -147,17 +136,6 @@ CASES = [
          "phase_rad": 1.0},
         "leg 5", "", "amplitude_m", "pitch_m", "phase_rad",
     ),
-    same(
-        {"physics": "leg_backlash", "component": "leg 1", "gap_m": 5e-6}, "leg 1", "middle", "gap_m", robot="bipod"
-    ),
-    same(
-        {"physics": "friction_hysteresis", "component": "leg 2", "friction_N": 40.0}, "leg 2", "rigid", "friction_N",
-        robot="bipod",
-    ),
-    same(
-        {"physics": "creep", "component": "leg 2", "creep_ratio": 0.1, "tau_s": 80.0}, "leg 2", "", "creep_ratio",
-        "tau_s", robot="bipod",
-    ),
     same({"physics": "load_direction_tilt", "tilt_z_rad": 0.01}, "payload", "", "tilt_z_rad", robot="bipod"),
     same({"physics": "instrument_misalignment", "rot_z_rad": 0.02}, "instrument", "", "rot_z_rad", robot="bipod"),
     # In the plane a scale that both axes share is a change of all compliances.
@@ -165,10 +143,6 @@ CASES = [
     Case(
         {"physics": "joint_position_error", "component": "leg 1", "dx_m": 0.02, "dy_m": -0.01}, "leg 1", "base",
         {"joint_dx_m": 0.02, "joint_dy_m": -0.01}, robot="bipod",
-    ),
-    same(
-        {"physics": "thermal_drift", "component": "leg 1", "alpha_per_K": 1.2e-5}, "leg 1", "", "alpha_per_K",
-        robot="bipod",
     ),
 ]  # fmt: skip
 

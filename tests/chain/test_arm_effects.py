@@ -14,7 +14,7 @@ from tests.oracle import Array
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component, Part, link_span
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.joints.geometry import ArmGeometricStiffness, ArmGeometry
+from expdesign.chain.effects.joints.geometry import ArmGeometricStiffness, ArmGeometryError
 from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance, across
 from expdesign.chain.effects.joints.play import JointBacklash
 from expdesign.chain.effects.joints.readings import LoggedBeforeSettled
@@ -31,56 +31,11 @@ def points() -> Recordings:
     return read(arm_rows(ARM, series=5, loads=3, sideways=True), ARM)
 
 
-def _places() -> list[Effect]:
-    found: dict[tuple[str, str], Effect] = {}
-    for kind in KINDS:
-        for component, variant in kind.places(ARM, points()):
-            effect = kind(ARM, component, variant)
-            found[(kind.__name__, component.part.value + str(variant))] = effect
-    return list(found.values())
-
-
-each_effect = pytest.mark.parametrize("effect", _places(), ids=lambda effect: effect.key)
-
-
 def predicted(effects: tuple[Effect, ...], parameters: list[float], rows: Recordings | None = None) -> Array:
     chain = Chain(ARM, effects)
     values = chain.start()
     values[chain.compliances :] = parameters
     return chain.predict(row_data(points() if rows is None else rows, ARM), values)
-
-
-@each_effect
-def test_neutral_it_is_the_base_model(effect: Effect) -> None:
-    jacobians = ARM.jacobians(points().configurations)
-    torques = np.einsum("nij,ni->nj", jacobians.forward, points().wrenches)
-    expected = np.einsum("nij,nj->ni", jacobians.forward, torques * ARM.compliance)
-    found = predicted((effect,), effect.neutral().tolist())
-    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
-
-
-@each_effect
-def test_sensitivities_are_central_differences(effect: Effect) -> None:
-    chain = Chain(ARM, (effect,))
-    generator = np.random.default_rng(1)
-    values = chain.start() + 0.5 * chain.scales() * generator.uniform(0.2, 0.8, len(chain.parameters))
-    data = row_data(points(), ARM)
-    _, exact = chain.predict_with_sensitivities(data, values)
-    for index in range(len(values)):
-        step = np.zeros(len(values))
-        step[index] = 1e-4 * chain.scales()[index]
-        slope = (chain.predict(data, values + step) - chain.predict(data, values - step)) / (2.0 * step[index])
-        largest = np.abs(exact[..., index]).max()
-        np.testing.assert_allclose(slope, exact[..., index], rtol=0.0, atol=1e-5 * largest + 1e-12 / step[index] * 1e-3)
-
-
-@each_effect
-def test_it_says_what_it_is(effect: Effect) -> None:
-    theta = ca.SX.sym("theta", len(effect.parameters))
-    names = list(effect.reported(theta))
-    sentence = effect.sentence(dict.fromkeys(names, (0.001, 0.0009, 0.0011)))
-    assert sentence[0] == sentence[0].upper()
-    assert sentence.endswith(".")
 
 
 def test_effects_of_arms_refuse_other_robots() -> None:
@@ -169,7 +124,7 @@ def test_the_change_of_geometry_is_that_of_the_equilibrium() -> None:
 
 def test_a_wrong_zero_is_a_command_that_is_off() -> None:
     """The payload hangs on the tip as before: the same load at another command."""
-    found = predicted((ArmGeometry.from_text(ARM, "joint 3", "offset"),), [0.03])
+    found = predicted((ArmGeometryError.from_text(ARM, "joint 3", "offset"),), [0.03])
     frame = arm_rows(ARM, series=5, loads=3, sideways=True)
     frame["q3_rad"] += 0.03
     np.testing.assert_allclose(found, predicted((), [], read(frame, ARM)), rtol=0.0, atol=1e-12)

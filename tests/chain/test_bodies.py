@@ -11,8 +11,7 @@ from tests.oracle import Array
 from expdesign.chain import chain as chain_module
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.base.compliance import BaseCompliance
-from expdesign.chain.effects.instrument.frame import InstrumentMisalignment
+from expdesign.chain.effects.structure.compliance import BaseCompliance
 from expdesign.chain.effects.support.history import SupportCreep, SupportFriction
 from expdesign.chain.effects.support.play import SupportPlay, SupportRocking
 from expdesign.chain.effects.support.springs import SupportCompliance, SupportNonlinearity
@@ -26,8 +25,6 @@ from expdesign.estimation.fit import Data, Fit, fit, summarise
 from expdesign.estimation.whitening import Whitening
 
 LIFTING = recordings(lifting=True)
-EFFECTS = library(BODY, LIFTING)
-each_effect = pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.key)
 
 
 def test_an_error_of_a_weight_is_offered_only_where_weights_were_put_on() -> None:
@@ -46,20 +43,6 @@ def predicted(effects: tuple[Effect, ...], values: Array | list[float], points: 
 
 def test_the_base_model_does_not_deflect_at_all() -> None:
     assert not predicted((), np.zeros(0), LIFTING).any()
-
-
-@each_effect
-def test_every_effect_is_neutral_has_exact_sensitivities_and_a_name_of_the_interface(effect: Effect) -> None:
-    chain = Chain(BODY, (effect,))
-    data = row_data(LIFTING, BODY)
-    assert not chain.predict(data, chain.start()).any()
-    low, high = chain.bounds()
-    values = np.clip(effect.starts(LIFTING)[0] + 0.37 * chain.scales(), low, high)
-    direction = chain.scales() * np.random.default_rng(0).standard_normal(len(values))
-    _, exact = chain.predict_with_sensitivities(data, values)
-    ahead, back = (chain.predict(data, values + sign * 1e-7 * direction) for sign in (1.0, -1.0))
-    slope = (ahead - back) / 2e-7
-    np.testing.assert_allclose(exact @ direction, slope, rtol=0.0, atol=1e-5 * max(np.abs(slope).max(), 1e-12))
 
 
 def test_a_long_series_in_few_calls_is_the_same_as_row_by_row(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -190,30 +173,6 @@ def test_a_body_without_standard_deviations_is_judged_by_the_noise_that_the_expl
     assert estimated.errors.train_after == pytest.approx(1.0, abs=0.1)
     assert estimated.errors.test_after == pytest.approx(known.errors.test_after, rel=0.2)
     assert estimated.errors.test_before == pytest.approx(known.errors.test_before, rel=0.2)
-
-
-@pytest.mark.slow
-def test_a_full_compliance_is_found_where_all_axes_are_measured() -> None:
-    effect = BaseCompliance.from_text(BODY, "base", "full")
-    generator = np.random.default_rng(1)
-    root = generator.standard_normal((6, 6)) * np.sqrt([1e-8] * 3 + [1e-7] * 3)[:, None]
-    matrix = root @ root.T
-    values = [*np.diag(matrix), *(matrix[i, j] for i in range(6) for j in range(i + 1, 6))]
-    result = diagnosed((effect,), [float(v) for v in values], tuple(range(6)), count=90)
-    assert result.verdict == "explained"
-    assert [(f.physics, f.variant) for f in result.findings] == [("base_compliance", "full")]
-
-
-@pytest.mark.slow
-def test_a_turned_sensor_is_found_only_beside_what_it_turns() -> None:
-    """On a body that does not yield there is nothing to turn: the direction appears beside the compliance alone."""
-    effects = (
-        SupportCompliance.from_text(BODY, "base", "axes"),
-        InstrumentMisalignment.from_text(BODY, "instrument", "about z"),
-    )
-    result = diagnosed(effects, [2e-6, 2.5e-6, 0.0, 0.1], (3, 4), count=150)
-    # What takes away less than 3 % of the excess is in the model, and is no finding.
-    assert {effect.physics for effect in result.model.effects} == {"base_compliance", "instrument_misalignment"}
 
 
 def test_moments_of_a_weight_do_not_determine_single_elements_of_a_compliance() -> None:

@@ -3,6 +3,7 @@
 import re
 import string
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import casadi as ca
@@ -13,16 +14,28 @@ from tests.chain import bodies
 from tests.chain.arm_rows import arm_rows, six_axis
 from tests.chain.arms import configurations, read_arm, recordings_of
 from tests.chain.kinds import KINDS
-from tests.chain.places import PAYLOAD, WRENCH, Place, away_from_neutral, one_of_each, places, recordings, rows
+from tests.chain.places import (
+    ARM,
+    PAYLOAD,
+    SUPPORTED,
+    WRENCH,
+    Place,
+    away_from_neutral,
+    machine,
+    one_of_each,
+    places,
+    recordings,
+    rows,
+)
 from tests.identification.experiments import read
 from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import INSTRUMENT, Part, component_from_text
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.instrument.wander import FrameWander
+from expdesign.chain.effects.instrument.frame import FrameWander
 from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
-from expdesign.chain.effects.joints.harmonics import JointHarmonics
+from expdesign.chain.effects.joints.readings import JointHarmonics
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.findings import reported
 from expdesign.diagnosis.library import library
@@ -37,11 +50,15 @@ EVERYWHERE = [
     for place in places(name)
     if name != "irregular" or not BETWEEN.search(str(place))
 ]
-every_place = pytest.mark.parametrize("place", EVERYWHERE, ids=str)
-each_kind = pytest.mark.parametrize(
-    "place", [place for name in ("irregular", "bipod-unequal") for place in one_of_each(name)], ids=str
+BEYOND_LEGS = [place for name in (ARM, SUPPORTED) for place in one_of_each(name)]
+every_place_and_load = pytest.mark.parametrize(
+    ("place", "load"),
+    [*product(EVERYWHERE, (PAYLOAD, WRENCH)), *((place, PAYLOAD) for place in BEYOND_LEGS)],
+    ids=str,
 )
-both_loads = pytest.mark.parametrize("load", [PAYLOAD, WRENCH])
+ON_LEGS = [place for name in ("irregular", "bipod-unequal") for place in one_of_each(name)]
+each_kind = pytest.mark.parametrize("place", ON_LEGS, ids=str)
+each_kind_anywhere = pytest.mark.parametrize("place", [*ON_LEGS, *BEYOND_LEGS], ids=str)
 
 # file-formats.md, diagnosis.json: names that are fixed, where they differ by form with the form.
 FIXED = {
@@ -67,15 +84,14 @@ IDENTIFIERS = {
 
 def base_model(name: str, load: str, compliance: Array | None = None) -> Array:
     """J̌·(c∘JᵀF) of every row, without the chain."""
-    here, points = robot(name), recordings(name, load)
+    here, points = machine(name), recordings(name, load)
     jacobians = here.jacobians(points.configurations)
     force = np.einsum("nij,ni->nj", jacobians.forward, points.wrenches)
     elongation = force * here.compliance * (1.0 if compliance is None else compliance)
     return np.einsum("nij,nj->ni", jacobians.pose, elongation)
 
 
-@both_loads
-@every_place
+@every_place_and_load
 def test_a_neutral_effect_leaves_the_base_model(place: Place, load: str) -> None:
     chain = place.chain
     generator = np.random.default_rng(3)
@@ -94,8 +110,7 @@ def test_so_it_does_with_the_other_orientation(place: Place) -> None:
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
 
 
-@both_loads
-@every_place
+@every_place_and_load
 def test_sensitivities_are_central_differences(place: Place, load: str) -> None:
     """Per parameter, to 1e-5 of its largest sensitivity, where friction and play are away from their kinks."""
     chain = place.chain
@@ -144,7 +159,7 @@ def test_predictions_are_finite_at_the_bounds(place: Place) -> None:
             assert np.isfinite(sensitivities).all()
 
 
-@each_kind
+@each_kind_anywhere
 def test_its_starts_are_shapes_of_nothing(place: Place) -> None:
     """Whatever shape a search starts from, the effect is still neutral there, and within its bounds."""
     chain, points = place.chain, recordings(place.name)
@@ -159,7 +174,7 @@ def test_its_starts_are_shapes_of_nothing(place: Place) -> None:
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
 
 
-@each_kind
+@each_kind_anywhere
 def test_people_get_a_sentence_and_parameters_by_their_fixed_names(place: Place) -> None:
     chain, points = place.chain, recordings(place.name)
     effect = chain.effects[0]

@@ -11,8 +11,8 @@ from tests.oracle import Array
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import PAYLOAD, Component, Part
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.actuators.self_centring import Loop, SelfCentring
-from expdesign.chain.effects.load.sensor import ForceSensor
+from expdesign.chain.effects.actuators.actuators import Loop, SelfCentring
+from expdesign.chain.effects.load.payload import ForceSensor
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import diagnose

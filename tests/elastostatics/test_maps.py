@@ -44,18 +44,6 @@ def loaded_pose(here: ParallelRobot, poses: Array, wrenches: Array, compliance: 
 
 
 @every_robot
-def test_deflection_is_the_same_by_compliances_and_by_loads(name: str) -> None:
-    """A·c = J̌·K⁻¹·Jᵀ·ΔF (thesis 1.14 to 1.17)."""
-    here, poses, wrenches = states(name)
-    jacobians = here.jacobians(poses)
-    by_compliances = observation_matrix(jacobians, wrenches) @ here.compliance
-    by_load = np.einsum("...ij,...j->...i", cartesian_compliance(jacobians, here.compliance), wrenches)
-    error = np.linalg.norm(scaled(here, (by_compliances - by_load)[..., None]), axis=(-2, -1))
-    size = np.linalg.norm(scaled(here, by_load[..., None]), axis=(-2, -1))
-    assert (error / size).max() < 1e-12
-
-
-@every_robot
 def test_observation_matrix_is_that_of_the_sums(name: str) -> None:
     here, poses, wrenches = states(name)
     found = observation_matrix(here.jacobians(poses), wrenches)
@@ -68,15 +56,6 @@ def test_observation_matrix_is_that_of_the_sums(name: str) -> None:
         )
         < 1e-10
     )
-
-
-@every_robot
-def test_observation_matrix_is_linear_in_the_load(name: str) -> None:
-    here, poses, wrenches = states(name)
-    jacobians = here.jacobians(poses)
-    one, other = observation_matrix(jacobians, wrenches), observation_matrix(jacobians, wrenches[::-1])
-    both = observation_matrix(jacobians, 2.0 * wrenches - 3.0 * wrenches[::-1])
-    assert relative(both - (2.0 * one - 3.0 * other), both) < 1e-12
 
 
 @every_robot
@@ -125,27 +104,11 @@ def test_stiffness_is_the_derivative_of_the_restoring_wrench(name: str) -> None:
 
 
 @every_robot
-def test_geometric_stiffness_against_differences_and_the_hand_formula(name: str) -> None:
+def test_geometric_stiffness_is_that_of_the_hand_formula(name: str) -> None:
     here, poses, wrenches = states(name)
     forces = actuator_forces(here.jacobians(poses), wrenches)
     exact = geometric_stiffness(here, poses, forces)
-
-    def wrench(at: Array) -> Array:
-        return np.linalg.solve(oracle.kinematics(here, at).forward.swapaxes(-1, -2), forces[..., None])[..., 0]
-
-    assert relative(central_difference(wrench, poses, 1e-5) - exact, exact) < 1e-6
-    by_hand = oracle.geometric_stiffness(here, poses, forces)
-    assert relative(by_hand - exact, exact) < 1e-10
-
-
-@every_robot
-def test_stiffness_is_symmetric_and_positive_definite_in_twist_coordinates(name: str) -> None:
-    """K_C·T = J⁻ᵀKJ⁻¹; in pose coordinates it is not symmetric once the platform is turned."""
-    here, poses, _ = states(name)
-    jacobians = here.jacobians(poses)
-    twist = cartesian_stiffness(jacobians, here.compliance) @ jacobians.pose @ np.linalg.inv(jacobians.forward)
-    assert relative(twist - twist.swapaxes(-1, -2), twist) < 1e-10
-    assert np.linalg.eigvalsh((twist + twist.swapaxes(-1, -2)) / 2.0).min() > 0.0
+    assert relative(oracle.geometric_stiffness(here, poses, forces) - exact, exact) < 1e-10
 
 
 def test_size_of_the_geometric_stiffness_of_the_default_hexapod() -> None:

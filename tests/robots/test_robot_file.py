@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import yaml
 from tests.design.problems import BIPOD, HEXAPOD, changed
-from tests.robots.test_kinematics import central_difference, relative, scaled
 
 from expdesign.errors import InputError
 from expdesign.mechanics.robots.bipod import Bipod
@@ -14,7 +13,6 @@ from expdesign.mechanics.robots.hexapod import Hexapod
 from expdesign.mechanics.robots.robot_file import read_robot
 
 SHIPPED = sorted((Path(__file__).parents[2] / "configs" / "robots").glob("*.yaml"))
-PARALLEL = [path for path in SHIPPED if "urdf:" not in path.read_text()]
 
 
 def test_the_file_of_the_interfaces(tmp_path: Path) -> None:
@@ -54,19 +52,6 @@ def test_shipped_robots_are_regular_at_their_zero_pose_and_within_their_limits(p
     robot = read_robot(path)
     zero = np.array([0.0, 0.6]) if isinstance(robot, Bipod) else np.zeros(len(robot.configuration))
     assert bool(robot.usable(zero))
-
-
-@pytest.mark.parametrize("path", PARALLEL, ids=lambda path: path.stem)
-def test_jacobians_of_shipped_robots_are_those_of_finite_differences(path: Path) -> None:
-    robot = read_robot(path)
-    assert isinstance(robot, Hexapod | Bipod)
-    generator = np.random.default_rng(0)
-    n = robot.coordinates.n
-    centre = np.zeros(n) if n == 6 else np.array([0.0, 0.6])
-    poses = centre + 0.005 * generator.uniform(-1.0, 1.0, (10, n))
-    rates = central_difference(robot.lengths, poses, 1e-5)
-    exact = robot.jacobians(poses).pose
-    assert relative(scaled(robot, exact - np.linalg.inv(rates)), scaled(robot, exact)) < 1e-6
 
 
 def test_missing_file_and_wrong_key(tmp_path: Path) -> None:
