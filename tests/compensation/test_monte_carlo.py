@@ -11,7 +11,7 @@ from tests.oracle import Array
 from tests.robots.arms import ARMS, serial_robot
 from tests.virtual_laboratory.conftest import ROBOTS as HEXAPODS
 
-from expdesign.assurance.validation.compensation import TOLERANCE, ExactCompensation
+from expdesign.assurance.validation.compensation import CONVERGENCE, ExactCompensation
 from expdesign.assurance.validation.equilibrium import Equilibrium
 from expdesign.assurance.validation.plants import EquilibriumPlant, ExplicitPlant
 from expdesign.assurance.validation.repeated import repeat, root_mean_square, standard_deviation
@@ -80,7 +80,7 @@ def test_commands_solve_the_fixed_point_however_wrong_the_estimates(name: str) -
     attained = ExactCompensation(here.loaded, target, load, machine.compliance).attained(estimates)
     maps = oracle.observation(machine, attained.commands, load)
     off = attained.commands + np.einsum("sij,sj->si", maps, estimates) - target
-    assert attained.residual <= TOLERANCE
+    assert attained.residual <= CONVERGENCE.tolerance
     assert np.abs(off).max() < 3e-13
     errors = np.einsum("sij,sj->si", maps, machine.compliance - estimates)
     np.testing.assert_allclose(attained.errors, errors, atol=3e-13)  # the exact identity of theory.md 4.1
@@ -173,7 +173,7 @@ def test_load_errors_of_any_distribution_have_the_predicted_deviation(distributi
     repeated = repeat(here.problem(), plan, 40_000, 10, distribution=distribution)
     assert set(repeated.causes) == {"duir", "feir", "total"}
     assert np.abs(repeated.scores()).max() < 3.0
-    estimate, predicted = repeated.deviation("feir")
+    estimate, predicted = repeated.deviations["feir"]
     assert np.abs(estimate.value / predicted - 1.0).max() < 0.03
 
 
@@ -205,7 +205,7 @@ def test_rounding_beside_a_prediction_of_nothing_is_no_difference() -> None:
     here = setup("bipod", "payload", errors=(("wrench", True),))
     here.loaded.sources[0].deviation[:] = 1e-30
     repeated = repeat(here.problem(), here.plan(np.random.default_rng(15), 3), 1000, 16)
-    assert repeated.criterion("feir")[1] < 1e-20
+    assert repeated.criteria["feir"][1] < 1e-20
     assert repeated.criterion_score("feir") == 0.0
     assert not repeated.deviation_score("feir").any()
     assert repeated.deviation_score("duir").all()

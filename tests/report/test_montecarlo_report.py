@@ -42,7 +42,7 @@ def text(shown: str) -> str:
 def test_criteria_and_their_prediction_are_there() -> None:
     result, shown = repeated(), text(page())
     for cause in ("duir", "feir", "total"):
-        found, predicted = result.criterion(cause)
+        found, predicted = result.criteria[cause]
         assert words.with_error(float(found.value), float(found.standard_error)) in shown
         assert f"predicted {words.number(predicted, 4)}" in shown
     assert f"all {len(result.scores())} comparisons lie within three standard errors" in shown
@@ -52,8 +52,8 @@ def test_what_differs_is_said() -> None:
     """The same samples beside the prediction for half the noise."""
     result = repeated()
     wrong = Repeated(result.problem, result.plan, dict(result.causes), "explicit", "normal", 1)
-    wrong.__dict__["_deviations"] = {
-        cause: (estimate, predicted / 2.0) for cause, (estimate, predicted) in result._deviations.items()
+    wrong.__dict__["deviations"] = {
+        cause: (estimate, predicted / 2.0) for cause, (estimate, predicted) in result.deviations.items()
     }
     shown = text(render(montecarlo_report(wrong)))
     assert "The prediction holds" not in shown

@@ -77,7 +77,7 @@ def agreement_figure(result: Repeated) -> Figure:
     labels = [f"{words.axis(names[axis])}, target {target + 1}" for target, axis in places]
     data = []
     for offset, cause in enumerate(result.drawn):
-        estimate, predicted = result.deviation(cause)
+        estimate, predicted = result.deviations[cause]
         ratio = [estimate.value[t, i] / predicted[t, i] for t, i in places]
         error = [3.0 * estimate.standard_error[t, i] / predicted[t, i] for t, i in places]
         places_across = np.arange(len(places)) + 0.18 * (offset - 1)
@@ -97,7 +97,7 @@ def agreement_figure(result: Repeated) -> Figure:
 
 def _densities(result: Repeated, target: int, axis: int) -> pd.DataFrame:
     """Error (µm or µrad) and densities (per µm or µrad) of every cause, simulated and predicted."""
-    largest = max(1e6 * result.deviation(cause)[1][target, axis] for cause in result.drawn)
+    largest = max(1e6 * result.deviations[cause][1][target, axis] for cause in result.drawn)
     centre = 1e6 * result.bias.value[target, axis] if result.plant != "explicit" else 0.0
     edges = centre + _HALF * largest * np.linspace(-1.0, 1.0, _BINS + 1)
     middle = (edges[1:] + edges[:-1]) / 2.0
@@ -106,7 +106,7 @@ def _densities(result: Repeated, target: int, axis: int) -> pd.DataFrame:
         errors = 1e6 * result.causes[cause].errors[:, target, axis]
         counts = np.histogram(errors, edges)[0]
         columns[cause] = _short(counts / (len(errors) * np.diff(edges)))
-        sigma = 1e6 * result.deviation(cause)[1][target, axis]
+        sigma = 1e6 * result.deviations[cause][1][target, axis]
         normal = np.exp(-0.5 * (middle / sigma) ** 2) / (np.sqrt(2.0 * np.pi) * sigma) if sigma > 0.0 else 0.0 * middle
         columns[f"{cause}_predicted"] = _short(normal)
     return pd.DataFrame(columns)

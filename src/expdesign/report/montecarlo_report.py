@@ -54,7 +54,7 @@ def montecarlo_report(result: Repeated, plan: str = "plan.csv") -> Page:
 def _conclusions(result: Repeated) -> list[str]:
     scores = np.abs(result.scores())
     beyond = int((scores > 3.0).sum())
-    found, predicted = result.criterion("total")
+    found, predicted = result.criteria["total"]
     texts = [
         f"In {result.samples} repetitions of experiment, identification and compensation the RMS error at the targets "
         f"is {words.with_error(float(found.value), float(found.standard_error))} tolerances; "
@@ -91,7 +91,7 @@ def _conclusions(result: Repeated) -> list[str]:
 def _key_figures(result: Repeated) -> KeyFigures:
     items = []
     for cause in result.drawn:
-        found, predicted = result.criterion(cause)
+        found, predicted = result.criteria[cause]
         note = f"predicted {words.number(predicted, 4)}"
         items.append(KeyFigure(CRITERIA[cause], words.number(float(found.value), 4), "tolerances", note))
     items.append(KeyFigure("Repetitions", str(result.samples), "", f"{result.plant} plant"))
@@ -108,7 +108,7 @@ def _criteria_table(result: Repeated) -> DataTable:
     }
     rows = []
     for cause in result.drawn:
-        found, predicted = result.criterion(cause)
+        found, predicted = result.criteria[cause]
         numbers = (float(found.value), float(found.standard_error), predicted)
         rows.append([cause, *numbers, result.criterion_score(cause)])
     frame = pd.DataFrame(rows, columns=["criterion", "rms", "standard_error", "predicted", "z"])
@@ -121,7 +121,7 @@ def _deviation_table(result: Repeated) -> DataTable:
     rows = []
     for target, axis in np.ndindex(importance.shape):
         for cause in result.drawn:
-            estimate, predicted = result.deviation(cause)
+            estimate, predicted = result.deviations[cause]
             found = (estimate.value, estimate.standard_error, predicted, result.deviation_score(cause))
             rows.append([target + 1, names[axis], cause, *(float(values[target, axis]) for values in found)])
 

@@ -15,7 +15,7 @@ from expdesign.app.api.result import FolderResult
 from expdesign.app.sweeps.engine import Engine, by_engine
 from expdesign.assurance.validation.plants import PLANTS
 from expdesign.assurance.validation.repeated import Drawn, Elsewhere, Repeated, repeat
-from expdesign.assurance.validation.simulation import Repetitions, simulated
+from expdesign.assurance.validation.simulation import Experiment, Repetitions
 from expdesign.chain.models.model_file import Model, model_from_document, model_text
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
@@ -53,7 +53,7 @@ class MonteCarloResult(FolderResult):
         """DUIR, FEIR and total as they came out (tolerances) and as predicted."""
         rows = {}
         for cause in self.result.causes:
-            found, predicted = self.result.criterion(cause)
+            found, predicted = self.result.criteria[cause]
             numbers = (float(found.value), float(found.standard_error), predicted)
             rows[cause] = [*numbers, self.result.criterion_score(cause)]
         return pd.DataFrame.from_dict(rows, orient="index", columns=["rms", "standard_error", "predicted", "z"])
@@ -192,8 +192,7 @@ def _batch(problem: DesignProblem, drawn: Drawn, common: Common, truth: str | No
     real = None
     if truth is not None:
         real = _truth(problem, model_from_document(parse_yaml(truth, "truth", _ROOT)), plant)
-    options: dict[str, Any] = {"plant": PLANTS[plant], "distribution": distribution, "truth": real}
-    return simulated(problem, plan, [size], seed, noise, load_errors, **options)
+    return Experiment(problem, plan, PLANTS[plant], distribution, real).batch(size, seed, noise, load_errors)
 
 
 def _truth(problem: DesignProblem, model: Model, plant: str) -> LoadedRobot:

@@ -171,10 +171,5 @@ def judge(
 
 
 def _squares(problem: DesignProblem, plan: Plan, samples: int, seed: int) -> FloatArray:
-    """(error / tolerance)² of every repetition (s,): the mean over targets, or that of the worst target."""
-    targets = problem.targets
-    errors = simulate(problem, plan, samples, seed).errors
-    per_target: FloatArray = (errors**2 * targets.importance).sum(axis=-1)
-    if targets.aggregate == "max":
-        return per_target[:, int(np.argmax(per_target.mean(axis=0)))]
-    return per_target @ targets.weights / targets.weights.sum()
+    """(error / tolerance)² of every repetition, shape (s,)."""
+    return simulate(problem, plan, samples, seed).squares(problem.targets)

@@ -23,10 +23,22 @@ from expdesign.errors import ConvergenceError
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.symbolic import BatchFunction
 
-TOLERANCE = 1e-13
-"""m, rad: largest remaining error of the predicted configuration, as in the command `compensate`."""
-_ITERATIONS = 50
-"""Steps of the fixed point at most."""
+
+@dataclass(frozen=True)
+class Convergence:
+    """When an iteration over poses has ended.
+
+    Attributes:
+        tolerance: largest remaining error or last change (m, rad), as in the command `compensate`.
+        steps: at most.
+    """
+
+    tolerance: float = 1e-13
+    steps: int = 60
+
+
+CONVERGENCE = Convergence()
+"""Of every plant."""
 
 
 @dataclass(frozen=True)
@@ -115,8 +127,8 @@ class ExactCompensation:
         commands = self._start(estimates)
         predicted, actual = self._deflections(commands, estimates)
         residual = np.abs(commands + predicted - self.target).max(axis=1)
-        for _ in range(_ITERATIONS):
-            rows = np.flatnonzero(~(residual <= TOLERANCE))
+        for _ in range(CONVERGENCE.steps):
+            rows = np.flatnonzero(~(residual <= CONVERGENCE.tolerance))
             if not rows.size:
                 return Attained(commands, self._pose_errors(commands + actual), float(residual.max()))
             commands[rows] = self.target - predicted[rows]
@@ -137,10 +149,10 @@ class ExactCompensation:
     def _start(self, estimates: FloatArray) -> FloatArray:
         """Commands with the map expanded about the command of the true compliances, shape (s, n_q)."""
         centre = self.target
-        for _ in range(_ITERATIONS):
+        for _ in range(CONVERGENCE.steps):
             mapped, further = self._map(centre)
             following = self.target - mapped @ self.true - further
-            if np.abs(following - centre).max() <= TOLERANCE:
+            if np.abs(following - centre).max() <= CONVERGENCE.tolerance:
                 break
             centre = following
         mapped, further = self._map(centre)

@@ -8,15 +8,11 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.assurance.validation.compensation import CONVERGENCE
 from expdesign.errors import ConvergenceError
 from expdesign.mechanics.loads.load import Load
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.symbolic import BatchFunction
-
-TOLERANCE = 1e-13
-"""m, rad: largest last correction of a pose."""
-_ITERATIONS = 60
-"""Steps of the iteration at most."""
 
 
 class Equilibrium:
@@ -54,11 +50,11 @@ class Equilibrium:
         poses = start.copy()
         step = self.robot.jacobians(start).pose
         rows = np.arange(len(start))
-        for _ in range(_ITERATIONS):
+        for _ in range(CONVERGENCE.steps):
             (residual,) = self._residual(poses[rows], lengths[rows], loads[rows], added[rows])
             correction = (step[rows] @ residual[..., None])[..., 0]
             poses[rows] -= correction
-            rows = rows[~(np.abs(correction).max(axis=1) <= TOLERANCE)]
+            rows = rows[~(np.abs(correction).max(axis=1) <= CONVERGENCE.tolerance)]
             if not rows.size:
                 return poses
         what = f"{rows.size} of {len(start)} loaded poses do not come to rest"

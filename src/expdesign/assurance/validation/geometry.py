@@ -15,16 +15,12 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.assurance.validation.compensation import CONVERGENCE
 from expdesign.errors import ConvergenceError, InputError
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.symbolic import BatchFunction
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
-
-_STEPS = 20
-"""Steps of the iteration at most."""
-_CONVERGED = 1e-13
-"""m and rad; change of a pose in one step below which it is found."""
 
 
 class GeometricPlant:
@@ -72,18 +68,18 @@ class GeometricPlant:
         load = np.broadcast_to(wrench, (count, len(wrench)))
         wanted = np.broadcast_to(target, (count, len(target)))
         unloaded = wanted.copy()
-        for _ in range(_STEPS):
+        for _ in range(CONVERGENCE.steps):
             before, unloaded = unloaded, wanted - self._deflection(unloaded, geometry, compliance, load)[0]
-            if np.abs(unloaded - before).max() < _CONVERGED:
+            if np.abs(unloaded - before).max() < CONVERGENCE.tolerance:
                 break
         command = self._lengths(unloaded, geometry)[0] - lengths
         true = np.broadcast_to(self.nominal, geometry.shape)
         pose, moved = unloaded.copy(), np.inf
-        for _ in range(_STEPS):
+        for _ in range(CONVERGENCE.steps):
             found, rates = self._lengths(pose, true)
             step = np.linalg.solve(rates, (found - command)[..., None])[..., 0]
             pose, moved = pose - step, float(np.abs(step).max())
-            if moved < _CONVERGED:
+            if moved < CONVERGENCE.tolerance:
                 break
         else:
             remedy = "Check the plan: it hardly identifies the geometry."

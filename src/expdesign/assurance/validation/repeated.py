@@ -9,7 +9,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.validation.plants import ExplicitPlant, Plant
-from expdesign.assurance.validation.simulation import Repetitions, Simulation, batch_sizes, joined, simulate
+from expdesign.assurance.validation.simulation import Experiment, Repetitions, Simulation, Size, batch_sizes
 from expdesign.mechanics.elastostatics.measurements import Distribution, LoadedRobot
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.plan import Plan
@@ -60,7 +60,7 @@ def root_mean_square(samples: FloatArray) -> Estimate:
 CAUSES = {"duir": (True, False), "feir": (False, True), "total": (True, True)}
 """Whether noise and load errors are drawn, by the criterion that predicts the result."""
 
-Drawn = tuple[tuple[int, int], bool, bool]
+Drawn = tuple[Size, bool, bool]
 """A batch (`batch_sizes`), and whether noise and load errors are drawn in it."""
 Elsewhere = Callable[[list[Drawn]], list[Repetitions]]
 """Does batches and returns them in their order."""
@@ -100,21 +100,14 @@ class Repeated:
         """Largest error of the predicted configuration at a command (m, rad)."""
         return max(simulation.residual for simulation in self.causes.values())
 
-    def deviation(self, cause: str) -> tuple[Estimate, FloatArray]:
-        """Standard deviations (m, rad) of the attained pose, and the predicted ones, shape (t, n)."""
-        return self._deviations[cause]
-
-    def criterion(self, cause: str) -> tuple[Estimate, float]:
-        """The criterion as it came out (RMS in tolerances, mean or largest over targets), and as predicted."""
-        return self._criteria[cause]
-
     @cached_property
     def bias(self) -> Estimate:
         """Mean error (m, rad) of the attained pose with all causes, shape (t, n)."""
         return mean(self.causes["total"].errors)
 
     @cached_property
-    def _deviations(self) -> dict[str, tuple[Estimate, FloatArray]]:
+    def deviations(self) -> dict[str, tuple[Estimate, FloatArray]]:
+        """Standard deviations (m, rad) of the attained pose by cause, and the predicted ones, shape (t, n)."""
         result = {}
         for cause, simulation in self.causes.items():
             predicted = np.sqrt(np.diagonal(simulation.predicted_covariance, axis1=-2, axis2=-1))
@@ -122,19 +115,15 @@ class Repeated:
         return result
 
     @cached_property
-    def _criteria(self) -> dict[str, tuple[Estimate, float]]:
+    def criteria(self) -> dict[str, tuple[Estimate, float]]:
+        """The criteria as they came out (RMS in tolerances, mean or largest over targets), and as predicted."""
         return {cause: self._compared(cause) for cause in self.causes}
 
     def _compared(self, cause: str) -> tuple[Estimate, float]:
-        targets, simulation = self.problem.targets, self.causes[cause]
-        squares = (simulation.errors**2 * targets.importance).sum(axis=-1)
-        if targets.aggregate == "max":
-            squares = squares[:, [int(squares.mean(axis=0).argmax())]]
-        else:
-            squares = (squares @ targets.weights / targets.weights.sum())[:, None]
-        found = root_mean_square(np.sqrt(squares))
+        simulation = self.causes[cause]
+        found = root_mean_square(np.sqrt(simulation.squares(self.problem.targets)))
         predicted = float(known_criteria()[cause].values(simulation.assessment)[0])
-        return Estimate(found.value[0], found.standard_error[0]), predicted
+        return found, predicted
 
     @property
     def drawn(self) -> tuple[str, ...]:
@@ -152,12 +141,12 @@ class Repeated:
 
     def deviation_score(self, cause: str) -> FloatArray:
         """Z scores of the standard deviations, shape (t, n)."""
-        estimate, predicted = self.deviation(cause)
+        estimate, predicted = self.deviations[cause]
         return estimate.z_score(predicted, ROUNDING)
 
     def criterion_score(self, cause: str) -> float:
         """Z score of the criterion."""
-        found, predicted = self.criterion(cause)
+        found, predicted = self.criteria[cause]
         finest = np.sqrt(self.problem.targets.importance.max())
         return float(found.z_score(np.asarray(predicted), ROUNDING * finest))
 
@@ -182,7 +171,7 @@ class Repeated:
     def _criterion_record(self, cause: str) -> dict[str, float | None] | None:
         if cause not in self.causes:
             return None
-        found, predicted = self.criterion(cause)
+        found, predicted = self.criteria[cause]
         return {
             "rms": float(found.value),
             "standard_error": float(found.standard_error),
@@ -203,7 +192,7 @@ class Repeated:
                 "mean_standard_error": float(bias.standard_error[target, axis]),
             }
             for cause in self.causes:
-                estimate, predicted = self.deviation(cause)
+                estimate, predicted = self.deviations[cause]
                 entry[cause] = {
                     "std": float(estimate.value[target, axis]),
                     "standard_error": float(estimate.standard_error[target, axis]),
@@ -225,33 +214,15 @@ def repeat(
     truth: LoadedRobot | None = None,
     elsewhere: Elsewhere | None = None,
 ) -> Repeated:
-    """Repeat a plan with each cause of error and with both; see `simulate`.
+    """Repeat a plan with each cause of error and with both; arguments as of `simulate` and `Experiment`.
 
     `elsewhere` does the batches of all causes in any order and place; here, one after another, if left out.
     """
-    causes = CAUSES if problem.loaded.sources else {"duir": CAUSES["duir"]}
-    if elsewhere is not None:
-        sizes = batch_sizes(samples)
-        done = iter(elsewhere([(size, *drawn) for drawn in causes.values() for size in sizes]))
-        simulations = {
-            cause: joined(problem, plan, [next(done) for _ in sizes], *drawn) for cause, drawn in causes.items()
-        }
-        simulations.setdefault("total", simulations["duir"])
-        return Repeated(problem, plan, simulations, plant.name, distribution, seed)
-    simulations = {
-        cause: simulate(
-            problem,
-            plan,
-            samples,
-            seed,
-            noise=noise,
-            load_errors=load_errors,
-            plant=plant,
-            distribution=distribution,
-            truth=truth,
-        )
-        for cause, (noise, load_errors) in causes.items()
-    }
+    experiment = Experiment(problem, plan, plant, distribution, truth)
+    causes, sizes = CAUSES if problem.loaded.sources else {"duir": CAUSES["duir"]}, batch_sizes(samples)
+    batches = [(size, *drawn) for drawn in causes.values() for size in sizes]
+    done = iter(elsewhere(batches) if elsewhere else (experiment.batch(size, seed, *how) for size, *how in batches))
+    simulations = {cause: experiment.joined([next(done) for _ in sizes], *drawn) for cause, drawn in causes.items()}
     simulations.setdefault("total", simulations["duir"])
     return Repeated(problem, plan, simulations, plant.name, distribution, seed)
 

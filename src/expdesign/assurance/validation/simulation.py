@@ -1,5 +1,6 @@
 """Many repetitions of experiment, identification and exact compensation (theory.md 8)."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,41 +12,53 @@ from expdesign.assurance.validation.plants import ExplicitPlant, Plant
 from expdesign.errors import ArgumentError
 from expdesign.mechanics.elastostatics.measurements import Distribution, LoadedRobot
 from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.targets import Targets
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 
 _BATCH = 10_000
 """Repetitions that are computed at once, which bounds the memory."""
+Size = tuple[int, int]
+"""Number of a batch and how many repetitions it has."""
+Attain = Callable[[FloatArray], tuple[FloatArray, float]]
+"""Attained minus wanted pose (s, n) of estimates (s, p) at one target, and the residual as in `Repetitions`."""
 
 
 @dataclass(frozen=True)
 class Repetitions:
-    """Some of the repetitions: errors (s, t, n), estimates (s, n_p) and the residual as in `Simulation`."""
-
-    errors: FloatArray
-    estimates: FloatArray
-    residual: float
-
-
-@dataclass(frozen=True)
-class Simulation:
-    """What s repetitions attained at t targets, beside what theory predicts.
+    """What s repetitions attained at t targets.
 
     Attributes:
         errors: attained minus wanted pose (m, rad), along the axes of the tolerances, shape (s, t, n).
         estimates: ĉ (m/N or rad/(N·m)), shape (s, n_p), or all parameters that are calibrated, shape (s, p).
-        assessment: of the plan; its criteria are the prediction.
-        noise: whether the readings had noise.
-        load_errors: whether the loads had errors.
         residual: largest remaining error of the predicted pose at a command (m, rad).
     """
 
     errors: FloatArray
     estimates: FloatArray
+    residual: float
+
+    def squares(self, targets: Targets) -> FloatArray:
+        """(error / tolerance)² of every repetition (s,): the mean over targets, or that of the worst target."""
+        per_target: FloatArray = (self.errors**2 * targets.importance).sum(axis=-1)
+        if targets.aggregate == "max":
+            return per_target[:, int(np.argmax(per_target.mean(axis=0)))]
+        return per_target @ targets.weights / targets.weights.sum()
+
+
+@dataclass(frozen=True)
+class Simulation(Repetitions):
+    """The same beside what theory predicts.
+
+    Attributes:
+        assessment: of the plan; its criteria are the prediction.
+        noise: whether the readings had noise.
+        load_errors: whether the loads had errors.
+    """
+
     assessment: Assessment
     noise: bool
     load_errors: bool
-    residual: float
 
     @property
     def predicted_covariance(self) -> FloatArray:
@@ -70,13 +83,8 @@ def simulate(
     load_errors: bool = True,
     plant: type[Plant] = ExplicitPlant,
     distribution: Distribution = "normal",
-    truth: LoadedRobot | None = None,
 ) -> Simulation:
     """Repeat the experiment of a plan `samples` times, identify, and compensate at every target.
-
-    The true compliances are those of the robot file, or of the model that the robot was found to be; so are its
-    effects. Every batch has a seed of its own, and noise and load errors have streams of their own: switching one off
-    does not change the other.
 
     Args:
         problem: robot, noise, load errors and targets.
@@ -87,96 +95,141 @@ def simulate(
         load_errors: whether the loads have errors.
         plant: what is measured and commanded.
         distribution: of the load errors.
-        truth: the robot that is really measured and commanded; the problem's own where left out.
 
     Raises:
         NotIdentifiableError: the plan does not identify what a target needs.
         ConvergenceError: a compensation has no command, or a robot does not come to rest.
     """
-    drawn, every = (noise, load_errors), batch_sizes(samples)
-    found = simulated(problem, plan, every, seed, *drawn, plant=plant, distribution=distribution, truth=truth)
-    return joined(problem, plan, [found], *drawn)
+    experiment, drawn = Experiment(problem, plan, plant, distribution), (noise, load_errors)
+    return experiment.joined([experiment.batch(size, seed, *drawn) for size in batch_sizes(samples)], *drawn)
 
 
-def batch_sizes(samples: int) -> list[tuple[int, int]]:
+def batch_sizes(samples: int) -> list[Size]:
     """Number and repetitions of every batch."""
     return [(number, min(_BATCH, samples - start)) for number, start in enumerate(range(0, samples, _BATCH))]
 
 
-def joined(
-    problem: DesignProblem, plan: Plan, batches: list[Repetitions], noise: bool, load_errors: bool
-) -> Simulation:
-    """The simulation whose repetitions are those of `batches`, in this order."""
-    whole = (
-        batches[0]
-        if len(batches) == 1
-        else Repetitions(
-            np.concatenate([batch.errors for batch in batches]),
-            np.concatenate([batch.estimates for batch in batches]),
-            max(batch.residual for batch in batches),
+class Experiment:
+    """The experiment of a plan, to be repeated.
+
+    The true compliances are those of the robot file, or of the model that the robot was found to be; so are its
+    effects. Every batch has a seed of its own, and noise and load errors have streams of their own: switching one off
+    does not change the other.
+
+    Args:
+        problem: robot, noise, load errors and targets.
+        plan: what is measured.
+        plant: what is measured and commanded.
+        distribution: of the load errors.
+        truth: the robot that is really measured and commanded; the problem's own where left out.
+
+    Raises:
+        NotIdentifiableError: the plan does not identify what a target needs.
+        ArgumentError: plant or truth do not suit what is calibrated.
+    """
+
+    def __init__(
+        self,
+        problem: DesignProblem,
+        plan: Plan,
+        plant: type[Plant] = ExplicitPlant,
+        distribution: Distribution = "normal",
+        truth: LoadedRobot | None = None,
+    ) -> None:
+        self.problem = problem
+        self.plan = plan
+        self.distribution = distribution
+        self.assessment = problem.assess(plan.configurations[None], plan.loads[None], plan.series[None])
+        error = problem.unidentified(self.assessment)
+        if error is not None:
+            raise error
+        # Estimates are corrections of known parameters; where the model is linear in them their value cancels.
+        self._known = np.zeros(self.assessment.parameters)
+        self._origin = np.zeros(plan.configurations.shape[0] * problem.loaded.robot.coordinates.n)
+        self._offset = np.zeros_like(self._known)
+        if problem.loaded.regressor.referenced:
+            self._attain = self._elastic(plant, truth)
+        else:
+            _require_nominal(plant, truth)
+            machine = GeometricPlant(problem, plan)
+            self._deflections = machine.deflections
+            self._offset = problem.loaded.regressor.nominal(problem.loaded.robot)
+            self._attain = [
+                lambda errors, at=(target, wrench): machine.attained(errors, *at) for target, wrench in self._targets
+            ]
+
+    @property
+    def _targets(self) -> list[tuple[FloatArray, FloatArray]]:
+        return list(zip(self.problem.targets.configurations, self.problem.target_wrenches, strict=True))
+
+    def _elastic(self, plant: type[Plant], truth: LoadedRobot | None) -> list[Attain]:
+        """Set what is measured, and return what estimates of compliances attain at every target."""
+        problem = self.problem
+        robot = plant(truth or problem.loaded, self.plan)
+        self._deflections = robot.deflections
+        if problem.loaded.under_load is not None:
+            model = robot if truth is None else plant(problem.loaded, self.plan)
+            self._known, self._origin = model.true, model.model().reshape(-1)
+        own_physics = any(one is not None and one.under_load is not None for one in (problem.loaded, truth))
+        at_targets = problem.target_loads if own_physics else ((problem.loaded, None),) * len(self._targets)
+
+        def attaining(place: tuple[FloatArray, FloatArray], known: LoadedRobot, load: FloatArray | None) -> Attain:
+            real = None if truth is None else truth.under(known.load)
+            compensation = ExactCompensation(known, *place, robot.true, load, real)
+
+            def attain(estimates: FloatArray) -> tuple[FloatArray, float]:
+                attained = compensation.attained(estimates)
+                return robot.errors(attained, *place), attained.residual
+
+            return attain
+
+        return [attaining(place, *known) for place, known in zip(self._targets, at_targets, strict=True)]
+
+    def batch(self, size: Size, seed: int, noise: bool, load_errors: bool) -> Repetitions:
+        """One batch; whether noise and load errors are drawn.
+
+        Raises:
+            ConvergenceError: a compensation has no command, or a robot does not come to rest.
+        """
+        number, count = size
+        gain = self.assessment.gain[0].transpose(0, 2, 1).reshape(-1, self.assessment.parameters)
+        readings = self._readings(count, (seed, number), noise, load_errors).reshape(count, -1)
+        estimates = self._known + (readings - self._origin) @ gain
+        axes = self.problem.targets.axes
+        errors = np.empty((count, *self.problem.targets.importance.shape))
+        residual = 0.0
+        for index, attain in enumerate(self._attain):
+            found, left = attain(estimates)
+            errors[:, index] = found if axes is None else found @ axes[index].T
+            residual = max(residual, left)
+        return Repetitions(errors, self._offset + estimates, residual)
+
+    def joined(self, batches: Sequence[Repetitions], noise: bool, load_errors: bool) -> Simulation:
+        """The simulation whose repetitions are those of `batches`, in this order."""
+        errors, estimates = (
+            np.concatenate(parts) if len(parts) > 1 else parts[0]
+            for parts in ([one.errors for one in batches], [one.estimates for one in batches])
         )
-    )
-    assessment = _assessed(problem, plan)
-    return Simulation(whole.errors, whole.estimates, assessment, noise, load_errors, whole.residual)
+        residual = max(one.residual for one in batches)
+        return Simulation(errors, estimates, residual, self.assessment, noise, load_errors)
 
-
-def _assessed(problem: DesignProblem, plan: Plan) -> Assessment:
-    """The plan's assessment; raises where it does not identify what a target needs."""
-    assessment = problem.assess(plan.configurations[None], plan.loads[None], plan.series[None])
-    error = problem.unidentified(assessment)
-    if error is not None:
-        raise error
-    return assessment
-
-
-def simulated(
-    problem: DesignProblem,
-    plan: Plan,
-    batches: list[tuple[int, int]],
-    seed: int,
-    noise: bool,
-    load_errors: bool,
-    *,
-    plant: type[Plant] = ExplicitPlant,
-    distribution: Distribution = "normal",
-    truth: LoadedRobot | None = None,
-) -> Repetitions:
-    """Some batches of `simulate`, given as in `batch_sizes`; the other arguments are the same."""
-    assessment = _assessed(problem, plan)
-    if not problem.loaded.regressor.referenced:
-        _require_nominal(plant, truth)
-        return _of_geometry(problem, plan, batches, (seed, noise, load_errors), assessment, distribution)
-    robot = plant(truth or problem.loaded, plan)
-    gain = assessment.gain[0].transpose(0, 2, 1).reshape(-1, len(robot.true))
-    pairs = list(zip(problem.targets.configurations, problem.target_wrenches, strict=True))
-    own_physics = any(one is not None and one.under_load is not None for one in (problem.loaded, truth))
-    at_targets = problem.target_loads if own_physics else ((problem.loaded, None),) * len(pairs)
-    compensations = [
-        ExactCompensation(
-            loaded, target, wrench, robot.true, parameters, None if truth is None else truth.under(loaded.load)
-        )
-        for (target, wrench), (loaded, parameters) in zip(pairs, at_targets, strict=True)
-    ]
-    # Estimates are corrections of the known compliances; where the model is linear in them their value cancels.
-    model = robot if truth is None else plant(problem.loaded, plan)
-    known, origin = model.true, model.model().reshape(-1)
-    if problem.loaded.under_load is None:
-        known, origin = np.zeros_like(known), np.zeros_like(origin)
-    samples = sum(count for _, count in batches)
-    errors = np.empty((samples, len(pairs), problem.loaded.robot.coordinates.n))
-    estimates = np.empty((samples, len(robot.true)))
-    residual, axes, start = 0.0, problem.targets.axes, 0
-    for number, count in batches:
-        rows = slice(start, start + count)
-        start += count
-        readings = _readings(problem, plan, robot, count, (seed, number), noise, load_errors, distribution)
-        estimates[rows] = known + (readings.reshape(count, -1) - origin) @ gain
-        for index, (compensation, (target, wrench)) in enumerate(zip(compensations, pairs, strict=True)):
-            attained = compensation.attained(estimates[rows])
-            found = robot.errors(attained, target, wrench)
-            errors[rows, index] = found if axes is None else found @ axes[index].T
-            residual = max(residual, attained.residual)
-    return Repetitions(errors, estimates, residual)
+    def _readings(self, count: int, seeds: tuple[int, int], noise: bool, load_errors: bool) -> FloatArray:
+        """Measured deflections of `count` repetitions, or what is wrong with measured poses, shape (count, m, n)."""
+        problem, plan = self.problem, self.plan
+        if load_errors and problem.loaded.sources:
+            generator = np.random.default_rng([*seeds, 1])
+            where = (plan.configurations, plan.loads)
+            added = problem.loaded.drawn_errors(*where, count, generator, self.distribution)
+            readings = self._deflections(added)
+        else:
+            # The deflections without errors are those of every repetition.
+            nothing = np.zeros((1, len(plan), problem.loaded.robot.coordinates.n))
+            readings = np.repeat(self._deflections(nothing), count, axis=0)
+        if noise:
+            pose_map = problem.loaded.robot.jacobians(plan.configurations).pose
+            drawn = problem.noise.drawn(plan.series, count, np.random.default_rng([*seeds, 2]), pose_map)
+            readings[..., problem.noise.axes] += drawn
+        return readings
 
 
 def _require_nominal(plant: type[Plant], truth: LoadedRobot | None) -> None:
@@ -187,60 +240,3 @@ def _require_nominal(plant: type[Plant], truth: LoadedRobot | None) -> None:
     if truth is not None:
         what = "a geometric calibration is repeated with the robot of the configuration"
         raise ArgumentError(what, argument="truth", remedy="Use `simulate` and `identify` for single experiments.")
-
-
-def _of_geometry(
-    problem: DesignProblem,
-    plan: Plan,
-    batches: list[tuple[int, int]],
-    how: tuple[int, bool, bool],
-    assessment: Assessment,
-    distribution: Distribution,
-) -> Repetitions:
-    """The same for a calibration of the geometry, alone or with the stiffness; `how`: seed, noise, load errors."""
-    seed, noise, load_errors = how
-    machine, axes = GeometricPlant(problem, plan), problem.targets.axes
-    gain = assessment.gain[0].transpose(0, 2, 1).reshape(-1, assessment.parameters)
-    samples = sum(count for _, count in batches)
-    errors = np.empty((samples, *problem.targets.importance.shape))
-    estimates = np.empty((samples, assessment.parameters))
-    residual, start = 0.0, 0
-    for batch, count in batches:
-        rows = slice(start, start + count)
-        start += count
-        readings = _readings(problem, plan, machine, count, (seed, batch), noise, load_errors, distribution)
-        estimates[rows] = readings.reshape(count, -1) @ gain
-        pairs = zip(problem.targets.configurations, problem.target_wrenches, strict=True)
-        for index, (target, wrench) in enumerate(pairs):
-            found, step = machine.attained(estimates[rows], target, wrench)
-            errors[rows, index] = found if axes is None else found @ axes[index].T
-            residual = max(residual, step)
-    nominal = problem.loaded.regressor.nominal(problem.loaded.robot)
-    return Repetitions(errors, nominal + estimates, residual)
-
-
-def _readings(
-    problem: DesignProblem,
-    plan: Plan,
-    plant: Plant | GeometricPlant,
-    count: int,
-    seeds: tuple[int, int],
-    noise: bool,
-    load_errors: bool,
-    distribution: Distribution,
-) -> FloatArray:
-    """Measured deflections of `count` repetitions, or what is wrong with measured poses, shape (count, m, n)."""
-    if load_errors and problem.loaded.sources:
-        generator = np.random.default_rng([*seeds, 1])
-        where = (plan.configurations, plan.loads)
-        added = problem.loaded.drawn_errors(*where, count, generator, distribution)
-        readings = plant.deflections(added)
-    else:
-        # The deflections without errors are those of every repetition.
-        nothing = np.zeros((1, len(plan), problem.loaded.robot.coordinates.n))
-        readings = np.repeat(plant.deflections(nothing), count, axis=0)
-    if noise:
-        pose_map = problem.loaded.robot.jacobians(plan.configurations).pose
-        drawn = problem.noise.drawn(plan.series, count, np.random.default_rng([*seeds, 2]), pose_map)
-        readings[..., problem.noise.axes] += drawn
-    return readings
