@@ -28,7 +28,7 @@ from tests.plausibility.sound import (
 from expdesign.app.api.configuration import problem_of
 from expdesign.app.api.inputs import robot_of, table_of
 from expdesign.app.api.recorded import recordings_of as read
-from expdesign.assurance.plausibility.mistakes.frames import axes_in_words, axis_turns
+from expdesign.assurance.plausibility.mistakes.columns import axes_in_words, axis_turns
 from expdesign.assurance.plausibility.problem import problem_findings
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.recordings.reader import read_recordings, recordings_from_table

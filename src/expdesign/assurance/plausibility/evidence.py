@@ -40,10 +40,26 @@ class Hypothesis:
     readings: FloatArray
     deviations: FloatArray | None
 
-    def scaled(self, factors: FloatArray) -> "Hypothesis":
-        """Readings times factors (k,), their standard deviations with them."""
-        deviations = None if self.deviations is None else self.deviations * np.abs(factors)
-        return replace(self, readings=self.readings * factors, deviations=deviations)
+    def under(self, wrenches: FloatArray) -> "Hypothesis":
+        """The same under other loads (N, n)."""
+        return replace(self, wrenches=wrenches)
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another reading of the same recordings.
+
+    Attributes:
+        sentence: what was mistaken, and what to do.
+        sample: the recordings read so.
+        where: row and column, where it concerns one.
+        tried: of how many alternatives of its kind it was the most promising, without fitting the others.
+    """
+
+    sentence: str
+    sample: Hypothesis
+    where: str = ""
+    tried: int = 1
 
 
 @dataclass(frozen=True)
@@ -155,14 +171,11 @@ class Evidence:
 
     def fit(self, sample: Hypothesis, weighting: Weighting) -> Fitted | None:
         """Least squares under a weighting; None where nothing can be fitted."""
-        observation = self.observation(sample)
-        if not np.isfinite(observation).all():
+        if not np.isfinite(self.observation(sample)).all():
             return None
         weights = weighting(sample)
-        rows = (observation * weights[..., None]).reshape(-1, observation.shape[-1])
+        rows, scale, kept = self._columns(sample, weights)
         right = (sample.readings * weights).ravel()
-        scale = np.linalg.norm(rows, axis=0)
-        kept = scale > 1e-6 * scale.max(initial=0.0)
         total = float((right**2).sum())
         if not kept.any() or total == 0.0:
             return None
@@ -173,9 +186,20 @@ class Evidence:
         spread = np.sqrt((left**2).mean()) / scale[kept] * np.sqrt(kept.sum())
         positive = bool((compliances[kept] > -3.0 * spread).all() and compliances[kept].sum() > 0.0)
         known = np.where(kept, compliances, 0.0)
-        residuals = sample.readings - observation @ known
+        residuals = sample.readings - self.observation(sample) @ known
         chi2 = float((left**2).sum())
         return Fitted(chi2 / total, chi2, len(right) - int(kept.sum()), compliances, positive, residuals)
+
+    def _columns(self, sample: Hypothesis, weights: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+        """Weighted sensitivities of all readings (N·k, n_p), the norm of each column, and which show anything."""
+        rows = (self.observation(sample) * weights[..., None]).reshape(weights.size, -1)
+        scale = np.linalg.norm(rows, axis=0)
+        return rows, scale, scale > self.options.shown * scale.max(initial=0.0)
+
+    def reach(self, weights: FloatArray) -> FloatArray:
+        """An orthonormal basis (N, k, r) of the readings that the fit with weights (N, k) can reach."""
+        rows, scale, kept = self._columns(self.stated, weights)
+        return np.linalg.qr(rows[:, kept] / scale[kept])[0].reshape(*weights.shape, -1)
 
     @cached_property
     def _deletion(self) -> tuple[FloatArray, FloatArray, Fitted] | None:
@@ -184,10 +208,7 @@ class Evidence:
         if first is None or first.dof <= 2 * len(self.axes):
             return None
         weights = self.weightings[0](self.stated)
-        rows = (self.observation(self.stated) * weights[..., None]).reshape(weights.size, -1)
-        kept = np.isfinite(first.compliances)
-        basis = np.linalg.qr(rows[:, kept] / np.linalg.norm(rows[:, kept], axis=0))[0]
-        return first.residuals * weights, basis.reshape(*weights.shape, -1), first
+        return first.residuals * weights, self.reach(weights), first
 
     @cached_property
     def row_scores(self) -> FloatArray | None:
@@ -209,6 +230,26 @@ class Evidence:
             return None
         residuals, basis, fitted = self._deletion
         return _score(residuals**2 / np.maximum(1.0 - (basis**2).sum(axis=-1), 1e-9), 1, fitted)
+
+    def readings(self, matrix: FloatArray) -> Hypothesis:
+        """The readings of every row times a matrix (k, k), their standard deviations with them."""
+        stated = self.stated
+        deviations = None if stated.deviations is None else stated.deviations @ np.abs(matrix).T
+        return replace(stated, readings=stated.readings @ matrix.T, deviations=deviations)
+
+    def wrenches(self, matrix: FloatArray) -> Hypothesis:
+        """The loads of every row times a matrix (n, n)."""
+        return self.stated.under(self.stated.wrenches @ matrix.T)
+
+    def centres(self, matrix: FloatArray) -> Hypothesis:
+        """The centres of mass of every row times a matrix (d, d)."""
+        payload = self.recordings.payload
+        assert payload is not None
+        return self.with_payload(np.column_stack([payload[:, 0], payload[:, 1:] @ matrix.T]))
+
+    def commands(self, matrix: FloatArray) -> Hypothesis:
+        """The commands of every row times a matrix (n_q, n_q)."""
+        return self.at(self.stated.configurations @ matrix.T)
 
     def at(self, configurations: FloatArray, payload: FloatArray | None = None) -> Hypothesis:
         """The recordings at other commands (N, n_q): weights act where the platform would then be."""

@@ -1,4 +1,4 @@
-"""When something is called a mistake: every threshold of the judgement of recordings."""
+"""When something is called a mistake: every threshold, far outside what machines and laboratories have."""
 
 from dataclasses import dataclass
 
@@ -25,6 +25,10 @@ class MistakeOptions:
         enough: degrees of freedom from which on the scatter of rows and columns is compared.
         slip: standard deviations from what the others say beyond which slips are tried for a row or a reading.
         candidates: of these so many, the most conspicuous ones.
+        columns: whose scatter is compared at least.
+        senseless: misfit from which on stiffness means nothing.
+        shown: part of the largest column of sensitivities below which a compliance does not show.
+        spare: readings beyond the compliances that a judgement takes at least.
         rows: rows beyond which further ones are not looked at.
     """
 
@@ -45,8 +49,116 @@ class MistakeOptions:
     enough: float = 40.0
     slip: float = 3.0
     candidates: int = 4
+    columns: int = 3
+    senseless: float = 0.5
+    shown: float = 1e-6
+    spare: int = 4
     rows: int = 3000
 
 
 DEFAULT = MistakeOptions()
+"""What commands use."""
+
+
+@dataclass(frozen=True)
+class PositionOptions:
+    """Thresholds of recordings of positions of markers.
+
+    Attributes:
+        poor: share of the spread of the readings that a registration of the nominal robot leaves over only for a
+            mistake.
+        gain: factor by which a hypothesis must reduce the misfit.
+        turned: rad (RMS); orientations that differ by more from those of the nominal robot are written otherwise.
+        heavy: share of the moved mass from which a joint that has no column is worth a word.
+        fewest: fitted rows below which a registration fits anything.
+        larger: spread of the readings over that of the tip's nominal places, beyond which they cannot be in one unit.
+        arm: m; how far from the tip a marker may be taken to sit.
+        farthest: times the span of the robot, and slack in m: no payload is farther away than both together.
+        slack: see `farthest`.
+        rows: with which hypotheses are compared.
+    """
+
+    poor: float = 0.05
+    gain: float = 4.0
+    turned: float = 0.1
+    heavy: float = 0.02
+    fewest: int = 8
+    larger: float = 3.0
+    arm: float = 0.2
+    farthest: float = 2.0
+    slack: float = 2.0
+    rows: int = 120
+
+
+@dataclass(frozen=True)
+class RobotOptions:
+    """Ranges that machines lie in.
+
+    Attributes:
+        sizes: m.
+        linear, rotary: N/m and N·m/rad, of actuators.
+        impossible: factor beyond these ranges from which a number is no machine's, and not merely unusual.
+        unequal: ratio of the stiffest to the softest actuator of one kind beyond which one is in another unit.
+        gravity: m/s²; from the Moon's to that of any centrifuge that a robot stands in.
+        disproportion: ratio of the sizes of two parts of one robot beyond which one is in another unit.
+        excluded: part of the robot's size by which limits may not exclude its own reference pose.
+    """
+
+    sizes: tuple[float, float] = (0.002, 40.0)
+    linear: tuple[float, float] = (1e4, 1e11)
+    rotary: tuple[float, float] = (1.0, 1e10)
+    impossible: float = 100.0
+    unequal: float = 3e3
+    gravity: tuple[float, float] = (0.5, 30.0)
+    disproportion: float = 60.0
+    excluded: float = 0.6
+
+
+@dataclass(frozen=True)
+class ProblemOptions:
+    """Thresholds of run configurations and of targets of a compensation.
+
+    Attributes:
+        far: times the robot's size at which no centre of mass and no pose is.
+        soft, soft_arm, broken: deflections in parts of the robot's size that are suspicious for robots on legs and for
+            arms, and impossible.
+        turned, overturned: rad of deflection that are suspicious, and impossible.
+        noises, angular_noises: m, rad; standard deviations between which instruments are.
+        platform_angle: rad that no platform on legs turns by.
+        ratio: of loads in the experiment and at the targets beyond which one of them is in another unit.
+        unseen, perfect: largest deflection in standard deviations of its reading below and above which one of them is
+            in another unit.
+        uneven: ratio of that of translations to that of rotations beyond which the noise of one is in another unit.
+        coarse, angular_coarse, finest: m, rad, either; tolerances that need no calibration, or that none reaches.
+        unknown_direction, unknown_force: rad, and times the force at the targets, that a load error is not.
+        samples: measurements drawn from the design space to be judged.
+        heavy, other_unit: times the largest calibrated load that are suspicious, and that are another unit.
+        lever: part of the robot's size: moments below the largest force times this lever are not compared.
+    """
+
+    far: float = 8.0
+    soft: float = 0.003
+    soft_arm: float = 0.05
+    broken: float = 0.5
+    turned: float = 0.05
+    overturned: float = 1.0
+    noises: tuple[float, float] = (1e-12, 1e-3)
+    angular_noises: tuple[float, float] = (1e-12, 2e-2)
+    platform_angle: float = 1.8
+    ratio: float = 150.0
+    unseen: float = 1.0
+    perfect: float = 1e7
+    uneven: float = 3e4
+    coarse: float = 1e-2
+    angular_coarse: float = 0.2
+    finest: float = 1e-12
+    unknown_direction: float = 0.3
+    unknown_force: float = 10.0
+    samples: int = 200
+    heavy: float = 3.0
+    other_unit: float = 100.0
+    lever: float = 0.05
+
+
+MARKERS, ROBOT, PROBLEM = PositionOptions(), RobotOptions(), ProblemOptions()
 """What commands use."""

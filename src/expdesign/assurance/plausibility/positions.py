@@ -16,8 +16,10 @@ from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.assurance.plausibility.finding import Implausibility, extent
+from expdesign.assurance.plausibility.mistakes.columns import DEGREE
 from expdesign.assurance.plausibility.mistakes.numbers import agreeing_rows
-from expdesign.assurance.plausibility.options import DEFAULT
+from expdesign.assurance.plausibility.mistakes.rows import SHIFTS, SLIPS, divided, slip_text
+from expdesign.assurance.plausibility.options import DEFAULT, MARKERS
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.readings.registration import registration_residuals
@@ -25,27 +27,6 @@ from expdesign.chain.recordings.recordings import POSITION, Recordings, complete
 from expdesign.errors import NotIdentifiableError
 from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, KinematicTree
 from expdesign.mechanics.robots.robot import Robot
-
-POOR = 0.05
-"""Share of the spread of the readings that a registration of the nominal robot leaves over only for a mistake."""
-GAIN = 4.0
-"""Factor by which a hypothesis must reduce the misfit."""
-TURNED = 0.1
-"""rad (RMS); orientations that differ by more from those of the nominal robot are written otherwise."""
-HEAVY = 0.02
-"""Share of the moved mass from which a joint that has no column is worth a word."""
-_FEWEST = 8
-"""Fitted rows below which a registration fits anything."""
-_LARGER = 3.0
-"""Spread of the readings over that of the tip's nominal places, beyond which they cannot be in the same unit."""
-_ARM = 0.2
-"""m; how far from the tip a marker may be taken to sit."""
-_FARTHEST, _SLACK = 2.0, 2.0
-"""Times the span of the robot, and m: no payload is farther away than both together."""
-_DEGREES = 180.0 / np.pi
-"""° of a radian."""
-_ROWS = 120
-"""Rows with which hypotheses are compared."""
 
 
 def positions_findings(recordings: Recordings, robot: Robot) -> list[Implausibility]:
@@ -56,14 +37,14 @@ def positions_findings(recordings: Recordings, robot: Robot) -> list[Implausibil
     some = _some(positions)
     train = positions.rows(some)
     payloads = _payloads(recordings, robot)
-    if payloads or len(train) < _FEWEST:
+    if payloads or len(train) < MARKERS.fewest:
         return payloads
     units = _units(train, robot)
     if units:
         return units
     standing = _standing(robot.links.tree)
     stated = _misfit(train, robot)
-    if stated is None or stated < POOR:
+    if stated is None or stated < MARKERS.poor:
         return (
             standing
             if stated is None
@@ -71,7 +52,7 @@ def positions_findings(recordings: Recordings, robot: Robot) -> list[Implausibil
         )
     tried = [(_misfit(other, robot), text) for text, other in (*_hypotheses(train, robot), *_shifts(positions, some))]
     least, text = min(((misfit, text) for misfit, text in tried if misfit is not None), default=(np.inf, ""))
-    if GAIN * least >= stated:
+    if MARKERS.gain * least >= stated:
         return []
     left = f"{100 * stated:.0f} % of the spread of the positions is left after registration"
     return [Implausibility(f"{left}, where {100 * least:.2g} % would be", text)]
@@ -80,7 +61,7 @@ def positions_findings(recordings: Recordings, robot: Robot) -> list[Implausibil
 def _some(recordings: Recordings) -> IntArray:
     """Fitted rows, spread evenly, with which hypotheses are compared."""
     fitted = np.flatnonzero(~recordings.test)
-    return fitted[:: -(-len(fitted) // _ROWS) or 1]
+    return fitted[:: -(-len(fitted) // MARKERS.rows) or 1]
 
 
 def _payloads(recordings: Recordings, robot: Robot) -> list[Implausibility]:
@@ -93,7 +74,7 @@ def _payloads(recordings: Recordings, robot: Robot) -> list[Implausibility]:
     found = []
     for column, centre in centres.items():
         farthest = float(np.linalg.norm(centre, axis=1).max(initial=0.0))
-        if farthest > _FARTHEST * size + _SLACK:
+        if farthest > MARKERS.farthest * size + MARKERS.slack:
             what = f"a payload's centre of mass lies {farthest:.3g} m away, but the robot spans {size:.3g} m"
             likely = "Write centres of mass in m: they look like mm."
             found.append(Implausibility(what, likely, f"column {column}", impossible=True))
@@ -104,10 +85,10 @@ def _units(train: Recordings, robot: Robot) -> list[Implausibility]:
     """Readings that spread over many times what the tip does are in another unit, whatever the frames."""
     rotations = robot.jacobians(train.configurations).rotation.reshape(len(train), -1)
     own, tip, turn = (_spread(x) for x in (train.deflections, robot.position(train.configurations), rotations))
-    nominal = tip + _ARM * turn
+    nominal = tip + MARKERS.arm * turn
     ratio = own / max(nominal, 1e-12)
     for factor, unit in ((1e3, "mm"), (1e6, "µm")):
-        if factor / _LARGER < ratio < factor * _LARGER:
+        if factor / MARKERS.larger < ratio < factor * MARKERS.larger:
             what = f"the positions spread over {own:.3g} m, and the tip of the robot over {tip:.3g} m"
             return [
                 Implausibility(
@@ -133,7 +114,7 @@ def _hypotheses(train: Recordings, robot: Robot) -> Iterator[tuple[str, Recordin
     angles = np.array([name.endswith("_rad") for name in names])
     yield (
         "Are the joint coordinates in degrees? They have to be in rad.",
-        commands(np.where(angles, 1.0 / _DEGREES, 1.0)),
+        commands(np.where(angles, DEGREE, 1.0)),
     )
     yield (
         "Is the instrument's frame left-handed, or one of px_m, py_m and pz_m of the wrong sign?",
@@ -143,7 +124,7 @@ def _hypotheses(train: Recordings, robot: Robot) -> Iterator[tuple[str, Recordin
         turned = np.ones(len(names))
         turned[index] = -1.0
         yield f"Has {names[index]} the wrong sign?", commands(turned)
-        turned[index] = 1.0 / _DEGREES if angles[index] else 1e-3
+        turned[index] = DEGREE if angles[index] else 1e-3
         yield f"Is {names[index]} in {'degrees' if angles[index] else 'mm'}?", commands(turned)
     for first, second in combinations(range(len(robot.stiffness)), 2):
         order = np.arange(len(names))
@@ -179,7 +160,7 @@ def _standing(tree: KinematicTree) -> list[Implausibility]:
         for joint in joints
         if joint.moves and tree.motion(joint) is None and tree.carries(joint.parent)
     }
-    heavy = [name for name, own in mass.items() if own > HEAVY * float(tree.masses().sum())]
+    heavy = [name for name, own in mass.items() if own > MARKERS.heavy * float(tree.masses().sum())]
     if not heavy:
         return []
     named = ", ".join(f"`{name}`" for name in heavy)
@@ -204,8 +185,8 @@ def _orientations(recordings: Recordings, robot: Robot) -> list[Implausibility]:
         return []
     turned = recordings.rows(np.flatnonzero(np.isfinite(recordings.deflections).all(axis=1)))
     train = turned.rows(_some(turned))
-    stated = _angle(train, robot) if len(train) >= _FEWEST else None
-    if stated is None or stated < TURNED or train.aim is None:
+    stated = _angle(train, robot) if len(train) >= MARKERS.fewest else None
+    if stated is None or stated < MARKERS.turned or train.aim is None:
         return []
     other = Rotation.from_matrix(train.aim)
     x, y, z, w = other.as_quat().T
@@ -214,7 +195,7 @@ def _orientations(recordings: Recordings, robot: Robot) -> list[Implausibility]:
         "Was a quaternion written as x, y, z, w and read as w, x, y, z?": np.column_stack([w, x, y, z]),
         "Was a quaternion written as w, x, y, z and read as x, y, z, w?": np.column_stack([y, z, w, x]),
         "Are they the instrument's orientations in the target's axes? Transpose them.": other.inv().as_quat(),
-        "Are the angles in degrees? They have to be in rad.": Rotation.from_euler("xyz", angles / _DEGREES).as_quat(),
+        "Are the angles in degrees? They have to be in rad.": Rotation.from_euler("xyz", angles * DEGREE).as_quat(),
         "Are the angles about moving axes, first z, then y, then x, in another order? They have to make Rz·Ry·Rx.":
             Rotation.from_euler("XYZ", angles).as_quat(),
     }  # fmt: skip
@@ -223,7 +204,7 @@ def _orientations(recordings: Recordings, robot: Robot) -> list[Implausibility]:
         for text, quaternions in hypotheses.items()
     ]
     least, text = min(tried)
-    if GAIN * least >= stated:
+    if MARKERS.gain * least >= stated:
         return []
     what = (
         f"the measured orientations are off by {stated:.2g} rad (RMS) after registration, and would be by {least:.2g}"
@@ -233,13 +214,9 @@ def _orientations(recordings: Recordings, robot: Robot) -> list[Implausibility]:
 
 def _angle(train: Recordings, robot: Robot) -> float | None:
     """RMS angle (rad) between measured orientations and those of the registered robot; None where none is measured."""
-    if train.aim is None:
+    reading = _registered(train, robot)
+    if reading is None or train.aim is None:
         return None
-    try:
-        reading = reading_of(robot, train)
-    except NotIdentifiableError:
-        return None
-    assert isinstance(reading, MarkerPosition)
     expected = reading.orientations(robot, train, reading.start)
     left = Rotation.from_matrix(expected @ train.aim.swapaxes(1, 2)).magnitude()
     return float(np.sqrt((left**2).mean()))
@@ -247,7 +224,7 @@ def _angle(train: Recordings, robot: Robot) -> float | None:
 
 def _shifts(recordings: Recordings, some: IntArray) -> Iterator[tuple[str, Recordings]]:
     """Some rows with the readings of the next ones, or of those before."""
-    for shift, word in ((-1, "late"), (1, "early")):
+    for shift, word in SHIFTS:
         rows = some[(some - shift >= 0) & (some - shift < len(recordings))]
         shifted = replace(recordings, deflections=np.roll(recordings.deflections, shift, axis=0)).rows(rows)
         yield f"Do the readings stand one row too {word}? Shift them against the other columns.", shifted
@@ -257,13 +234,10 @@ def _slips(train: Recordings, robot: Robot) -> Iterator[tuple[str, Recordings]]:
     """A single reading with a slipped decimal point or the wrong sign, in the rows that fit worst."""
     left = _left(train, robot)
     for row in np.argsort(-np.linalg.norm(left, axis=1))[:2] if left is not None else ():
-        for axis, factor in product(range(3), (10.0, 0.1, 100.0, 0.01, 1000.0, 0.001, -1.0)):
-            readings = train.deflections.copy()
-            readings[row, axis] /= factor
-            times = f"{factor:g} times too large" if factor > 1.0 else f"{1.0 / factor:g} times too small"
-            what = "of the wrong sign" if factor < 0.0 else f"{times}: did the decimal point slip"
-            value = f"{POSITION[axis]} = {train.deflections[row, axis]:g} in row {train.lines[row]}"
-            yield f"Is {value} {what}? Correct it.", replace(train, deflections=readings)
+        for axis, factor in product(range(3), SLIPS):
+            what = f"{POSITION[axis]} = {train.deflections[row, axis]:g} in row {train.lines[row]}"
+            readings = divided(train.deflections, (row, axis), factor)
+            yield slip_text(what, factor), replace(train, deflections=readings)
 
 
 def _copies(recordings: Recordings, train: Recordings, robot: Robot) -> list[Implausibility]:
@@ -282,12 +256,18 @@ def _copies(recordings: Recordings, train: Recordings, robot: Robot) -> list[Imp
 
 def _left(train: Recordings, robot: Robot) -> FloatArray | None:
     """What registration leaves of every reading (m), shape (N, 3); None where nothing can be registered."""
+    reading = _registered(train, robot)
+    return None if reading is None else registration_residuals(reading, robot, train)
+
+
+def _registered(train: Recordings, robot: Robot) -> MarkerPosition | None:
+    """The registered instrument and its markers; None where nothing can be registered."""
     try:
         reading = reading_of(robot, train)
     except NotIdentifiableError:
         return None
     assert isinstance(reading, MarkerPosition)
-    return registration_residuals(reading, robot, train)
+    return reading
 
 
 def _misfit(train: Recordings, robot: Robot) -> float | None:

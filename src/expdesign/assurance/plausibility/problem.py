@@ -6,32 +6,12 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import Implausibility, extent, largest
+from expdesign.assurance.plausibility.options import PROBLEM
 from expdesign.assurance.plausibility.robot import robot_findings
 from expdesign.mechanics.robots.robot import Robot
 
 if TYPE_CHECKING:  # targets of a compensation are judged without it
     from expdesign.planning.problem import DesignProblem
-
-FAR = 8.0
-"""Times the robot's size at which no centre of mass and no pose is."""
-SOFT, SOFT_ARM, BROKEN = 0.003, 0.05, 0.5
-"""Deflections in parts of the robot's size that are suspicious for robots on legs and for arms, and impossible."""
-TURNED, OVERTURNED = 0.05, 1.0
-"""rad of deflection that are suspicious, and impossible."""
-NOISES = (1e-12, 1e-3)
-"""m: standard deviations between which instruments are."""
-ANGULAR_NOISES = (1e-12, 2e-2)
-"""rad."""
-PLATFORM_ANGLE = 1.8
-"""rad that no platform on legs turns by."""
-RATIO = 150.0
-"""Ratio of loads in the experiment and at the targets beyond which one of them is in another unit."""
-UNSEEN, PERFECT = 1.0, 1e7
-"""Largest deflection in standard deviations of its reading below and above which one of them is in another unit."""
-COARSE = (1e-2, 0.2)
-"""m, rad: tolerances that need no calibration."""
-_SAMPLES = 200
-"""Measurements drawn from the design space to be judged."""
 
 
 def problem_findings(problem: "DesignProblem") -> list[Implausibility]:
@@ -44,7 +24,7 @@ def problem_findings(problem: "DesignProblem") -> list[Implausibility]:
 
 def _decoded(problem: "DesignProblem") -> tuple[FloatArray, FloatArray]:
     """Poses (s, n_q) and loads (s, k) drawn from the design space, within the robot's limits as far as possible."""
-    decisions = problem.space.sample(_SAMPLES, np.random.default_rng(0))
+    decisions = problem.space.sample(PROBLEM.samples, np.random.default_rng(0))
     poses, loads = problem.space.decode(decisions)
     usable = problem.loaded.robot.usable(poses)
     return (poses[usable], loads[usable]) if usable.any() else (poses[:0], loads[:0])
@@ -52,7 +32,7 @@ def _decoded(problem: "DesignProblem") -> tuple[FloatArray, FloatArray]:
 
 def _ranges(problem: "DesignProblem") -> list[Implausibility]:
     corners = np.stack([problem.space.lower, problem.space.upper])
-    drawn = problem.space.sample(_SAMPLES, np.random.default_rng(0))
+    drawn = problem.space.sample(PROBLEM.samples, np.random.default_rng(0))
     poses = problem.space.decode(np.concatenate([corners, drawn]))[0]
     robot = problem.loaded.robot
     return [
@@ -68,11 +48,11 @@ def pose_findings(robot: Robot, poses: FloatArray, where: str) -> list[Implausib
     for axis, name in enumerate(robot.configuration):
         most = largest(poses[:, axis])
         if name.endswith("_rad"):
-            turns = 2.0 * np.pi if robot.configuration != robot.coordinates.pose else PLATFORM_ANGLE
+            turns = 2.0 * np.pi if robot.configuration != robot.coordinates.pose else PROBLEM.platform_angle
             if most > turns * 1.0001:
                 what = f"{name} would be {most:.3g} rad, i.e. {np.degrees(most):.3g}°"
                 found.append(Implausibility(what, "Is it in degrees? It has to be in rad.", where))
-        elif size is not None and most > FAR * size:
+        elif size is not None and most > PROBLEM.far * size:
             what = f"{name} would be {most:.3g} m, and the robot is {size:.3g} m large"
             found.append(Implausibility(what, "Is it in millimetres? It has to be in m.", where))
     return found
@@ -84,7 +64,7 @@ def _noise(problem: "DesignProblem") -> list[Implausibility]:
     found = []
     for axis, deviation in zip(noise.axes, deviations, strict=True):
         linear = axis < robot.coordinates.translations
-        low, high = NOISES if linear else ANGULAR_NOISES
+        low, high = PROBLEM.noises if linear else PROBLEM.angular_noises
         if low <= deviation <= high:
             continue
         unit = ("m", "µm or mm") if linear else ("rad", "µrad, mrad or degrees")
@@ -103,12 +83,12 @@ def _tolerances(problem: "DesignProblem") -> list[Implausibility]:
         linear = axis < robot.coordinates.translations
         name = robot.coordinates.deflection[axis]
         where = f"targets.{target}.tolerance, {name}"
-        limit = COARSE[0] if linear else COARSE[1]
+        limit = PROBLEM.coarse if linear else PROBLEM.angular_coarse
         if tolerance > limit:
             unit = ("m", "µm or mm") if linear else ("rad", "µrad, mrad or degrees")
             what = f"a tolerance of {tolerance:.3g} {unit[0]} needs no calibration"
             found.append(Implausibility(what, f"Is it in {unit[1]}?", where))
-        elif tolerance < 1e-12:
+        elif tolerance < PROBLEM.finest:
             found.append(
                 Implausibility(
                     f"a tolerance of {tolerance:.3g} is below what can be measured", "Check its unit.", where
@@ -131,10 +111,10 @@ def _centres(problem: "DesignProblem") -> list[Implausibility]:
 def centre_findings(robot: Robot, centres: FloatArray, where: str) -> list[Implausibility]:
     """What speaks against the unit of centres of mass (m), of any shape."""
     size, far = extent(robot), largest(centres)
-    if size is None or far <= FAR * size:
+    if size is None or far <= PROBLEM.far * size:
         return []
     what = f"a centre of mass would be {far:.3g} m away from a robot of {size:.3g} m"
-    return [Implausibility(what, "Is it in millimetres? It has to be in m.", where, far > 10.0 * FAR * size)]
+    return [Implausibility(what, "Is it in millimetres? It has to be in m.", where, far > 10.0 * PROBLEM.far * size)]
 
 
 def _masses(problem: "DesignProblem") -> list[Implausibility]:
@@ -152,7 +132,7 @@ def _masses(problem: "DesignProblem") -> list[Implausibility]:
     ):
         here = largest(np.linalg.norm(wrenches[:, part], axis=1))
         there = largest(np.linalg.norm(problem.target_wrenches[:, part], axis=1))
-        if here > 0.0 and there > 0.0 and not 1.0 / RATIO <= here / there <= RATIO:
+        if here > 0.0 and there > 0.0 and not 1.0 / PROBLEM.ratio <= here / there <= PROBLEM.ratio:
             what = f"the largest {noun} is {here:.3g} in the experiment and {there:.3g} at the targets"
             found.append(Implausibility(what, f"Is one of them {units}?", "experiment.load"))
     return found[:1]
@@ -175,17 +155,17 @@ def _deflections(problem: "DesignProblem") -> list[Implausibility]:
 def deflection_finding(robot: Robot, values: FloatArray, where: str) -> Implausibility | None:
     """What speaks against deflections (s, n) under loads (m, rad)."""
     split, size = robot.coordinates.translations, extent(robot)
-    soft = SOFT if robot.configuration == robot.coordinates.pose else SOFT_ARM
+    soft = PROBLEM.soft if robot.configuration == robot.coordinates.pose else PROBLEM.soft_arm
     moved, turned = largest(values[:, :split]), largest(values[:, split:])
     likely = (
         "Is a mass in grams, a centre of mass in millimetres, a force in mN, or `actuator_stiffness` in N/µm or N/mm?"
     )
     if size is not None and moved > soft * size:
         what = f"the load would deflect the robot of {size:.3g} m by {moved:.3g} m"
-        return Implausibility(what, likely, where, moved > BROKEN * size)
-    if turned > TURNED:
+        return Implausibility(what, likely, where, moved > PROBLEM.broken * size)
+    if turned > PROBLEM.turned:
         what = f"the load would turn the platform by {turned:.3g} rad ({np.degrees(turned):.3g}°)"
-        return Implausibility(what, likely, where, turned > OVERTURNED)
+        return Implausibility(what, likely, where, turned > PROBLEM.overturned)
     return None
 
 
@@ -198,15 +178,15 @@ def _seen(problem: "DesignProblem", in_plan: FloatArray) -> list[Implausibility]
     ratio = np.abs(in_plan[:, noise.axes]) / deviations
     linear = noise.axes < split
     best = [float(ratio[:, kind].max()) for kind in (linear, ~linear) if kind.any()]
-    if max(best) < UNSEEN:
+    if max(best) < PROBLEM.unseen:
         what = f"no deflection would be above the noise (the largest is {max(best):.2g} standard deviations)"
         likely = "Is the noise in µm or mm, a mass in tonnes, a force in kN, or the stiffness in another unit?"
         return [Implausibility(what, likely, "experiment.deflection_noise")]
-    if max(best) > PERFECT:
+    if max(best) > PROBLEM.perfect:
         what = f"the noise would be {max(best):.2g} times smaller than the deflections"
         likely = "Is it in another unit, or a load (a mass in grams) or the stiffness?"
         return [Implausibility(what, likely, "experiment.deflection_noise")]
-    if len(best) == 2 and max(best) > 3e4 * min(best) and min(best) < UNSEEN:
+    if len(best) == 2 and max(best) > PROBLEM.uneven * min(best) and min(best) < PROBLEM.unseen:
         kinds = ("translations", "rotations") if best[0] < best[1] else ("rotations", "translations")
         what = f"the largest of all {kinds[0]} is {min(best):.2g} standard deviations, of {kinds[1]} {max(best):.2g}"
         return [Implausibility(what, f"Is the noise of the {kinds[0]} in another unit?", "experiment.deflection_noise")]
@@ -228,10 +208,12 @@ def _load_errors(problem: "DesignProblem") -> list[Implausibility]:
             )
         elif source.source == "mass" and heaviest and most > heaviest:
             found.append(Implausibility(f"a mass known to {most:.3g} kg is not known", "Is it in grams?", where))
-        elif source.source == "direction" and most > 0.3:
+        elif source.source == "direction" and most > PROBLEM.unknown_direction:
             found.append(
                 Implausibility(f"a direction known to {most:.3g} rad is not known", "Is it in degrees or mrad?", where)
             )
-        elif source.source == "wrench" and forces and largest(source.deviation[:split]) > 10.0 * forces:
+        elif (
+            source.source == "wrench" and forces and largest(source.deviation[:split]) > PROBLEM.unknown_force * forces
+        ):
             found.append(Implausibility(f"a force known to {most:.3g} N is not known", "Is it in mN?", where))
     return found

@@ -8,22 +8,17 @@ where noise is stated, the recordings as they are are refuted and the alternativ
 compliances come out negative, and positive under it. Physics that the base model lacks is reduced by none so far.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from expdesign.assurance.plausibility.evidence import Evidence, Fitted, Weighting, evidence_of
+from expdesign.assurance.plausibility.evidence import Alternative, Evidence, Fitted, Weighting, evidence_of
 from expdesign.assurance.plausibility.finding import Implausibility
-from expdesign.assurance.plausibility.mistakes import MISTAKES
-from expdesign.assurance.plausibility.mistakes.mistake import Alternative
+from expdesign.assurance.plausibility.mistakes import ALTERNATIVES, FINDINGS
 from expdesign.assurance.plausibility.options import DEFAULT, MistakeOptions
 from expdesign.assurance.plausibility.positions import positions_findings
 from expdesign.chain.recordings.recordings import POSITIONS, Recordings
 from expdesign.mechanics.robots.robot import Robot
-
-_SPARE = 4
-"""Readings beyond the compliances that a judgement takes at least."""
 
 
 def recordings_findings(
@@ -35,20 +30,17 @@ def recordings_findings(
     if recordings.measurand.absolute or not robot.actuated:
         return []
     evidence = evidence_of(recordings, robot, options)
-    enough = evidence.stated.readings.size >= len(robot.stiffness) + _SPARE and len(evidence.stated.readings) >= 2
+    enough = (
+        evidence.stated.readings.size >= len(robot.stiffness) + options.spare and len(evidence.stated.readings) >= 2
+    )
     if not enough or not np.any(evidence.stated.wrenches) or evidence.fits[-1] is None:
         return []
     named = _named(evidence)
-    return [*named, *(finding for finding in _own(evidence) if not named or finding.where)]
+    own = (finding for findings in FINDINGS for finding in findings(evidence))
+    return [*named, *(finding for finding in own if not named or finding.where)]
 
 
-def _own(evidence: Evidence) -> Iterator[Implausibility]:
-    for mistake in MISTAKES:
-        yield from mistake.findings(evidence)
-
-
-@dataclass(frozen=True)
-class _Suspect:
+class _Suspect(NamedTuple):
     alternative: Alternative
     fitted: Fitted
 
@@ -61,7 +53,7 @@ def _named(evidence: Evidence) -> list[Implausibility]:
         if stated is None or not _needed(stated, evidence, chi_square=chi_square):
             continue
         if alternatives is None:
-            alternatives = [item for mistake in MISTAKES for item in mistake.alternatives(evidence)]
+            alternatives = [each for mistake in ALTERNATIVES for each in mistake(evidence)]
         suspects = _suspects(alternatives, evidence, weighting, stated, chi_square=chi_square)
         if suspects:
             best, *others = _likeliest(suspects)

@@ -4,15 +4,12 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import Implausibility, extent
+from expdesign.assurance.plausibility.options import PROBLEM
 from expdesign.assurance.plausibility.problem import centre_findings, deflection_finding, pose_findings
 from expdesign.chain.models.estimable import FORCE, MASS, MOMENT, Calibrated, quantities
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.mechanics.robots.robot import Robot
 
-HEAVY, OTHER_UNIT = 3.0, 100.0
-"""Times the largest calibrated load that are suspicious, and that are another unit."""
-LEVER = 0.05
-"""Part of the robot's size: moments below the largest force times this lever are not compared."""
 _UNITS = {
     MASS: ("mass", "kg", "grams"),
     FORCE: ("force", "N", "mN, or a mass in grams"),
@@ -55,9 +52,9 @@ def _loads(points: LoadedPoints, robot: Robot, calibrated: Calibrated) -> list[I
             continue
         largest = calibrated.ranges[name][1]
         if name == MOMENT and size is not None:
-            largest = max(largest, LEVER * size * calibrated.ranges[FORCE][1])
+            largest = max(largest, PROBLEM.lever * size * calibrated.ranges[FORCE][1])
         row = int(np.argmax(values))
-        if largest <= 0.0 or values[row] <= HEAVY * largest:
+        if largest <= 0.0 or values[row] <= PROBLEM.heavy * largest:
             continue
         noun, unit, other = _UNITS[name]
         ratio = values[row] / largest
@@ -65,5 +62,5 @@ def _loads(points: LoadedPoints, robot: Robot, calibrated: Calibrated) -> list[I
             f"the {noun} is {values[row]:.6g} {unit}, {ratio:.0f} times the largest that was calibrated ({largest:.4g})"
         )
         return [Implausibility(what, f"Is it in {other}? It has to be in {unit}.", f"row {points.lines[row]}",
-                        bool(ratio > OTHER_UNIT))]  # fmt: skip
+                        bool(ratio > PROBLEM.other_unit))]  # fmt: skip
     return []

@@ -1,54 +1,35 @@
-"""The mistakes that people make in recordings of deflections, one class each; of equals the first is named."""
+"""Mistakes that people make in recordings of deflections: how these would have to be read, or what gives it away."""
 
-from expdesign.assurance.plausibility.mistakes.exchanged import (
-    ExchangedRows,
-    ShiftedRows,
-    SwappedCommands,
-    SwappedLoads,
-    SwappedReadings,
-)
-from expdesign.assurance.plausibility.mistakes.frames import AngleOrder, Gravity, LoadFrame, WrongInstrumentFrame
-from expdesign.assurance.plausibility.mistakes.mistake import Mistake
-from expdesign.assurance.plausibility.mistakes.numbers import (
-    Constant,
-    CopiedRows,
-    Rounded,
-    Scatter,
-    SlippedLoad,
-    SlippedReading,
-    WithoutReading,
-)
-from expdesign.assurance.plausibility.mistakes.scaled import (
-    CommandUnits,
-    Moments,
-    ReadingUnits,
-    StiffnessFactor,
-    TurnedSigns,
-)
+from collections.abc import Callable, Iterator
 
-MISTAKES: tuple[Mistake, ...] = (
-    TurnedSigns(),
-    ReadingUnits(),
-    SwappedReadings(),
-    Moments(),
-    CommandUnits(),
-    SwappedLoads(),
-    SwappedCommands(),
-    SlippedReading(),
-    SlippedLoad(),
-    ExchangedRows(),
-    ShiftedRows(),
-    WrongInstrumentFrame(),
-    LoadFrame(),
-    Gravity(),
-    AngleOrder(),
-    StiffnessFactor(),
-    Scatter(),
-    WithoutReading(),
-    CopiedRows(),
-    Rounded(),
-    Constant(),
-)
-"""In the order in which they are asked."""
+from expdesign.assurance.plausibility.evidence import Alternative, Evidence
+from expdesign.assurance.plausibility.finding import Implausibility
+from expdesign.assurance.plausibility.mistakes import columns, numbers, rows
 
-__all__ = ["MISTAKES", "Mistake"]
+ALTERNATIVES: tuple[Callable[[Evidence], Iterator[Alternative]], ...] = (
+    columns.signs_of_readings,
+    columns.units_of_readings,
+    columns.swapped_readings,
+    columns.moments,
+    columns.units_of_commands,
+    columns.swapped_loads,
+    columns.swapped_commands,
+    rows.slipped_reading,
+    rows.slipped_load,
+    rows.exchanged_rows,
+    rows.shifted_rows,
+    columns.instrument_frame,
+    columns.load_frame,
+    columns.gravity,
+    columns.angle_order,
+)
+"""Other readings of the same recordings; all compete, and of equals the first is named."""
+FINDINGS: tuple[Callable[[Evidence], Iterator[Implausibility]], ...] = (
+    numbers.stiffness_factor,
+    numbers.scatter,
+    numbers.without_reading,
+    numbers.copied_rows,
+    numbers.rounded,
+    numbers.constant,
+)
+"""What gives a mistake away without a comparison, in the order in which it is said."""
