@@ -10,8 +10,9 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 
 import expdesign as xd
 from expdesign.assurance.acceptance.budget import Contribution, UncertaintyBudget
-from expdesign.assurance.acceptance.decision import Basis, Decision, acceptance_record, sentences
+from expdesign.assurance.acceptance.decision import Basis, Decision
 from expdesign.assurance.acceptance.planned import check_readings, planned_decision
+from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.errors import InputError
 from expdesign.estimation.coverage_factor import STANDARD, Coverage

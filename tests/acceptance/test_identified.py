@@ -12,8 +12,9 @@ from tests.design.problems import HEXAPOD, problem
 
 import expdesign as xd
 from expdesign.app.api.at_targets import AtTargets
-from expdesign.assurance.acceptance.decision import Decision, acceptance_record, sentences
+from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.acceptance.left_out import LeftOutOptions, left_out_by, left_out_risk
+from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.model_error.left_out import left_out, offsets
 from expdesign.assurance.model_error.recorded import shown_by
 from expdesign.assurance.model_error.settings import Assumptions

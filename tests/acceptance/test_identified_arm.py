@@ -10,7 +10,7 @@ import yaml
 from benchmarks.arms.plant import recordings, usual_faults
 
 import expdesign as xd
-from expdesign.assurance.acceptance.decision import sentences
+from expdesign.assurance.acceptance.said import sentences
 from expdesign.errors import InputError
 
 ROOT = Path(__file__).parents[2]

@@ -17,9 +17,10 @@ from tests.design.problems import changed, problem
 
 import expdesign as xd
 from expdesign.app.api.inputs import table_of
+from expdesign.assurance.acceptance.attained import Comparison, noise_covariance
+from expdesign.assurance.acceptance.certificate import certificate_number
 from expdesign.assurance.acceptance.check_measurement import read_check_measurement
-from expdesign.assurance.acceptance.record import certificate_number
-from expdesign.assurance.acceptance.verification import AxisResult, Comparison, TargetResult, noise_covariance
+from expdesign.assurance.acceptance.conformity import AxisResult, TargetResult
 from expdesign.chain.models.model_file import model_text
 from expdesign.errors import InputError
 from expdesign.io.output import csv_text

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.acceptance.decision import sentences
+from expdesign.assurance.acceptance.said import sentences
 from expdesign.io.output import csv_text
 from expdesign.planning.accuracy_map import AccuracyMap
 from expdesign.planning.criteria.assessment import Assessment

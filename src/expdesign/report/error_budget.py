@@ -13,8 +13,9 @@ import pandas as pd
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import NOISE, Contribution, UncertaintyBudget, tolerances
-from expdesign.assurance.acceptance.decision import DECISION_RULE, Decision, acceptance_record, sentences
+from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.acceptance.planned import expected_decision
+from expdesign.assurance.acceptance.said import DECISION_RULE, acceptance_record, sentences
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words

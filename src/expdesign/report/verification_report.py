@@ -3,9 +3,10 @@
 from collections.abc import Mapping
 from importlib.metadata import version
 
+from expdesign.assurance.acceptance.certificate import About
 from expdesign.assurance.acceptance.check_measurement import CheckMeasurement
-from expdesign.assurance.acceptance.record import RULE, About
-from expdesign.assurance.acceptance.verification import AxisResult, Verification
+from expdesign.assurance.acceptance.conformity import AxisResult
+from expdesign.assurance.acceptance.verification import RULE, Verification
 from expdesign.chain.models.model_file import Model
 from expdesign.probabilities import probability_text
 from expdesign.report import words

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from expdesign.assurance.acceptance.budget import NOISE, UncertaintyBudget
-from expdesign.assurance.acceptance.decision import Decision, acceptance_record, sentences
+from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.acceptance.fitted import FittedModel
 from expdesign.assurance.acceptance.left_out import decided_by, left_out_by
+from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.model_error.recorded import Shown, shown_by
 from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden
 from expdesign.estimation.identify import Identification

@@ -12,8 +12,9 @@ from rich.table import Table
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import TableInput, purpose_of, table_of
 from expdesign.app.api.result import Result
-from expdesign.assurance.acceptance.decision import Decision, acceptance_record, sentences
+from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.acceptance.planned import planned_decision
+from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.model_error.meir import meir_of_problem
 from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden, hidden_by_plan
 from expdesign.chain.recordings.points import points_from_table

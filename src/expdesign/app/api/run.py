@@ -13,8 +13,8 @@ from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import purpose_of
 from expdesign.app.api.result import FolderResult, PathLike
-from expdesign.assurance.acceptance.decision import acceptance_record, sentences
 from expdesign.assurance.acceptance.planned import recommended_acceptance
+from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.model_error.statement import accuracy_of_plan
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError

@@ -13,11 +13,11 @@ from expdesign.app.api.inputs import ModelInput, TableInput, model_of, purpose_o
 from expdesign.app.api.recorded import referenced
 from expdesign.app.api.result import FolderResult, PathLike
 from expdesign.arrays import FloatArray
-from expdesign.assurance.acceptance.budget import tolerances
+from expdesign.assurance.acceptance.attained import compare, tip_errors
+from expdesign.assurance.acceptance.certificate import About, about_of, certificate_number, read_about
 from expdesign.assurance.acceptance.check_measurement import CheckMeasurement, read_check_measurement
-from expdesign.assurance.acceptance.planned import reading_deviations
-from expdesign.assurance.acceptance.record import About, about_of, certificate_number, read_about, verification_record
-from expdesign.assurance.acceptance.verification import Tolerances, Verification, compare, judge, tip_errors
+from expdesign.assurance.acceptance.conformity import judge
+from expdesign.assurance.acceptance.verification import Verification, verification_record
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import Frame
 from expdesign.errors import ArgumentError, InputError
@@ -148,13 +148,9 @@ def verify(
     check = replace(check, points=referenced(check.points, shared_reference, problem))
     comparison = compare(identified, check, deviations)
     chosen = Coverage(coverage) if coverage is not None else STANDARD if problem is None else problem.coverage
-    limits = None
-    if problem is not None:
-        targets = problem.targets
-        limits = Tolerances(targets.configurations, tolerances(problem), targets.axes, reading_deviations(problem))
     columns = [robot.coordinates.deflection[axis] for axis in check.axes]
     statement = comparison.statement(check.points, columns)
-    judged = judge(check, comparison, limits, chosen, robot)
+    judged = judge(check, comparison, problem, chosen, robot)
     result = Verification(comparison, statement, judged, chosen, identified.fit == "refuted")
     hashes = _hashes(model, recordings, config, about)
     return VerificationResult(

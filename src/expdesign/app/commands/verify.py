@@ -1,7 +1,7 @@
 """`expdesign verify`: attained against predicted after compensation, with a test and a certificate."""
 
 from expdesign.app.commands.call import Call
-from expdesign.assurance.acceptance.record import About, read_about
+from expdesign.assurance.acceptance.certificate import About, read_about
 
 
 def command(call: Call, operator: str = "", instrument: str = "", environment: str = "", date: str = "") -> None:

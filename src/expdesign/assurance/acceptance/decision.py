@@ -21,7 +21,6 @@ plan, of which nothing has been measured, is expected to pass or not, axis by ax
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from scipy.special import ndtr, stdtr
@@ -29,14 +28,7 @@ from scipy.special import ndtr, stdtr
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.assurance.acceptance.any_axis import NEGLIGIBLE, any_beyond
 from expdesign.assurance.acceptance.budget import UncertaintyBudget
-from expdesign.probabilities import SMALLEST, probability_text
 
-DECISION_RULE = (
-    "an axis passes where its expanded uncertainty U does not exceed its tolerance T: guarded acceptance with a guard "
-    "band of U (JCGM 106:2012, 8.3; ISO 14253-1), the estimated error after compensation being 0; with recordings the "
-    "robot passes only where the probability that any axis at any target is beyond T, by physics that they may hide "
-    "as well, is within what the coverage leaves"
-)
 MOST = 1_000_000
 _ROUNDING = 1e-9
 """Relative: an axis with U = T passes."""
@@ -55,7 +47,6 @@ _WORDS = {
     Basis.MODEL: ("pass", "not proven"),
     Basis.REFUTED: ("not decided", "not decided"),
 }
-NOT_DECIDED = "Acceptance is not decided: the model is refuted by its own recordings"
 
 
 @dataclass(frozen=True)
@@ -244,171 +235,3 @@ class Decision:
         """
         most = float(np.nanmax(self.repetitions))
         return int(most) if np.isfinite(most) and not self.endangered else None
-
-
-def acceptance_record(decision: Decision) -> dict[str, Any]:
-    """What `run.json`, `evaluate --json` and `identification.json` say under `acceptance`."""
-    budget = decision.budget
-    return {
-        "coverage": budget.coverage.level,
-        "coverage_factor": budget.coverage.factor,
-        "decision_rule": DECISION_RULE,
-        "verdict": decision.verdict,
-        "passes": decision.passes if decision.decided else None,
-        **_whole(decision),
-        "check_readings": decision.check_readings,
-        "repetitions_until_it_passes": decision.needed,
-        "measurements_until_it_passes": None if decision.needed is None else decision.needed * budget.measurements,
-        "targets": [
-            {
-                "passes": bool(decision.passed[target].all()) if decision.decided else None,
-                "axes": [_axis(decision, target, int(axis)) for axis in np.flatnonzero(budget.matters[target])],
-            }
-            for target in range(len(budget.tolerance))
-        ],
-    }
-
-
-def _whole(decision: Decision) -> dict[str, float | None]:
-    """The probability that any axis is beyond its tolerance; nothing of a plan."""
-    if decision.basis is Basis.PLAN:
-        return {}
-    whole, hidden = decision.whole_risk, float(decision.whole_hidden_risk.sum())
-    known = bool(np.isfinite(whole))
-    return {
-        "probability_of_any_beyond_tolerance": whole if known else None,
-        "probability_of_any_by_hidden_physics": hidden if known and decision.left_out is not None else None,
-    }
-
-
-def _axis(decision: Decision, target: int, axis: int) -> dict[str, Any]:
-    budget = decision.budget
-
-    def at(values: FloatArray) -> float | None:
-        value = float(values[target, axis])
-        return value if np.isfinite(value) else None
-
-    repetitions = at(decision.repetitions)
-    return {
-        "axis": budget.axes[axis],
-        "tolerance": at(budget.tolerance),
-        "budget": {one.name: at(one.deviation) for one in _merged(budget)},
-        "standard_uncertainty": at(budget.standard),
-        "degrees_of_freedom": at(budget.degrees),
-        "coverage_factor": at(budget.factor),
-        "expanded_uncertainty": at(budget.expanded),
-        "verdict": decision.axis_verdict(target, axis),
-        "passes": bool(decision.passed[target, axis]) if decision.decided else None,
-        "probability_beyond_tolerance": at(decision.risk),
-        "probability_by_hidden_physics": None if decision.left_out is None else at(decision.hidden_risk.sum(axis=0)),
-        "repetitions_until_it_passes": None if repetitions is None else int(repetitions),
-    }
-
-
-@dataclass(frozen=True)
-class _Line:
-    name: str
-    deviation: FloatArray
-
-
-def _merged(budget: UncertaintyBudget) -> list[_Line]:
-    """Contributions by name; of several with one name (a source that is named twice), the root of the squares."""
-    lines: dict[str, FloatArray] = {}
-    for one in budget.contributions:
-        lines[one.name] = np.hypot(lines[one.name], one.deviation) if one.name in lines else one.deviation
-    return [_Line(name, deviation) for name, deviation in lines.items()]
-
-
-def sentences(decision: Decision) -> list[str]:
-    """What the decision says, in words."""
-    if not decision.decided:
-        return [f"{NOT_DECIDED}; {decision.remedy}."]
-    budget = decision.budget
-    level = f"{100.0 * budget.coverage.level:.4g} %"
-    ratio = np.where(budget.matters, budget.expanded / budget.tolerance, -np.inf)
-    texts = [_verdict_sentence(decision)]
-    if np.isnan(ratio).any():
-        texts.append("The measurements do not determine all of these axes.")
-    if np.isfinite(ratio).any():
-        target, axis = np.unravel_index(int(np.nanargmax(ratio)), ratio.shape)
-        worst = (
-            f"The worst is {budget.axes[axis].rsplit('_', 1)[0]} at target {target + 1}: U is "
-            f"{ratio[target, axis]:.3g} of its tolerance (k = {budget.factor[target, axis]:.3g}, coverage {level})"
-        )
-        if decision.basis is Basis.PLAN:
-            risk = probability_text(float(decision.risk[target, axis]), 2)
-            texts.append(f"{worst}; an error beyond the tolerance has the probability {risk}.")
-        else:
-            texts += [f"{worst}.", *_risk_sentence(decision)]
-    texts += _repetitions(decision)
-    if decision.basis is Basis.PLAN and decision.passes:
-        texts.append(_check_readings(decision.check_readings))
-    return texts
-
-
-def _verdict_sentence(decision: Decision) -> str:
-    matters, exceeding = int(decision.budget.matters.sum()), int((~decision.within).sum())
-    within = f"on all {matters} axes with a tolerance U is within it"
-    exceeds = f"on {exceeding} of the {matters} axes with a tolerance U exceeds it"
-    if decision.basis is Basis.PLAN:
-        return f"The robot is {'not ' if exceeding else ''}expected to pass: {exceeds if exceeding else within}."
-    if decision.passes:
-        return f"The robot passes: {within}."
-    if exceeding:
-        return f"Not proven: {exceeds}."
-    left = probability_text(decision.allowed, 2)
-    return f"Not proven: {within}, but an error beyond any of them is likelier than the coverage leaves ({left})."
-
-
-def _risk_sentence(decision: Decision) -> list[str]:
-    """The probability of an error beyond any tolerance, and how much of it physics has that is not in the model."""
-    whole = decision.whole_risk
-    if np.isnan(whole):
-        return []
-    text = f"The probability that any axis is beyond its tolerance is {probability_text(whole, 2)}"
-    target, axis = np.unravel_index(int(np.nanargmax(decision.risk)), decision.risk.shape)
-    if whole >= SMALLEST:
-        alone = probability_text(float(decision.risk[target, axis]), 2)
-        text += f", of {decision.budget.axes[axis].rsplit('_', 1)[0]} at target {target + 1} alone {alone}"
-    if decision.left_out is None:
-        return [f"{text}, if the model is right: what these recordings may hide is not counted."]
-    parts: dict[str, float] = {}
-    for phrase, part in zip(decision.left_out.phrases, decision.whole_hidden_risk, strict=True):
-        parts[phrase] = parts.get(phrase, 0.0) + float(part)
-    hidden = "physics that these recordings may hide"
-    if sum(parts.values()) < SMALLEST:
-        return [f"{text}, {hidden} included."]
-    share = probability_text(sum(parts.values()), 2)
-    return [f"{text}; {hidden} has {share} of it, foremost {max(parts, key=lambda phrase: parts[phrase])}."]
-
-
-def _repetitions(decision: Decision) -> list[str]:
-    """What would make a robot pass that does not."""
-    if decision.passes:
-        return []
-    if decision.endangered and decision.whole_risk - decision.whole_hidden_risk.sum() > decision.allowed:
-        return ["Every axis passes by itself, not all of them together: repeat the plan, or measure more."]
-    if decision.endangered:
-        return [
-            "Record what would show that physics (`expdesign run` with the objective `meir` plans it), or prove "
-            "conformity by check readings with `expdesign verify`."
-        ]
-    if decision.needed is None:
-        return [
-            "No number of repetitions helps: errors that all measurements share (or what is not determined) exceed the "
-            "tolerance by themselves. Know the load better, or measure otherwise."
-        ]
-    return [
-        f"The whole plan done {decision.needed} times, set up anew each time "
-        f"({decision.needed * decision.budget.measurements} measurements), would bring U within all tolerances; a plan "
-        "that is optimised for as many measurements needs no more."
-    ]
-
-
-def _check_readings(count: int | None) -> str:
-    if count is None:
-        return "No number of check readings with this instrument lets `expdesign verify` prove conformity."
-    return (
-        f"To prove conformity, `expdesign verify` will need {count} independent check reading"
-        f"{'' if count == 1 else 's'} of every target with this instrument."
-    )
