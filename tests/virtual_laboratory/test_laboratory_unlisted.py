@@ -16,41 +16,49 @@ from virtual_laboratory.elements import (
     PayloadComOffset,
 )
 from virtual_laboratory.elements.forms import FORMS, DahlFriction, OtherCreep, OtherDrift, OtherSpring, SmearedBacklash
-from virtual_laboratory.elements.unlisted import (
-    UNLISTED,
-    BaseGradient,
-    Bellows,
-    BoucWen,
-    DishingPlate,
-    DraggingMount,
-    DroopingPayload,
-    EncoderDefect,
+from virtual_laboratory.elements.unlisted import UNLISTED
+from virtual_laboratory.elements.unlisted.instrument import (
     GaugeCrossTalk,
     GaugeLostMotion,
-    HoldingDroop,
-    Hose,
     InterpolationError,
+    Refraction,
+)
+from virtual_laboratory.elements.unlisted.leg_curves import (
+    EncoderDefect,
     LengthScale,
-    LiftingFoot,
     LoadFeedForward,
     NeedleBearing,
-    OpeningBolt,
-    PlaceBacklash,
-    PlaceFriction,
-    Refraction,
-    RubberBase,
     SaggingLeg,
     ScrewLength,
     ScrewWear,
+    WarmLeg,
+    WornSocket,
+)
+from virtual_laboratory.elements.unlisted.leg_memories import (
+    BaseGradient,
+    BoucWen,
+    HoldingDroop,
+    PlaceBacklash,
+    PlaceFriction,
     Seating,
     SharedSupply,
+)
+from virtual_laboratory.elements.unlisted.mounts import (
+    DishingPlate,
+    DraggingMount,
+    LiftingFoot,
+    OpeningBolt,
+    RubberBase,
     SinkingFloor,
-    Sloshing,
     SwayingBuilding,
+)
+from virtual_laboratory.elements.unlisted.surroundings import (
+    Bellows,
+    DroopingPayload,
+    Hose,
+    Sloshing,
     TautWire,
-    WarmLeg,
     Wind,
-    WornSocket,
 )
 from virtual_laboratory.legs import Leg, LegConditions
 

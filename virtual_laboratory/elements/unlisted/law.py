@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -14,7 +13,7 @@ from ..element import Element, legs_of
 class Unlisted(Element):
     """Physics for which no effect was written.
 
-    `parts`: the components that are right answers to where it acts, by the rule in the element's docstring. `also`:
+    `accepted`: the components that are right answers to where it acts, by the rule in the element's docstring. `also`:
     identifiers of known physics that would not be a wrong name, because the law is a form of theirs. `abscissa`: where
     the law is a curve over one scalar, its name; `curve` is then the law: for `length`, `temperature` and `swivel` the
     leg's whole compliance (m/N), for `force` its elongation beyond the linear spring (m).
@@ -23,10 +22,12 @@ class Unlisted(Element):
     also: ClassVar[tuple[str, ...]] = ()
     abscissa: ClassVar[str] = ""
 
+    accepted: ClassVar[tuple[str, ...]] = ()
+
     @property
-    @abstractmethod
     def parts(self) -> tuple[str, ...]:
         """Accepted components."""
+        return self.accepted
 
     def curve(self, at: float, leg: Leg) -> float:
         """The law at one value of its scalar, in SI units."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -144,19 +145,14 @@ class Experiment:
         if error is not None:
             raise error
         # Estimates are corrections of known parameters; where the model is linear in them their value cancels.
-        self._known = np.zeros(self.assessment.parameters)
-        self._origin = np.zeros(plan.configurations.shape[0] * problem.loaded.robot.coordinates.n)
-        self._offset = np.zeros_like(self._known)
+        self._known: FloatArray = np.zeros(self.assessment.parameters)
+        self._origin: FloatArray = np.zeros(len(plan) * problem.loaded.robot.coordinates.n)
+        self._offset: FloatArray = np.zeros_like(self._known)
         if problem.loaded.regressor.referenced:
             self._attain = self._elastic(plant, truth)
         else:
             _require_nominal(plant, truth)
-            machine = GeometricPlant(problem, plan)
-            self._deflections = machine.deflections
-            self._offset = problem.loaded.regressor.nominal(problem.loaded.robot)
-            self._attain = [
-                lambda errors, at=(target, wrench): machine.attained(errors, *at) for target, wrench in self._targets
-            ]
+            self._attain = self._geometric()
 
     @property
     def _targets(self) -> list[tuple[FloatArray, FloatArray]]:
@@ -184,6 +180,13 @@ class Experiment:
             return attain
 
         return [attaining(place, *known) for place, known in zip(self._targets, at_targets, strict=True)]
+
+    def _geometric(self) -> list[Attain]:
+        """The same of estimates of the geometry, alone or with the stiffness, as corrections of the nominal one."""
+        machine = GeometricPlant(self.problem, self.plan)
+        self._deflections = machine.deflections
+        self._offset = self.problem.loaded.regressor.nominal(self.problem.loaded.robot)
+        return [partial(machine.attained, target=target, wrench=wrench) for target, wrench in self._targets]
 
     def batch(self, size: Size, seed: int, noise: bool, load_errors: bool) -> Repetitions:
         """One batch; whether noise and load errors are drawn.
