@@ -14,13 +14,12 @@ import numpy as np
 from scipy.special import ndtri
 
 from expdesign.arrays import FloatArray
-
-DRAWS = 1024
-"""Of every union, from one fixed seed: the same recordings are decided alike."""
-NEGLIGIBLE = 1e-9
+from expdesign.assurance.acceptance.options import ACCEPTANCE
 
 
-def any_beyond(above: FloatArray, below: FloatArray, covariance: FloatArray, negligible: float = NEGLIGIBLE) -> float:
+def any_beyond(
+    above: FloatArray, below: FloatArray, covariance: FloatArray, negligible: float = ACCEPTANCE.negligible
+) -> float:
     """Probability that any of d axes is beyond its tolerance.
 
     Args:
@@ -38,13 +37,13 @@ def any_beyond(above: FloatArray, below: FloatArray, covariance: FloatArray, neg
     unit = np.where(deviation > 0.0, deviation, 1.0)
     values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    generator = np.random.default_rng(0)
+    generator, draws = np.random.default_rng(0), ACCEPTANCE.draws
     # Every half-space in proportion to its probability, with the least scatter: systematic sampling.
-    drawn = np.searchsorted(np.cumsum(alone), total * (np.arange(DRAWS) + 0.5) / DRAWS).clip(max=len(alone) - 1)
+    drawn = np.searchsorted(np.cumsum(alone), total * (np.arange(draws) + 0.5) / draws).clip(max=len(alone) - 1)
     axis, sign = drawn % len(above), np.where(drawn < len(above), 1.0, -1.0)
-    score = -sign * ndtri(alone[drawn] * generator.uniform(size=DRAWS))
-    errors = generator.standard_normal((DRAWS, len(above))) @ root.T
-    rows = np.arange(DRAWS)
+    score = -sign * ndtri(alone[drawn] * generator.uniform(size=draws))
+    errors = generator.standard_normal((draws, len(above))) @ root.T
+    rows = np.arange(draws)
     # Given one error, the others follow it by regression: that error is what it is conditioned to be.
     errors += (score - errors[rows, axis])[:, None] * (root @ root.T)[axis]
     beyond = np.concatenate([errors > -ndtri(above), errors < ndtri(below)], axis=1)

@@ -26,12 +26,9 @@ import numpy as np
 from scipy.special import ndtr, stdtr
 
 from expdesign.arrays import BoolArray, FloatArray
-from expdesign.assurance.acceptance.any_axis import NEGLIGIBLE, any_beyond
+from expdesign.assurance.acceptance.any_axis import any_beyond
 from expdesign.assurance.acceptance.budget import UncertaintyBudget
-
-MOST = 1_000_000
-_ROUNDING = 1e-9
-"""Relative: an axis with U = T passes."""
+from expdesign.assurance.acceptance.options import ACCEPTANCE
 
 
 class Basis(Enum):
@@ -110,7 +107,8 @@ class Decision:
     @property
     def passed(self) -> BoolArray:
         """Whether each axis by itself passes, shape (t, n); True where an axis does not matter."""
-        passed: BoolArray = self.within & ~(self.budget.matters & (self.risk > self.allowed * (1.0 + _ROUNDING)))
+        likely = self.risk > self.allowed * (1.0 + ACCEPTANCE.rounding)
+        passed: BoolArray = self.within & ~(self.budget.matters & likely)
         return passed
 
     @property
@@ -175,9 +173,9 @@ class Decision:
         """The part of `whole_risk` that each physics has which the recordings may hide, shape (E,)."""
         if self.left_out is None or not self.decided:
             return np.zeros(0)
-        hidden = self.left_out
+        hidden, negligible = self.left_out, ACCEPTANCE.negligible
         alternatives = zip(hidden.probability, hidden.mean, hidden.roots, strict=True)
-        return np.array([p * self._any(mean, root, NEGLIGIBLE / max(p, NEGLIGIBLE)) for p, mean, root in alternatives])
+        return np.array([p * self._any(mean, root, negligible / max(p, negligible)) for p, mean, root in alternatives])
 
     def _tails(self, mean: FloatArray | float = 0.0, root: FloatArray | None = None) -> FloatArray:
         """Probabilities of an error above and below the tolerance, shape (2, t, n).
@@ -198,7 +196,7 @@ class Decision:
         return tails
 
     def _any(
-        self, mean: FloatArray | float = 0.0, root: FloatArray | None = None, negligible: float = NEGLIGIBLE
+        self, mean: FloatArray | float = 0.0, root: FloatArray | None = None, negligible: float = ACCEPTANCE.negligible
     ) -> float:
         """Probability of an error beyond any tolerance, arguments as of `_tails`; `negligible` as of `any_beyond`."""
         matters = self.budget.matters
@@ -223,7 +221,7 @@ class Decision:
         with np.errstate(divide="ignore", invalid="ignore"):
             needed = np.where(allowed > 0.0, np.ceil(repeatable / allowed * (1.0 - 1e-12)), np.inf)
         unknown = np.isnan(budget.standard)
-        needed = np.where(needed > MOST, np.inf, np.maximum(needed, 1.0))
+        needed = np.where(needed > ACCEPTANCE.most, np.inf, np.maximum(needed, 1.0))
         result: FloatArray = np.where(budget.matters, np.where(unknown, np.inf, needed), np.nan)
         return result
 

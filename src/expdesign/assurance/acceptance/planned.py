@@ -11,7 +11,8 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import UncertaintyBudget, planned_budget
-from expdesign.assurance.acceptance.decision import MOST, Basis, Decision
+from expdesign.assurance.acceptance.decision import Basis, Decision
+from expdesign.assurance.acceptance.options import ACCEPTANCE
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
@@ -65,4 +66,4 @@ def check_readings(budget: UncertaintyBudget, deviations: FloatArray) -> int | N
         needed = np.ceil((2.0 * k * tolerance * deviations / room) ** 2 * (1.0 - 1e-12))
     provable = (room > 0.0) & np.isfinite(deviations)
     most = float(np.where(provable, needed, np.inf)[budget.matters].max(initial=1.0))
-    return int(most) if most <= MOST else None
+    return int(most) if most <= ACCEPTANCE.most else None

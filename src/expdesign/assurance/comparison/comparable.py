@@ -7,13 +7,12 @@ they are what one wants to compare.
 
 from typing import Any
 
+from expdesign.assurance.comparison.options import COMPARISON
 from expdesign.errors import InputError
 from expdesign.io.schema import shortened
 from expdesign.planning.problem import DesignProblem
 
 PARTS = (("targets",), ("aggregate",), ("experiment", "deflection_noise"))
-MOST_SAID = 4
-"""Differences that a message lists."""
 
 
 def require_comparable(problems: list[DesignProblem]) -> None:
@@ -22,8 +21,8 @@ def require_comparable(problems: list[DesignProblem]) -> None:
     for other in problems[1:]:
         found = differences(first, other)
         if found:
-            more = f"; and {len(found) - MOST_SAID} more" if len(found) > MOST_SAID else ""
-            what = f"not comparable with {first.source}: {'; '.join(found[:MOST_SAID])}{more}"
+            more = f"; and {len(found) - COMPARISON.said} more" if len(found) > COMPARISON.said else ""
+            what = f"not comparable with {first.source}: {'; '.join(found[: COMPARISON.said])}{more}"
             remedy = "Make them the same, or compare each by itself (argument `separate`)."
             raise InputError(what, where=other.source, remedy=remedy)
 

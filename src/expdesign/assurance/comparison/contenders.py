@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.assurance.comparison.options import COMPARISON
 from expdesign.planning.parts import Parts, one_after_another
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
@@ -17,8 +18,6 @@ from expdesign.planning.start import starting_designs
 Origin = Literal["optimised", "random", "given"]
 _RANDOM_STREAM = 7
 """Keeps the random designs apart from the searches' numbers of the same seed."""
-_PROBES, _SAME = 8, 1e-12
-"""Designs on which criteria are compared, and the relative difference below which they are the same."""
 
 
 @dataclass(frozen=True)
@@ -84,14 +83,14 @@ def _searched(
 
 def distinct_criteria(problem: DesignProblem, seed: int) -> list[str]:
     """Criteria that order designs, without those that are another one to within rounding, by designs at random."""
-    plans = [one.plan for one in drawn(problem, _PROBES, seed)]
+    plans = [one.plan for one in drawn(problem, COMPARISON.probes, seed)]
     configurations, loads = (np.array([getattr(plan, name) for plan in plans]) for name in ("configurations", "loads"))
     assessment = problem.assess(configurations, loads, np.array([plan.series for plan in plans]))
     kept: dict[str, FloatArray] = {}
     for name, criterion in problem.criteria.items():
         values = criterion.values(assessment)
-        varies = not np.allclose(values, values[0], rtol=_SAME, atol=0.0)
-        if varies and not any(np.allclose(values, other, rtol=_SAME, atol=0.0) for other in kept.values()):
+        varies = not np.allclose(values, values[0], rtol=COMPARISON.same, atol=0.0)
+        if varies and not any(np.allclose(values, other, rtol=COMPARISON.same, atol=0.0) for other in kept.values()):
             kept[name] = values
     return list(kept) or list(problem.criteria)[:1]
 

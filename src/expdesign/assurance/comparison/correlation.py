@@ -7,11 +7,10 @@ from scipy.stats import rankdata
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.comparison.judgement import Judgement
+from expdesign.assurance.comparison.options import COMPARISON
 
-FEWEST = 4
-"""Designs below which there is no correlation worth the name."""
-_RESAMPLES, _STREAM = 2000, 13
-"""Bootstrap samples of an interval, and what keeps their numbers apart from others of the same seed."""
+_STREAM = 13
+"""Keeps the bootstrap apart from other numbers of the same seed."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,7 @@ def rank_correlations(judgement: Judgement, seed: int) -> list[RankCorrelation]:
         for name, values in judgement.values.items():
             goodness = values if judgement.problem.criteria[name].maximise else -values
             kept = chosen & np.isfinite(goodness) & np.isfinite(attained)
-            if kept.sum() >= FEWEST:
+            if kept.sum() >= COMPARISON.fewest:
                 generator = np.random.default_rng([seed, _STREAM])
                 found.append(_correlation(name, over, goodness[kept], -attained[kept], generator))
     return found
@@ -61,7 +60,7 @@ def _correlation(
     name: str, over: str, goodness: FloatArray, accuracy: FloatArray, generator: np.random.Generator
 ) -> RankCorrelation:
     count = len(goodness)
-    rows = generator.integers(count, size=(_RESAMPLES, count))
+    rows = generator.integers(count, size=(COMPARISON.resamples, count))
     resampled = spearman(goodness[rows], accuracy[rows])
     resampled = resampled[np.isfinite(resampled)]
     low, high = np.quantile(resampled, (0.025, 0.975)) if resampled.size else (np.nan, np.nan)
