@@ -13,6 +13,9 @@ from expdesign.mechanics.robots.robot import Robot
 if TYPE_CHECKING:  # targets of a compensation are judged without it
     from expdesign.planning.problem import DesignProblem
 
+_UNITS = {True: ("m", "µm or mm"), False: ("rad", "µrad, mrad or degrees")}
+"""Of translations and of rotations, and what they are mistaken for."""
+
 
 def problem_findings(problem: "DesignProblem") -> list[Implausibility]:
     """What speaks against a run configuration."""
@@ -61,40 +64,33 @@ def pose_findings(robot: Robot, poses: FloatArray, where: str) -> list[Implausib
 def _noise(problem: "DesignProblem") -> list[Implausibility]:
     robot, noise = problem.loaded.robot, problem.noise
     deviations = np.sqrt(np.diag(noise.covariance))
-    found = []
     for axis, deviation in zip(noise.axes, deviations, strict=True):
-        linear = axis < robot.coordinates.translations
+        linear = bool(axis < robot.coordinates.translations)
         low, high = PROBLEM.noises if linear else PROBLEM.angular_noises
-        if low <= deviation <= high:
-            continue
-        unit = ("m", "µm or mm") if linear else ("rad", "µrad, mrad or degrees")
-        coarse = deviation > high
-        what = f"no instrument has a noise of {deviation:.3g} {unit[0]}"
-        likely = f"Is it in {unit[1]}?" if coarse else f"Is it a variance, or divided by 1e6 twice? In {unit[0]}."
-        found.append(Implausibility(what, likely, f"experiment.deflection_noise, {robot.coordinates.deflection[axis]}"))
-    return found[:1]
+        if not low <= deviation <= high:
+            unit, others = _UNITS[linear]
+            likely = (
+                f"Is it in {others}?" if deviation > high else f"Is it a variance, or divided by 1e6 twice? In {unit}."
+            )
+            where = f"experiment.deflection_noise, {robot.coordinates.deflection[axis]}"
+            return [Implausibility(f"no instrument has a noise of {deviation:.3g} {unit}", likely, where)]
+    return []
 
 
 def _tolerances(problem: "DesignProblem") -> list[Implausibility]:
     robot, importance = problem.loaded.robot, problem.targets.importance
-    found = []
     for target, axis in np.argwhere(importance > 0.0):
         tolerance = float(1.0 / np.sqrt(importance[target, axis]))
-        linear = axis < robot.coordinates.translations
-        name = robot.coordinates.deflection[axis]
-        where = f"targets.{target}.tolerance, {name}"
-        limit = PROBLEM.coarse if linear else PROBLEM.angular_coarse
-        if tolerance > limit:
-            unit = ("m", "µm or mm") if linear else ("rad", "µrad, mrad or degrees")
-            what = f"a tolerance of {tolerance:.3g} {unit[0]} needs no calibration"
-            found.append(Implausibility(what, f"Is it in {unit[1]}?", where))
-        elif tolerance < PROBLEM.finest:
-            found.append(
-                Implausibility(
-                    f"a tolerance of {tolerance:.3g} is below what can be measured", "Check its unit.", where
-                )
-            )
-    return found[:1]
+        linear = bool(axis < robot.coordinates.translations)
+        unit, others = _UNITS[linear]
+        where = f"targets.{target}.tolerance, {robot.coordinates.deflection[axis]}"
+        if tolerance > (PROBLEM.coarse if linear else PROBLEM.angular_coarse):
+            what = f"a tolerance of {tolerance:.3g} {unit} needs no calibration"
+            return [Implausibility(what, f"Is it in {others}?", where)]
+        if tolerance < PROBLEM.finest:
+            what = f"a tolerance of {tolerance:.3g} is below what can be measured"
+            return [Implausibility(what, "Check its unit.", where)]
+    return []
 
 
 def _centres(problem: "DesignProblem") -> list[Implausibility]:
@@ -194,26 +190,22 @@ def _seen(problem: "DesignProblem", in_plan: FloatArray) -> list[Implausibility]
 
 
 def _load_errors(problem: "DesignProblem") -> list[Implausibility]:
-    size, load = extent(problem.loaded.robot), problem.loaded.load
-    _, loads = _decoded(problem)
-    heaviest = largest(loads[:, 0]) if load.has_mass else 0.0
-    split = problem.loaded.robot.coordinates.translations
+    """Errors of the load as large as the load itself, or as the robot."""
+    robot, load = problem.loaded.robot, problem.loaded.load
+    split = robot.coordinates.translations
     forces = largest(problem.target_wrenches[:, :split])
+    heaviest = largest(_decoded(problem)[1][:, 0]) if load.has_mass else 0.0
+    known = {
+        "com": ("a centre of mass", "m", extent(robot), "Is it in millimetres?"),
+        "mass": ("a mass", "kg", heaviest, "Is it in grams?"),
+        "direction": ("a direction", "rad", PROBLEM.unknown_direction, "Is it in degrees or mrad?"),
+        "wrench": ("a force", "N", PROBLEM.unknown_force * forces, "Is it in mN?"),
+    }
     found = []
     for index, source in enumerate(problem.loaded.sources):
-        most, where = largest(source.deviation), f"experiment.load_error.{index}"
-        if source.source == "com" and size is not None and most > size:
-            found.append(
-                Implausibility(f"a centre of mass known to {most:.3g} m is not known", "Is it in millimetres?", where)
-            )
-        elif source.source == "mass" and heaviest and most > heaviest:
-            found.append(Implausibility(f"a mass known to {most:.3g} kg is not known", "Is it in grams?", where))
-        elif source.source == "direction" and most > PROBLEM.unknown_direction:
-            found.append(
-                Implausibility(f"a direction known to {most:.3g} rad is not known", "Is it in degrees or mrad?", where)
-            )
-        elif (
-            source.source == "wrench" and forces and largest(source.deviation[:split]) > PROBLEM.unknown_force * forces
-        ):
-            found.append(Implausibility(f"a force known to {most:.3g} N is not known", "Is it in mN?", where))
+        noun, unit, limit, likely = known.get(source.source, ("", "", None, ""))
+        of_limit = largest(source.deviation[:split]) if source.source == "wrench" else largest(source.deviation)
+        if limit and of_limit > limit:
+            what = f"{noun} known to {largest(source.deviation):.3g} {unit} is not known"
+            found.append(Implausibility(what, likely, f"experiment.load_error.{index}"))
     return found
