@@ -2,31 +2,24 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 import yaml
 from tests.commands.calls import call
+from tests.design.problems import BIPOD, changed
 
-CONFIG: dict[str, Any] = {
-    "schema_version": 1,
-    "robot": {
-        "name": "bipod",
-        "kind": "bipod",
-        "home": [0.0, 0.0],
-        "base_joints": [[-0.5, 0.0], [0.5, 0.0]],
-        "actuator_stiffness": [1.0e7, 1.3e7],
+CONFIG = changed(
+    BIPOD,
+    {
+        "experiment.measurements": 1,
+        "experiment.load": {"kind": "wrench", "fx_N": [-1000, 1000], "fy_N": [-1000, 1000]},
+        "experiment.deflection_noise": {"std": {"dx_m": 1.0, "dy_m": 1.0}},
+        "experiment.load_error": [{"source": "wrench", "std": [2.0, 3.0], "shared": False}],
+        "targets.0.tolerance": {"dx_m": 1.0, "dy_m": 1.0},
+        "optimiser": ...,
     },
-    "experiment": {
-        "measurements": 1,
-        "poses": {"bounds": {"x_m": [-0.3, 0.3], "y_m": [0.35, 0.95]}},
-        "load": {"kind": "wrench", "fx_N": [-1000, 1000], "fy_N": [-1000, 1000]},
-        "deflection_noise": {"std": {"dx_m": 1.0, "dy_m": 1.0}},
-        "load_error": [{"source": "wrench", "std": [2.0, 3.0], "shared": False}],
-    },
-    "targets": [{"pose": [0.10, 0.60], "wrench": [0, -1000], "tolerance": {"dx_m": 1.0, "dy_m": 1.0}}],
-}
+)
 HEADER = "sequence,series,x_m,y_m,fx_N,fy_N\n"
 VECTOR_U = [[1.1442042521, -0.2390983402], [-0.2390983402, 1.1581359476]]
 VECTOR_Z = np.array([[-0.1086639676, -0.0330364372], [0.0240485830, -0.0746558704]]) * 1e-6
