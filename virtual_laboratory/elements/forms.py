@@ -65,7 +65,7 @@ class _Bristles(LegLaw):
         return (low + high) / 2
 
 
-LAWS = ("stretched", "logarithmic", "power", "two_maxwell")
+CREEPS = ("stretched", "logarithmic", "power", "two_maxwell")
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class OtherCreep(LegPhysics):
     shape: float = 0.5
 
     def __post_init__(self) -> None:
-        require(self.kind in LAWS, f"kind: must be one of {', '.join(LAWS)}, not {self.kind!r}")
+        require(self.kind in CREEPS, f"kind: must be one of {', '.join(CREEPS)}, not {self.kind!r}")
         require(self.tau_s > 0, "tau_s: must be positive")
 
     def law(self, leg: Leg) -> LegLaw:
@@ -127,7 +127,7 @@ class _Steps(LegLaw):
         self.time, self.force = conditions.time, force
 
 
-LAWS = ("saturating", "quadratic", "oscillating")
+DRIFTS = ("saturating", "quadratic", "oscillating")
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ class OtherDrift(LegPhysics):
     origin: float = 0.0
 
     def __post_init__(self) -> None:
-        require(self.kind in LAWS, f"kind: must be one of {', '.join(LAWS)}, not {self.kind!r}")
+        require(self.kind in DRIFTS, f"kind: must be one of {', '.join(DRIFTS)}, not {self.kind!r}")
         require(self.scale > 0, "scale: must be positive")
 
     @property

@@ -207,9 +207,6 @@ class GeometricStiffness(Element):
     identifier: ClassVar[str] = "geometric_stiffness"
 
 
-ENDS = ("base", "platform")
-
-
 @dataclass(frozen=True)
 class JointPositionError(Element):
     """A joint is off its nominal place by `[dx_m, dy_m, dz_m]` (m; base end: in O, platform end: in P).
