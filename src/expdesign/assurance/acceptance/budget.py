@@ -125,20 +125,16 @@ def tolerances(problem: "DesignProblem") -> FloatArray:
         return np.where(importance > 0.0, 1.0 / np.sqrt(importance), np.nan)
 
 
-def load_contributions(problem: "DesignProblem", assessment: "Assessment") -> tuple[Contribution, ...]:
-    """One line for each source of load error of the first design of an assessment."""
-    deviations = np.sqrt(assessment.source_variances[0])
-    return tuple(
-        Contribution(source.source, deviations[..., index], not source.shared)
-        for index, source in enumerate(problem.loaded.sources)
-    )
-
-
 def planned_budget(problem: "DesignProblem", assessment: "Assessment") -> UncertaintyBudget:
     """The budget of the first design of an assessment, before anything is measured."""
     noise = Contribution(NOISE, np.sqrt(assessment.noise_variance[0]), True)
+    deviations = np.sqrt(assessment.source_variances[0])
+    loads = (
+        Contribution(source.source, deviations[..., index], not source.shared)
+        for index, source in enumerate(problem.loaded.sources)
+    )
     return UncertaintyBudget(
-        contributions=(noise, *load_contributions(problem, assessment)),
+        contributions=(noise, *loads),
         tolerance=tolerances(problem),
         axes=problem.loaded.robot.coordinates.deflection,
         coverage=problem.coverage,

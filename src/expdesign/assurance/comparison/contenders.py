@@ -29,11 +29,6 @@ class Contender:
     plan: Plan
 
 
-def plan_of_decisions(problem: DesignProblem, decisions: FloatArray) -> Plan:
-    """The plan that decisions (m, g) stand for."""
-    return planned(problem, decisions)
-
-
 def optimised(
     problem: DesignProblem,
     seed: int,
@@ -64,7 +59,7 @@ def optimised(
         if name not in names:
             report(name)
     designs = np.concatenate([decisions, *better])
-    plans = [plan_of_decisions(problem, one) for one in designs]
+    plans = [planned(problem, one) for one in designs]
     assessment = problem.assessed(designs)
     best = []
     for name, criterion in criteria.items():
@@ -99,7 +94,4 @@ def drawn(problem: DesignProblem, count: int, seed: int) -> list[Contender]:
     """Random designs of measurements within the robot's limits."""
     decisions = starting_designs(problem, count, np.random.default_rng([seed, _RANDOM_STREAM]))
     designs = decisions.reshape(count, problem.space.measurements, problem.space.decisions)
-    return [
-        Contender(f"random {index}", "random", plan_of_decisions(problem, one))
-        for index, one in enumerate(designs, start=1)
-    ]
+    return [Contender(f"random {index}", "random", planned(problem, one)) for index, one in enumerate(designs, start=1)]
