@@ -11,7 +11,7 @@ from tests.oracle import Array
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import PAYLOAD, Component, Part
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.actuators.actuators import Loop, SelfCentring
+from expdesign.chain.effects.actuators.actuators import SelfCentring
 from expdesign.chain.effects.load.payload import ForceSensor
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
@@ -29,7 +29,7 @@ def opening(**at: float) -> tuple[Array, Array, Array]:
     frame = one_series(UP_AND_DOWN)
     force = forces(frame)[:, LEG]
     largest = float(np.abs(force).max())
-    one = SelfCentring(robot(ROBOT), Component(Part.LEG, LEG + 1), Loop.FLAG)
+    one = SelfCentring(robot(ROBOT), Component(Part.LEG, LEG + 1), SelfCentring.forms[0])
     found = predicted(one, [at["ratio"], 0.5 * largest, at["friction"] * largest], frame)
     return force / largest, in_legs(found, frame)[:, LEG], in_legs(base(frame), frame)[:, LEG]
 
@@ -56,7 +56,7 @@ def test_it_closes_later_than_it_opens_and_always_returns() -> None:
 
 def test_loads_that_do_not_open_it_do_nothing() -> None:
     frame = one_series([0.0, 0.4, -0.4, 0.2])
-    one = SelfCentring(robot(ROBOT), Component(Part.ALL_LEGS), Loop.FLAG)
+    one = SelfCentring(robot(ROBOT), Component(Part.ALL_LEGS), SelfCentring.forms[0])
     largest = float(np.abs(forces(frame)).max())
     np.testing.assert_array_equal(predicted(one, [2.0, 1.01 * largest, 0.3 * largest], frame), base(frame))
 

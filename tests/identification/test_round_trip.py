@@ -17,9 +17,10 @@ from tests.identification.experiments import read
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component, Part
 from expdesign.chain.effect import Effect
+from expdesign.chain.effects.environment.thermal_drift import ArmThermalDrift
 from expdesign.chain.effects.joints.geometry import ArmGeometricStiffness
 from expdesign.chain.effects.legs.transmission import LegBacklash
-from expdesign.chain.effects.links.links import ArmThermalDrift, LinkMassError
+from expdesign.chain.effects.links.links import LinkMassError
 from expdesign.chain.models.effect_entry import EffectSection, effect_classes, effect_entry, effect_of
 from expdesign.chain.models.model_file import Model, model_text, read_model
 from expdesign.chain.readings.choice import reading_of

@@ -4,6 +4,7 @@ Components that a robot has, and pieces that several effects share: loads that t
 joints and links are and what a wrench at the tip does there.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import lru_cache
@@ -126,6 +127,23 @@ def joints_and_all(robot: Robot) -> list[Component]:
 def actuators_and_all(robot: Robot) -> list[Component]:
     """Every leg or joint, and all of them together: for effects that both kinds of actuator have."""
     return legs_and_all(robot) or joints_and_all(robot)
+
+
+def on(
+    having: Callable[[Robot], object], *places: Component | Callable[[Robot], Sequence[Component]]
+) -> Callable[[Robot], list[Component]]:
+    """Components of the robots that have something: single ones, and those that a robot has several of."""
+
+    def components(robot: Robot) -> list[Component]:
+        listed = ([place] if isinstance(place, Component) else place(robot) for place in places)
+        return [component for each in listed for component in each] if having(robot) else []
+
+    return components
+
+
+def on_any(*places: Component | Callable[[Robot], Sequence[Component]]) -> Callable[[Robot], list[Component]]:
+    """`on` whatever a robot has."""
+    return on(lambda robot: True, *places)
 
 
 def turned_lever(rotation: ca.SX, row: Row, wrench: ca.SX) -> ca.SX:

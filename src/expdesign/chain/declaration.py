@@ -11,8 +11,6 @@ Forms of one effect: a closed set of names (a `StrEnum`), or a value with a text
 An effect of one form has the variant `ONLY`, whose text is empty. Variants with numbers in them (a range of poses, the
 size of a weight, another leg) are frozen dataclasses whose `str` is what files hold, and which round their numbers to
 what that text says, so that a file gives back the same physics to the last bit.
-
-The form of an effect that depends on how far a sliding joint is extended.
 """
 
 from dataclasses import dataclass
@@ -169,7 +167,15 @@ class Declaration:
     sizes: tuple[Size, ...] = ()
 
 
-class Extension(StrEnum):
-    """Its one variant, unlike the forms that do not depend on the extension."""
+@dataclass(frozen=True)
+class Named:
+    """The one form of an effect, unlike those of other effects of its physics."""
 
-    WITH_EXTENSION = "with extension"
+    name: str
+
+    def __str__(self) -> str:
+        return self.name
+
+
+WITH_EXTENSION = Named("with extension")
+"""Form of an effect that depends on how far a sliding joint is extended."""

@@ -14,7 +14,7 @@ registered (docs/extending.md). Identification, prediction, compensation, diagno
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from fnmatch import fnmatchcase
 from typing import Any, ClassVar, Self
 
@@ -30,6 +30,8 @@ from expdesign.mechanics.robots.robot import Robot
 
 __all__ = ["Effect", "Parameter"]
 
+When = Callable[[Robot, LoadedPoints], object]
+"""Whether recordings can show an effect on a robot."""
 Values = dict[str, tuple[float, float, float]]
 """Reported values with their 95 % intervals: estimate, low, high."""
 
@@ -45,6 +47,7 @@ class Effect(ABC):
         forms: its variants, where the robot and the recordings do not decide which there are.
         measurands: readings that show it. Geometry and own weight show in positions to first order and cancel from
             deflections; what only shifts or turns the instrument is part of every model of positions.
+        when: whether recordings of one of these can show it on a robot.
         component: where it acts.
         variant: which of several forms, `ONLY` where there is one.
         parameters: in the order of `theta` in the overrides.
@@ -62,6 +65,7 @@ class Effect(ABC):
     declared: ClassVar[Declaration] = Declaration()
     forms: ClassVar[tuple[Variant, ...]] = (ONLY,)
     measurands: ClassVar[tuple[Measurand, ...]] = (DEFLECTIONS, POSITIONS, POSES)
+    when: ClassVar[When] = lambda robot, points: True
     component: Component
     variant: Any
     parameters: tuple[Parameter, ...]
@@ -104,12 +108,13 @@ class Effect(ABC):
     @classmethod
     def places(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
         """Components and variants that these recordings could show on this robot."""
-        return cls.shown(robot, points) if points.measurand in cls.measurands and cls.components(robot) else []
+        shown = points.measurand in cls.measurands and cls.components(robot) and cls.when(robot, points)
+        return cls.shown(robot, points) if shown else []
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        """`places` on a robot that has components for it, in recordings of one of the `measurands`; to be narrowed
-        where only some recordings can show it.
+        """`places` on a robot that has components for it, in recordings that can show it; to be narrowed where these
+        decide which.
         """
         return [(component, variant) for component in cls.components(robot) for variant in cls.variants(robot)]
 

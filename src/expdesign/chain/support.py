@@ -14,13 +14,12 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import BASE, Component
+from expdesign.chain.component import BASE, on
 from expdesign.chain.declaration import rounded
 from expdesign.chain.effect import Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
 from expdesign.chain.row import Row
 from expdesign.chain.tabulated import TabulatedEffect
-from expdesign.mechanics.robots.robot import Robot
 
 
 class Drive(StrEnum):
@@ -162,11 +161,8 @@ class SupportEffect(TabulatedEffect):
     `oblique`; their shape is a threshold of the load and, if oblique, the azimuth of its axis.
     """
 
+    at = on(lambda robot: robot.on_support, BASE)
     together = True
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [BASE] if robot.on_support else []
 
     @property
     def drive(self) -> Drive:

@@ -1,16 +1,17 @@
 """Actuators that are no linear springs: they creep, stick, change their stiffness with the force, or open a joint."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from enum import StrEnum
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.actuator import Acting, ActuatorEffect
-from expdesign.chain.component import Component, actuators_and_all
-from expdesign.chain.declaration import Declaration, Input, Size, Variant
-from expdesign.chain.effect import Parameter, Values
+from expdesign.chain.component import actuators_and_all
+from expdesign.chain.declaration import Declaration, Input, Named, Size
+from expdesign.chain.effect import Parameter, Values, When
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.mechanics.robots.robot import Robot
@@ -36,6 +37,7 @@ class Creep(ActuatorEffect):
         sizes=(Size("creep_ratio", 0.02, "assumed: greased rolling contacts, 2 % within the time of a series"),),
     )
     at = actuators_and_all
+    when: ClassVar[When] = lambda robot, points: points.time is not None
     memory = 2
     quantities = (
         Parameter("creep_ratio", 0.1, low=-0.9, high=10.0),
@@ -46,10 +48,6 @@ class Creep(ActuatorEffect):
         "Under constant load {component} creep{s} by a further {creep_ratio:100 .1f %}, time constant "
         "{tau_s.best:.3g} s."
     )
-
-    @classmethod
-    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        return super().shown(robot, points) if points.time is not None else []
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
         assert points.time is not None
@@ -236,10 +234,10 @@ _WIDTHS = (0.1, 0.4)
 """Friction from which it starts, of the force at which the joint opens."""
 
 
-class Loop(StrEnum):
-    """Its one variant, which says the form that its physics has here."""
-
-    FLAG = "flag"
+def unloaded_again(robot: Robot, points: LoadedPoints) -> bool:
+    """Whether some series takes a load off again, which alone tells a loop from a curve."""
+    sizes = np.linalg.norm(points.wrenches[:, :3], axis=1)
+    return bool(((np.diff(sizes) < 0.0) & (np.diff(points.series) == 0)).any())
 
 
 class SelfCentring(ActuatorEffect):
@@ -263,12 +261,13 @@ class SelfCentring(ActuatorEffect):
         phrase="friction in {component}",
         usually="preloaded joints that open, disc springs and wire ropes",
         port="actuators",
-        form=Loop.FLAG,
+        form="flag",
         inputs=(Input.FORCE, Input.HISTORY),
         sizes=(Size("beyond_ratio", 0.2, "assumed: a joint that opens yields a fifth as much as the leg"),),
     )
     at = actuators_and_all
-    forms = tuple(Loop)
+    when = unloaded_again
+    forms = (Named("flag"),)
     memory = 1
     quantities = (
         Parameter("beyond_ratio", 0.5, low=0.0, high=100.0),
@@ -279,13 +278,6 @@ class SelfCentring(ActuatorEffect):
         "A joint in {component} opens at {opening.best:.3g} {force} and closes at {closing.best:.3g} {force}; open, it "
         "yields {beyond_ratio:.2f} times as much as the spring."
     )
-
-    @classmethod
-    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        # Some series takes a load off again, which alone tells a loop from a curve.
-        sizes = np.linalg.norm(points.wrenches[:, :3], axis=1)
-        falls = (np.diff(sizes) < 0.0) & (np.diff(points.series) == 0)
-        return super().shown(robot, points) if falls.any() else []
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
         largest = self.largest_force(points, points.absolute)

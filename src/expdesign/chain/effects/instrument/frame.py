@@ -4,13 +4,13 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Self
+from typing import ClassVar, Self
 
 import casadi as ca
 
-from expdesign.chain.component import INSTRUMENT, Component
+from expdesign.chain.component import INSTRUMENT, Component, on_any
 from expdesign.chain.declaration import Beyond, Declaration, Input, Size, Variant, rounded
-from expdesign.chain.effect import Parameter, Values
+from expdesign.chain.effect import Parameter, Values, When
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSITIONS, LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import measured_axes
@@ -19,11 +19,6 @@ from expdesign.mechanics.robots.orientation import angles_of, rotation_matrix
 from expdesign.mechanics.robots.robot import Robot
 
 _HOUR = 3600.0
-
-
-def at_instrument(robot: Robot) -> list[Component]:
-    """The one instrument, whatever the robot."""
-    return [INSTRUMENT]
 
 
 class FrameMotion(StrEnum):
@@ -57,11 +52,8 @@ class InstrumentDrift(TabulatedEffect):
     )
     measurands = (POSITIONS,)
     forms = tuple(FrameMotion)
-    at = at_instrument
-
-    @classmethod
-    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        return super().shown(robot, points) if points.timed else []
+    at = on_any(INSTRUMENT)
+    when: ClassVar[When] = lambda robot, points: points.timed
 
     def describe(self) -> tuple[Parameter, ...]:
         shift = [Parameter(f"drift_{axis}_m_per_h", 1e-4) for axis in "xyz"]
@@ -121,7 +113,7 @@ class InstrumentMisalignment(TabulatedEffect):
         sizes=(Size("rot_?_rad", 1e-3, "assumed: axes aligned with an edge, 1 mrad"),),
     )
     measurands = (DEFLECTIONS,)
-    at = at_instrument
+    at = on_any(INSTRUMENT)
     says = "The instrument's axes are rotated from the base frame by ({all:1e3 .2f}) mrad."
 
     @classmethod
@@ -176,7 +168,7 @@ class InstrumentScale(TabulatedEffect):
         sizes=(Size("scale_?", 1e-3, "assumed: gauges calibrated to 0.1 % of their range"),),
     )
 
-    at = at_instrument
+    at = on_any(INSTRUMENT)
     quantities = (Parameter("scale_{axis}", 1e-2, low=-0.9, high=9.0),)
 
     def reading(self, reading: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
@@ -243,7 +235,7 @@ class FrameWander(TabulatedEffect):
     )
     measurands = ()
 
-    at = at_instrument
+    at = on_any(INSTRUMENT)
 
     @classmethod
     def variant_from_text(cls, robot: Robot, text: str) -> Variant:

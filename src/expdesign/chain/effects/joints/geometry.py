@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import casadi as ca
 
-from expdesign.chain.component import ALL_JOINTS, GEOMETRY, Component, Part, each_joint, each_link
+from expdesign.chain.component import ALL_JOINTS, GEOMETRY, Component, Part, each_joint, each_link, on, on_any
 from expdesign.chain.declaration import LOOSELY, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Parameter, Values
 from expdesign.chain.effects.legs.geometry import GeometricStiffness
@@ -41,10 +41,7 @@ class GeometricError(TabulatedEffect):
     )
     measurands: ClassVar[tuple[Measurand, ...]] = (POSITIONS,)
 
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        joints = each_joint(robot)
-        return [*joints, ALL_JOINTS, *each_link(robot), GEOMETRY] if joints else []
+    at = on(lambda robot: robot.jointed, each_joint, ALL_JOINTS, each_link, GEOMETRY)
 
     @property
     def _indices(self) -> list[int]:
@@ -114,9 +111,7 @@ class CalibratedGeometryError(GeometricError):
     forms = tuple(LinkFrames)
     changes_geometry = True
 
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [GEOMETRY] if each_joint(robot) else []
+    at = on(lambda robot: robot.jointed, GEOMETRY)
 
     @property
     def _indices(self) -> list[int]:
@@ -166,9 +161,7 @@ class ArmGeometryError(GeometricError):
     forms = tuple(Moved)
     changes_geometry = True
 
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [*each_joint(robot), *each_link(robot)]
+    at = on_any(each_joint, each_link)
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
@@ -212,10 +205,7 @@ class ArmGeometricStiffness(TabulatedEffect):
     declared = GeometricStiffness.declared
     measurands = (DEFLECTIONS,)
 
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [GEOMETRY] if robot.jointed else []
-
+    at = on(lambda robot: robot.jointed, GEOMETRY)
     quantities = (Parameter("fraction", 1.0, low=-5.0, high=5.0),)
     says = "The arm's geometry changes noticeably under load: {fraction:.2f} of what mechanics predicts."
 

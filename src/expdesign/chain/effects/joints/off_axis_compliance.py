@@ -1,7 +1,6 @@
 """Bearings and guides of an arm's joints that yield off the joint's axis."""
 
 from enum import StrEnum
-from typing import ClassVar
 
 import casadi as ca
 import numpy as np
@@ -16,7 +15,7 @@ from expdesign.chain.component import (
     sliding_joints,
     with_links_beyond,
 )
-from expdesign.chain.declaration import Declaration, Extension, Input, Size, Variant
+from expdesign.chain.declaration import WITH_EXTENSION, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Parameter, Values
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
@@ -148,7 +147,7 @@ class ExtensionCompliance(TabulatedEffect):
             ),
         ),
     )
-    forms: ClassVar[tuple[Variant, ...]] = tuple(Extension)
+    forms = (WITH_EXTENSION,)
 
     at = sliding_joints
     quantities = (

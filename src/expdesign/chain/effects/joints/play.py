@@ -7,7 +7,7 @@ import numpy as np
 
 from expdesign.chain.actuator import SLACK, Acting, Backlash
 from expdesign.chain.component import Component, each_joint, sliding_joints
-from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Extension, Input, Size, Variant
+from expdesign.chain.declaration import STRAIN_WAVE, WITH_EXTENSION, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.mechanics.robots.robot import Robot
@@ -78,7 +78,7 @@ class ExtensionPlay(Backlash):
         ),
     )
     at = sliding_joints
-    forms = tuple(Extension)
+    forms = (WITH_EXTENSION,)
     quantities = (Parameter("gap_m", 1e-5, low=0.0, high=0.1), Parameter("gap_change", 1e-5, low=-0.1, high=0.1))
     says = (
         "{subject} has {gap_m:1e6 .3g} µm of play drawn in, and {gap_change.best:1e6 +.3g} µm more for every metre of "

@@ -1,25 +1,18 @@
 """Joints that are not where they were sent: readings before they had settled, periodic errors, and warming up."""
 
-from collections.abc import Sequence
-from enum import StrEnum
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
-from expdesign.arrays import FloatArray
 from expdesign.chain.actuator import Acting, ActuatorEffect, PeriodicError, Pitches
-from expdesign.chain.component import ALL_JOINTS, Component, each_joint, each_leg
-from expdesign.chain.declaration import ONLY, Declaration, Input, Size, Variant
-from expdesign.chain.effect import Effect, Parameter, Values
+from expdesign.chain.component import ALL_JOINTS, Component, each_joint, each_leg, on
+from expdesign.chain.declaration import ONLY, Declaration, Input, Named, Size, Variant
+from expdesign.chain.effect import Parameter, Values, When
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSITIONS, LoadedPoints
 from expdesign.chain.row import Row
+from expdesign.chain.tabulated import TabulatedEffect
 from expdesign.mechanics.robots.robot import Robot
-
-
-class Cause(StrEnum):
-    """Unlike creep, which shares its physics, it is no property of the arm."""
-
-    UNSETTLED = "logged before settled"
 
 
 class ReadBeforeSettled(ActuatorEffect):
@@ -41,22 +34,15 @@ class ReadBeforeSettled(ActuatorEffect):
         sizes=(Size("unsettled_*fraction", 0.02, "assumed: read when 98 % of a move have settled"),),
     )
     measurands = (POSITIONS,)
-    forms = tuple(Cause)
+    forms = (Named("logged before settled"),)
+    at = on(lambda robot: robot.jointed, ALL_JOINTS)
+    when: ClassVar[When] = lambda robot, points: len(np.unique(points.series)) < len(points)
     memory = 1
     quantities = (Parameter("unsettled_step_fraction", 1e-3, low=-0.5, high=0.95),)
     says = (
         "Positions were read before the arm had settled: {unsettled_step_fraction:100 .3g %} of every joint's step was "
         "still missing."
     )
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [ALL_JOINTS] if robot.jointed else []
-
-    @classmethod
-    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        several = len(np.unique(points.series)) < len(points)
-        return super().shown(robot, points) if several else []
 
     def gain(self, at: Acting, row: Row, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
         missing = theta[0] * (1.0 - row.first) * (at.place - at.state)
@@ -124,7 +110,7 @@ _HARMONIC = 1.5e-4
 """rad; the largest errors that makers of strain-wave gears state are twice this."""
 
 
-class JointHarmonics(Effect):
+class JointHarmonics(TabulatedEffect):
     """Errors of all joints' positions that repeat once and twice a turn: an eccentric and an oval scale or gear.
 
     Δq_k gains Σ_n a_nk·sin(n·q_k) + b_nk·cos(n·q_k), n = 1, 2, for every turning joint k. A calibration of an arm puts
@@ -145,9 +131,7 @@ class JointHarmonics(Effect):
     )
     measurands = ()
 
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [ALL_JOINTS] if each_joint(robot) and "rad" in robot.units else []
+    at = on(lambda robot: robot.jointed and "rad" in robot.units, ALL_JOINTS)
 
     @property
     def _turning(self) -> list[int]:
@@ -175,57 +159,3 @@ class JointHarmonics(Effect):
     def sentence(self, values: Values) -> str:
         largest = max(values, key=lambda name: abs(values[name][0]))
         return f"Errors of the joints repeat with every turn, the largest ({largest}) by {values[largest][0]:.3g} rad."
-
-
-FEWEST = 10
-"""Rows below which a slow drift is not looked for."""
-
-
-class Along(StrEnum):
-    """What stands for time."""
-
-    SEQUENCE = "warm-up along sequence"
-
-
-class WarmUpByRows(ActuatorEffect):
-    """A joint shifts as the machine warms up, in recordings without time: along `sequence`, one row like the next.
-
-    Δq gains drift·(e^(−n₀/ν) − e^(−n/ν)), n rows after the first of all. Deflections are relative to the first row of
-    their series, which had warmed up already (n₀ is its number); positions are not, and n₀ is 0.
-    """
-
-    identifier = "joints.warm_up_by_rows"
-    physics = "thermal_drift"
-    declared = Declaration(
-        left_out="motion with temperature or time, whatever the load",
-        phrase="thermal drift of {component}",
-        usually="motors and gears that warm up",
-        port="actuators",
-        form="exponential",
-        laws=("offset",),
-        inputs=(Input.TIME,),
-        sizes=(
-            Size("drift_m", 5e-5, "assumed: warming up by 10 K"),
-            Size("drift_rad", 1e-4, "assumed: warming up by 10 K"),
-        ),
-    )
-    at = each_joint
-    forms = tuple(Along)
-    quantities = (
-        Parameter("drift_{motion}", 1e-5, low=-0.1, high=0.1),
-        Parameter("constant_rows", 50.0, neutral=50.0, low=0.5, high=1e6, shape=True),
-    )
-    says = (
-        "{subject} shifts by {drift:1e6 .3g} µ{motion} in the order of the rows, as by warming up (constant: "
-        "{constant_rows.best:.3g} rows)."
-    )
-
-    @classmethod
-    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        return [] if points.timed or len(points) < FEWEST else super().shown(robot, points)
-
-    def starts(self, points: LoadedPoints) -> list[FloatArray]:
-        return [np.array([0.0, constant]) for constant in np.geomspace(0.05, 1.5, 4) * len(points)]
-
-    def gain(self, at: Acting, row: Row, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
-        return theta[0] * (ca.exp(-row.reference / theta[1]) - ca.exp(-row.number / theta[1])), at.state

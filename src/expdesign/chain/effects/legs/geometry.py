@@ -5,7 +5,7 @@ from enum import StrEnum
 import casadi as ca
 import numpy as np
 
-from expdesign.chain.component import GEOMETRY, Component, each_leg, turned_lever
+from expdesign.chain.component import GEOMETRY, Component, each_leg, on, turned_lever
 from expdesign.chain.declaration import ONLY, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Parameter, Values
 from expdesign.chain.recordings.recordings import POSES, POSITIONS
@@ -82,9 +82,7 @@ class LegGeometry(TabulatedEffect):
     measurands = (POSES, POSITIONS)
     changes_geometry = True
 
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [GEOMETRY] if each_leg(robot) else []
+    at = on(lambda robot: robot.on_legs, GEOMETRY)
 
     def describe(self) -> tuple[Parameter, ...]:
         known = self.robot.geometry_std
@@ -140,10 +138,7 @@ class GeometricStiffness(TabulatedEffect):
     )
     forms = tuple(Correction)
 
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [GEOMETRY] if robot.on_legs else []
-
+    at = on(lambda robot: robot.on_legs, GEOMETRY)
     quantities = (Parameter("fraction", 1.0, low=-5.0, high=5.0),)
     says = "The geometry changes noticeably under load: {fraction:.2f} of what mechanics predicts."
 

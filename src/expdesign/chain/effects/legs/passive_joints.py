@@ -5,7 +5,7 @@ from enum import StrEnum
 import casadi as ca
 
 from expdesign.chain.actuator import Acting, ActuatorEffect
-from expdesign.chain.component import Component, each_leg, legs_and_all
+from expdesign.chain.component import each_leg, legs_and_all, on
 from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.effect import Parameter
 from expdesign.chain.effects.legs.geometry import LegEnd
@@ -42,11 +42,8 @@ class PassiveJointCompliance(ActuatorEffect):
         ),
     )
 
+    at = on(lambda robot: robot.on_straight_legs, each_leg)
     says = "The {variant} joint of {component}, or its mount, yields differently along different directions."
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return each_leg(robot) if robot.on_straight_legs else []
 
     @classmethod
     def variants(cls, robot: Robot) -> list[Variant]:
@@ -114,12 +111,9 @@ class PassiveJointStiffness(TabulatedEffect):
         ),
     )
 
+    at = on(lambda robot: robot.on_straight_legs, legs_and_all)
     quantities = (Parameter("joint_Nm_per_rad", 100.0, low=0.0, high=1e7),)
     says = "The joints of {component} resist rotation with {joint_Nm_per_rad:.3g} N·m/rad."
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return legs_and_all(robot) if robot.on_straight_legs else []
 
     @classmethod
     def variants(cls, robot: Robot) -> list[Variant]:

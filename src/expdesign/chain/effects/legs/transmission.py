@@ -1,16 +1,16 @@
 """The transmission of a leg: its play, the leg that its force moves besides, and the error of its screw."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
 from expdesign.chain.actuator import Backlash, PeriodicError, Pitches
-from expdesign.chain.component import Component, each_leg
+from expdesign.chain.component import Component, each_leg, on
 from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size, Variant
-from expdesign.chain.effect import Parameter
+from expdesign.chain.effect import Parameter, When
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.tabulated import TabulatedEffect
@@ -122,12 +122,5 @@ class EncoderPeriodicError(PeriodicError):
     amplitude = (1e-6, 1e-2)
     pitches = {"m": Pitches(1e-4, 1e-3, 5e-5, 1e3, finest=5e-4)}  # noqa: RUF012
     noun = "length"
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return each_leg(robot) if set(robot.units) == {"m"} else []
-
-    @classmethod
-    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        commands = len(np.unique(points.configurations, axis=0))
-        return super().shown(robot, points) if commands >= 4 else []
+    at = on(lambda robot: set(robot.units) == {"m"}, each_leg)
+    when: ClassVar[When] = lambda robot, points: len(np.unique(points.configurations, axis=0)) >= 4

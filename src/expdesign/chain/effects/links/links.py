@@ -1,28 +1,20 @@
 """Links of an arm: they bend, weigh what the URDF does not say, and grow as they warm up, as joints shift."""
 
 import casadi as ca
-import numpy as np
 
-from expdesign.arrays import FloatArray
-from expdesign.chain.actuator import Acting, ActuatorEffect
 from expdesign.chain.component import (
-    Component,
-    Part,
     at_tip,
-    each_joint,
     heavy_links,
     link_span,
     long_links,
     moment_at,
     with_links_beyond,
 )
-from expdesign.chain.declaration import IN_1000_S, TEN_PERCENT, Beyond, Declaration, Input, Size, Variant
-from expdesign.chain.effect import Parameter, Values
-from expdesign.chain.effects.environment.thermal_drift import Driver, seen_drivers
-from expdesign.chain.recordings.recordings import POSITIONS, LoadedPoints
+from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size
+from expdesign.chain.effect import Parameter
+from expdesign.chain.recordings.recordings import POSITIONS
 from expdesign.chain.row import Row
 from expdesign.chain.tabulated import TabulatedEffect
-from expdesign.mechanics.robots.robot import Robot
 
 
 class LinkCompliance(TabulatedEffect):
@@ -97,94 +89,3 @@ class LinkMassError(TabulatedEffect):
         only = ca.SX([float(k == self.component.index) for k in range(len(self.robot.stiffness))])
         torque = self.robot.links.own_weight_expression(q, row.gravity, factors=only)
         return theta[0] * ca.substitute(torque, q, row.pose)
-
-
-class ArmThermalDrift(ActuatorEffect):
-    """An arm warms up: links grow and joints shift, whatever the load, relative to the first row of the series.
-
-    Joint k: Δq gains rate·ΔT (variant empty), rate·t (`time`) or drift·(e^(−t₀/τ) − e^(−t/τ)) (`warm-up`, time since
-    the first row of all). Link k: its far end moves away from its start by the strain α·ΔT or rate·t.
-    """
-
-    identifier = "links.thermal_drift"
-    physics = "thermal_drift"
-    declared = Declaration(
-        left_out="motion with temperature or time, whatever the load",
-        phrase="thermal drift of {component}",
-        usually="motors and gears that warm up",
-        port="actuators",
-        laws=("offset",),
-        inputs=(Input.TIME, Input.TEMPERATURE),
-        beyond=Beyond.HOLDS,
-        sizes=(
-            Size("alpha_per_K", 1.2e-5, "EN 1993-1-1:2005, 3.2.6: steel, 12e-6 per kelvin"),
-            Size("rate_per_s", 1.2e-8, "assumed: steel that warms by 1 K in 1000 s"),
-            Size("drift_m_per_K", 5e-6, "assumed: a linear axis of 0.4 m of steel"),
-            Size("drift_m_per_s", 5e-9, IN_1000_S),
-            Size("drift_m", 5e-5, "assumed: warming up by 10 K"),
-            Size("drift_rad_per_K", 1e-5, "assumed: a joint's housing"),
-            Size("drift_rad_per_s", 1e-8, IN_1000_S),
-            Size("drift_rad", 1e-4, "assumed: warming up by 10 K"),
-        ),
-    )
-    forms = tuple(Driver)
-
-    @property
-    def form_name(self) -> str:
-        return "exponential" if self.variant is Driver.WARM_UP else self.declared.form
-
-    @property
-    def beyond(self) -> Beyond:
-        return Beyond.GOES_ON if self.variant is Driver.WARM_UP else self.declared.beyond
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [*each_joint(robot), *long_links(robot)]
-
-    @classmethod
-    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        seen = seen_drivers(points)
-        places: list[tuple[Component, Variant]] = [
-            (component, driver) for driver in seen for component in cls.components(robot)
-        ]
-        return places + [(joint, Driver.WARM_UP) for joint in each_joint(robot) if Driver.TIME in seen]
-
-    def describe(self) -> tuple[Parameter, ...]:
-        unit, scale = ("per_s", 1e-8) if self.variant is Driver.TIME else ("per_K", 1e-6)
-        if self.component.part is Part.LINK:
-            return (Parameter(f"alpha_{unit}" if unit == "per_K" else "rate_per_s", scale, low=-1e-2, high=1e-2),)
-        if self.variant is not Driver.WARM_UP:
-            return self.described([Parameter(f"drift_{{motion}}_{unit}", scale, low=-1e-2, high=1e-2)])
-        drift = Parameter("drift_{motion}", 1e-5, low=-0.1, high=0.1)
-        return self.described([drift, Parameter("tau_s", 1000.0, neutral=1000.0, low=1.0, high=1e6, shape=True)])
-
-    def starts(self, points: LoadedPoints) -> list[FloatArray]:
-        if self.variant is not Driver.WARM_UP or points.time is None:
-            return [self.neutral()]
-        return [np.array([0.0, tau]) for tau in np.geomspace(0.05, 1.5, 4) * max(float(np.ptp(points.time)), 1.0)]
-
-    def actuator(
-        self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
-    ) -> tuple[ca.SX, ca.SX]:
-        none = self.component.part is Part.LINK
-        return (elongation, state) if none else super().actuator(elongation, force, compliance, row, state, theta)
-
-    def gain(self, at: Acting, row: Row, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
-        if self.variant is Driver.WARM_UP:
-            return theta[0] * (ca.exp(-(row.clock - row.elapsed) / theta[1]) - ca.exp(-row.clock / theta[1])), at.state
-        return theta[0] * (row.elapsed if self.variant is Driver.TIME else row.warming[at.index]), at.state
-
-    def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        if self.component.part is not Part.LINK:
-            return deflection
-        start, end = link_span(self.robot, row.pose, self.component.index)
-        driver = row.elapsed if self.variant is Driver.TIME else row.warming[self.component.index]
-        grown = theta[0] * driver * (end - start)
-        return deflection + at_tip(self.robot, self.component.index, grown, ca.SX.zeros(3), row, end)
-
-    def sentence(self, values: Values) -> str:
-        per = "second" if self.variant is Driver.TIME else "kelvin"
-        if self.component.part is Part.LINK:
-            return self.said(f"{{subject}} grows: {{first:1e6 .3g}} µm per metre and {per}.", values)
-        how = "as it warms up ({tau_s.best:.3g} s)" if self.variant is Driver.WARM_UP else f"per {per}"
-        return self.said(f"{{subject}} shifts by {{first:1e6 .3g}} µ{{motion}} {how}.", values)

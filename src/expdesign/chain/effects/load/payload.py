@@ -3,24 +3,20 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import PAYLOAD, Component, tilted_load
+from expdesign.chain.component import PAYLOAD, Component, on, on_any, tilted_load
 from expdesign.chain.declaration import Declaration, Input, Size, Variant, rounded
-from expdesign.chain.effect import Parameter, Values
+from expdesign.chain.effect import Parameter, Values, When
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.tabulated import TabulatedEffect
 from expdesign.mechanics.robots.orientation import moment
 from expdesign.mechanics.robots.robot import Robot
-
-
-def at_payload(robot: Robot) -> list[Component]:
-    """The one payload, whatever the robot."""
-    return [PAYLOAD]
 
 
 class PayloadComOffset(TabulatedEffect):
@@ -41,20 +37,14 @@ class PayloadComOffset(TabulatedEffect):
         sizes=(Size("com_d?_m", 1e-3, "assumed: centre of mass from a drawing, 1 mm"),),
     )
 
+    at = on(lambda robot: robot.coordinates.centre_of_mass, PAYLOAD)
+    # A body's wrench is about a known point; without payload columns there is no centre of mass that was assumed.
+    when: ClassVar[When] = lambda robot, points: not robot.on_support or points.payload is not None
     quantities = (Parameter("com_d{axis}_m", 1e-3, low=-0.5, high=0.5),)
     says = (
         "The payload's centre of mass lies ({all:1e3 .2f}) mm from where it was assumed (platform axes); the direction "
         "along gravity is the least certain."
     )
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [PAYLOAD] if robot.coordinates.centre_of_mass else []
-
-    @classmethod
-    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        # A body's wrench is about a known point; without payload columns there is no centre of mass that was assumed.
-        return [] if robot.on_support and points.payload is None else super().shown(robot, points)
 
     def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         split = self.robot.coordinates.translations
@@ -79,7 +69,7 @@ class LoadDirectionTilt(TabulatedEffect):
         sizes=(Size("tilt_?_rad", 5e-4, "assumed: a machinist's level, 0.5 mm/m"),),
     )
 
-    at = at_payload
+    at = on_any(PAYLOAD)
 
     def describe(self) -> tuple[Parameter, ...]:
         names = ("tilt_x_rad", "tilt_y_rad") if self.robot.coordinates.translations > 2 else ("tilt_z_rad",)
@@ -165,7 +155,11 @@ class PayloadMassError(TabulatedEffect):
         ),
     )
 
-    at = at_payload
+    at = on_any(PAYLOAD)
+    # Changes of a load are no weights, and what acts on a body without payload columns is what a force plate read.
+    when: ClassVar[When] = lambda robot, points: (
+        np.array_equal(points.absolute, points.wrenches) and (points.payload is not None or not robot.on_support)
+    )
     forms = (MassShares(Wrong.ALL),)  # the loads of recordings decide about the others
 
     @classmethod
@@ -174,10 +168,6 @@ class PayloadMassError(TabulatedEffect):
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        if np.any(points.absolute != points.wrenches):
-            return []  # changes of a load are no weights
-        if robot.on_support and points.payload is None:
-            return []  # what acts on a body without payload columns is what a force plate read, nothing was weighed
         sizes = _sizes(np.linalg.norm(points.wrenches[:, : robot.coordinates.translations], axis=1))
         if len(sizes) < 2:
             return []
@@ -270,7 +260,9 @@ class ForceSensor(TabulatedEffect):
         ),
     )
 
-    at = at_payload
+    at = on_any(PAYLOAD)
+    # Payloads are weighed (`PayloadMassError`); a body's base model does not deflect.
+    when: ClassVar[When] = lambda robot, points: not robot.on_support and points.payload is None
 
     @classmethod
     def variants(cls, robot: Robot) -> list[Variant]:
@@ -279,8 +271,6 @@ class ForceSensor(TabulatedEffect):
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        if robot.on_support or points.payload is not None:
-            return []  # payloads are weighed (`PayloadMassError`); a body's base model does not deflect
         names = [name.rsplit("_", 1)[0] for name in robot.coordinates.wrench]
         varies = np.ptp(points.absolute, axis=0) > 1e-9 * np.abs(points.absolute).max(initial=0.0)
         seen = {name for name, varied in zip(names, varies, strict=True) if varied}

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from expdesign.chain.component import PLATFORM, Component
+from expdesign.chain.component import PLATFORM, on
 from expdesign.chain.declaration import ONLY, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Parameter, Values
 from expdesign.chain.recordings.recordings import POSITIONS
@@ -53,14 +53,11 @@ class UnknownTool(TabulatedEffect):
     measurands = (POSITIONS,)
 
     @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [PLATFORM] if robot.coordinates.centre_of_mass else []
-
-    @classmethod
     def variants(cls, robot: Robot) -> Sequence[Variant]:
         tips = robot.links.tree.tips if robot.jointed else ()
         return [Tip(number, name) for number, name in enumerate(tips)] if len(tips) > 1 else [ONLY]
 
+    at = on(lambda robot: robot.coordinates.centre_of_mass, PLATFORM)
     together = True
     quantities = (
         Parameter("tool_mass_kg", 1.0, low=0.0, high=1e6),

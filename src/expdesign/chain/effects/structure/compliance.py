@@ -1,20 +1,18 @@
 """Compliances in series with the legs, fixed to the platform and to the ground."""
 
-from collections.abc import Sequence
 from enum import StrEnum
+from typing import ClassVar
 
 import casadi as ca
 
-from expdesign.chain.component import BASE, PLATFORM, Component, symmetric
-from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size, Variant
-from expdesign.chain.effect import Parameter
-from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.component import BASE, PLATFORM, on, on_any, symmetric
+from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size
+from expdesign.chain.effect import Parameter, When
 from expdesign.chain.row import Row
 from expdesign.chain.support import measured_axes
 from expdesign.chain.tabulated import TabulatedEffect
 from expdesign.coordinates import Coordinates
 from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
-from expdesign.mechanics.robots.robot import Robot
 
 
 class Shape(StrEnum):
@@ -62,11 +60,8 @@ class PlatformCompliance(TabulatedEffect):
         sizes=(Size("compliance_*", 0.1, TEN_PERCENT, "pose compliance"),),
     )
     forms = tuple(Shape)
+    at = on(lambda robot: not robot.on_support, PLATFORM)  # a body is rigid; what it stands on yields
     says = "The platform or the payload's mount yields: the payload moves against the joints' plate under load."
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return [] if robot.on_support else [PLATFORM]  # a body is rigid; what it stands on yields
 
     def describe(self) -> tuple[Parameter, ...]:
         return compliance_parameters(self.robot.coordinates, self.variant is Shape.FULL)
@@ -97,18 +92,11 @@ class BaseCompliance(TabulatedEffect):
         sizes=(Size("compliance_*", 0.1, TEN_PERCENT, "pose compliance"),),
     )
     forms = tuple(Shape)
+    # In the plane a base that only shifts moves as a mount on the platform does, and neither turns anything.
+    at = on_any(BASE)
+    # Without translations this is what `support.compliance` of a body says with fewer parameters.
+    when: ClassVar[When] = lambda robot, points: not robot.on_support or measured_axes(points) & {0, 1, 2}
     says = "The base or the ground yields: the whole robot moves against the instrument under load."
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        # In the plane a base that only shifts moves as a mount on the platform does, and neither turns anything.
-        return [BASE]
-
-    @classmethod
-    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        if robot.on_support and not measured_axes(points) & {0, 1, 2}:
-            return []  # without translations this is what `support.compliance` says with fewer parameters
-        return super().shown(robot, points)
 
     def describe(self) -> tuple[Parameter, ...]:
         return compliance_parameters(self.robot.coordinates, self.variant is Shape.FULL)

@@ -1,7 +1,7 @@
 """What a body stands on remembers its loads: friction, creep and settling."""
 
-from collections.abc import Sequence
 from enum import StrEnum
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component, symmetric
 from expdesign.chain.declaration import Declaration, Input, Size, Variant
-from expdesign.chain.effect import Parameter, Values
+from expdesign.chain.effect import Parameter, Values, When
 from expdesign.chain.effects.support.springs import AXES, entries
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
@@ -101,10 +101,7 @@ class SupportCreep(SupportEffect):
         ),
     )
     forms = tuple(CreepCause)
-
-    @classmethod
-    def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        return super().shown(robot, points) if points.timed else []
+    when: ClassVar[When] = lambda robot, points: points.timed
 
     @property
     def units(self) -> tuple[str, str]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Hashable
 from enum import StrEnum
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component
 from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size, Variant
-from expdesign.chain.effect import Parameter, Values
+from expdesign.chain.effect import Parameter, Values, When
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import (
@@ -132,12 +133,11 @@ class SupportRocking(SupportEffect):
         sizes=(Size("gap_rad", 3e-4, STRAIN_WAVE),),
     )
     forms = tuple(Line)
+    # Under pure moments the changeover does not depend on the axis, which motion alone would have to show.
+    when: ClassVar[When] = lambda robot, points: np.ptp(points.wrenches[:, :3], axis=0).any()
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        if not np.ptp(points.wrenches[:, :3], axis=0).any():
-            # Under pure moments the changeover does not depend on the axis, which motion alone would have to show.
-            return []
         seen = measured_axes(points)
         return [(BASE, line) for line, moved in ((Line.X, {1, 2, 3}), (Line.Y, {0, 2, 4})) if len(seen & moved) > 1]
 
