@@ -14,9 +14,8 @@ from tests.oracle import Array
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component, Part, link_span
 from expdesign.chain.effect import Effect
+from expdesign.chain.effects.joints.bearings import JointBacklash, JointCompliance, across
 from expdesign.chain.effects.joints.geometry import ArmGeometricStiffness, ArmGeometryError
-from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance, across
-from expdesign.chain.effects.joints.play import JointBacklash
 from expdesign.chain.effects.joints.readings import LoggedBeforeSettled
 from expdesign.chain.effects.links.links import LinkCompliance
 from expdesign.chain.recordings.recordings import Recordings

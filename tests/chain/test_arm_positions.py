@@ -13,10 +13,9 @@ from tests.oracle import Array
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.effects.environment.thermal_drift import WarmUpByRows
-from expdesign.chain.effects.joints.off_axis_compliance import ExtensionCompliance, JointCompliance
-from expdesign.chain.effects.joints.play import ExtensionPlay
+from expdesign.chain.effects.joints.bearings import ExtensionCompliance, ExtensionPlay, JointCompliance
 from expdesign.chain.effects.joints.readings import ReadBeforeSettled
-from expdesign.chain.effects.load.tool import UnknownTool
+from expdesign.chain.effects.load.payload import UnknownTool
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition

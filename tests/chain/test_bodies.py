@@ -13,8 +13,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.effects.structure.compliance import BaseCompliance
 from expdesign.chain.effects.support.history import SupportCreep, SupportFriction
-from expdesign.chain.effects.support.play import SupportPlay, SupportRocking
-from expdesign.chain.effects.support.springs import SupportCompliance, SupportNonlinearity
+from expdesign.chain.effects.support.statics import SupportCompliance, SupportNonlinearity, SupportPlay, SupportRocking
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.coordinates import SPATIAL

@@ -13,7 +13,7 @@ from tests.cases import robot
 from tests.chain import bodies
 from tests.chain.arm_rows import arm_rows, six_axis
 from tests.chain.arms import configurations, read_arm, recordings_of
-from tests.chain.kinds import KINDS
+from tests.chain.kinds import KINDS, kind_for
 from tests.chain.places import (
     ARM,
     PAYLOAD,
@@ -196,6 +196,20 @@ def test_people_get_a_sentence_and_parameters_by_their_fixed_names(place: Place)
         if effect.physics == physics and here and not timed:
             wanted = names if place.robot.coordinates.n > 2 else _in_the_plane(names)
             assert wanted <= set(values)
+
+
+def test_sentences_hold_values_with_their_intervals_in_the_units_of_the_place() -> None:
+    play = kind_for(robot("irregular"), recordings("irregular"), "leg_backlash")
+    said = play.from_text(robot("irregular"), "leg 3", "middle").sentence({"gap_m": (1.5e-6, 1.2e-6, 1.8e-6)})
+    assert said == "Leg 3 has 1.5 (1.2 to 1.8) µm of play."
+    creep = kind_for(robot("irregular"), recordings("irregular"), "creep").from_text(robot("irregular"), "all legs")
+    values = {"creep_ratio": (0.02, 0.015, 0.025), "tau_s": (120.0, 90.0, 150.0), "applied": (0.5, 0.0, 1.0)}
+    assert creep.sentence(values) == (
+        "Under constant load all legs creep by a further 2.0 % (1.5 to 2.5 %), time constant 120 s."
+    )
+    bearing = kind_for(machine(ARM), recordings(ARM), "joint_compliance").from_text(machine(ARM), "joint 2")
+    said = bearing.sentence({"lateral_rad_per_Nm": (2e-6, 1e-6, 3e-6)})
+    assert said == "The bearing of joint 2 tilts across its axis by 2 (1 to 3) µrad per N·m."
 
 
 def _in_the_plane(names: set[str]) -> set[str]:

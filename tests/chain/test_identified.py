@@ -6,8 +6,8 @@ from tests.chain.arms import INSTRUMENT, PLACE, configurations, read_arm, record
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY
+from expdesign.chain.effects.joints.bearings import JointCompliance
 from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
-from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance
 from expdesign.chain.identified import ChainBeside, Identified
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import RowData, row_data

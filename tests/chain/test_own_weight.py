@@ -12,7 +12,7 @@ from tests.robots.arms import ARMS, Oracle, serial_robot
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance
+from expdesign.chain.effects.joints.bearings import JointCompliance
 from expdesign.chain.effects.links.links import LinkMassError
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.row import row_data

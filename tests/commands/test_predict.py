@@ -8,8 +8,9 @@ import pytest
 from tests.commands.calls import call, model_file, plan_file
 
 from expdesign.chain.models.model_file import read_model
-from expdesign.chain.recordings.reader import read_points
+from expdesign.chain.recordings.points import points_from_table
 from expdesign.estimation.compensation.prediction import predict
+from expdesign.io.table import read_table
 
 
 def test_points_are_filled_in_and_keep_order_and_columns(tmp_path: Path) -> None:
@@ -19,7 +20,7 @@ def test_points_are_filled_in_and_keep_order_and_columns(tmp_path: Path) -> None
     assert call("predict", model, plan, "--out", out) == 0
     written = pd.read_csv(out)
     pd.testing.assert_frame_equal(written[list(frame.columns)], frame.reset_index(drop=True))
-    expected = predict(read_model(model), read_points(plan, read_model(model).chain.robot))
+    expected = predict(read_model(model), points_from_table(read_table(plan), read_model(model).chain.robot))
     np.testing.assert_allclose(written["dz_m"], expected.deflections[::-1, 2], rtol=1e-12)
     np.testing.assert_allclose(written["srx_rad"], expected.deviations[::-1, 3], rtol=1e-12)
 

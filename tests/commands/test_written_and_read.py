@@ -24,9 +24,8 @@ from tests.oracle import Array
 
 import expdesign as xd
 from expdesign.chain.chain import Chain
+from expdesign.chain.effects.joints.bearings import JointBacklash, JointCompliance
 from expdesign.chain.effects.joints.geometry import ArmGeometryError
-from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance
-from expdesign.chain.effects.joints.play import JointBacklash
 from expdesign.chain.effects.links.links import LinkCompliance
 from expdesign.chain.models.model_file import Model, read_model
 from expdesign.chain.readings.position import MarkerPosition

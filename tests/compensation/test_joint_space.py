@@ -11,7 +11,7 @@ from tests.oracle import Array
 from tests.robots.arms import ARMS, serial_robot
 
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance
+from expdesign.chain.effects.joints.bearings import JointCompliance
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data

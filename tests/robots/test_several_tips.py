@@ -13,10 +13,10 @@ from tests.robots.torso import FILE, JOINTS, LIFTED, PLACES, STIFFNESS, Torso, r
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
+from expdesign.chain.effects.joints.bearings import JointCompliance
 from expdesign.chain.effects.joints.geometry import GeometricError
-from expdesign.chain.effects.joints.off_axis_compliance import JointCompliance
 from expdesign.chain.effects.links.links import LinkCompliance
-from expdesign.chain.effects.load.tool import UnknownTool
+from expdesign.chain.effects.load.payload import UnknownTool
 from expdesign.chain.models.model_file import Model, model_text, read_model
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition

@@ -23,7 +23,7 @@ from expdesign.chain.effects.instrument.frame import Duration, FrameWander
 from expdesign.chain.effects.joints.geometry import CalibratedGeometryError, LinkFrames
 from expdesign.chain.effects.joints.readings import JointHarmonics
 from expdesign.chain.effects.links.links import LinkMassError
-from expdesign.chain.effects.load.tool import UnknownTool
+from expdesign.chain.effects.load.payload import UnknownTool
 from expdesign.chain.identified import Identified
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.readings.choice import reading_of

@@ -10,7 +10,7 @@ from expdesign.chain.effect import Effect
 from expdesign.chain.effects.instrument.frame import FrameWander
 from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
 from expdesign.chain.effects.joints.readings import JointHarmonics
-from expdesign.chain.effects.load.tool import UnknownTool
+from expdesign.chain.effects.load.payload import UnknownTool
 from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.row import RowData, row_data
 from expdesign.estimation.arm_options import ArmOptions

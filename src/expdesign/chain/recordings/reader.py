@@ -12,9 +12,9 @@ from expdesign.arrays import TextArray
 from expdesign.chain.recordings.filled_in import filled_in
 from expdesign.chain.recordings.joint_columns import with_joints
 from expdesign.chain.recordings.measured import with_readings
-from expdesign.chain.recordings.points import order_in_time, points_from_table, points_of
+from expdesign.chain.recordings.points import order_in_time, points_of
 from expdesign.chain.recordings.pose_columns import with_targets
-from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError
 from expdesign.io.table import Table, read_table
 from expdesign.mechanics.robots.robot import Robot
@@ -31,11 +31,6 @@ def read_recordings(path: Path, robot: Robot) -> Recordings:
     recordings = recordings_from_table(read_table(path), robot)
     require_measured(recordings, robot)
     return recordings
-
-
-def read_points(path: Path, robot: Robot) -> LoadedPoints:
-    """Points at which a prediction or a command is wanted; measured columns are ignored. Raises `InputError`."""
-    return points_from_table(read_table(path), robot)
 
 
 def read_several(paths: list[Path], robot: Robot) -> Recordings:

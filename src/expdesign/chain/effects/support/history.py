@@ -10,7 +10,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component, symmetric
 from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.effect import Parameter, Values, When
-from expdesign.chain.effects.support.springs import AXES, entries
+from expdesign.chain.effects.support.statics import AXES, entries
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import AZIMUTHS, Drive, SupportEffect, drive_load, drive_values, drives, twist_of
