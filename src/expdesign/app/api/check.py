@@ -17,7 +17,7 @@ from expdesign.assurance.plausibility.robot import robot_findings
 from expdesign.chain.models.model_file import Model, model_from_document
 from expdesign.chain.recordings.filled_in import check_structure
 from expdesign.chain.recordings.joint_columns import with_joint_columns
-from expdesign.chain.recordings.pose_columns import with_targets
+from expdesign.chain.recordings.measured import with_targets
 from expdesign.chain.recordings.reader import recordings_from_table, require_measured
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.counted import counted

@@ -10,10 +10,16 @@ from expdesign.app.api.inputs import REFUTED, TableInput, TruthInput, purpose_of
 from expdesign.app.api.result import TableResult
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.models.model_file import Model
+from expdesign.chain.recordings.measured import TARGET
 from expdesign.chain.recordings.points import points_from_table
-from expdesign.chain.recordings.pose_columns import TARGET
-from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, LoadedPoints, measured_names
-from expdesign.chain.recordings.spans import SPAN_DEVIATIONS, SPANS
+from expdesign.chain.recordings.recordings import (
+    POSITION,
+    POSITION_DEVIATION,
+    SPAN_DEVIATIONS,
+    SPANS,
+    LoadedPoints,
+    measured_names,
+)
 from expdesign.counted import counted
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import (

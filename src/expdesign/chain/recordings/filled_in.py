@@ -25,9 +25,8 @@ from expdesign.chain.recordings.points import (
     read_time,
     require_one_command,
 )
-from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, measured_names
+from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, SPANS, measured_names
 from expdesign.chain.recordings.references import first_disagreement, read_references
-from expdesign.chain.recordings.spans import SPANS
 from expdesign.coordinates import PLANAR, PLANE, SPATIAL, Coordinates
 from expdesign.counted import counted
 from expdesign.errors import InputError

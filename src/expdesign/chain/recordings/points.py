@@ -9,10 +9,9 @@ import pandas as pd
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.recordings.columns import known_columns, leg_temperatures, require_mass, whole_load
 from expdesign.chain.recordings.joint_columns import with_joints
-from expdesign.chain.recordings.pose_columns import KINDS, read_aims, with_targets
-from expdesign.chain.recordings.recordings import LoadedPoints, measured_names
+from expdesign.chain.recordings.measured import KINDS, read_aims, read_fixed, with_targets
+from expdesign.chain.recordings.recordings import ALONG, POINT, SPAN_DEVIATIONS, SPANS, LoadedPoints, measured_names
 from expdesign.chain.recordings.references import read_references
-from expdesign.chain.recordings.spans import ALONG, POINT, SPAN_DEVIATIONS, SPANS, read_fixed
 from expdesign.coordinates import Coordinates
 from expdesign.errors import InputError
 from expdesign.io.table import Table

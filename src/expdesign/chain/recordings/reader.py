@@ -11,9 +11,8 @@ import pandas as pd
 from expdesign.arrays import TextArray
 from expdesign.chain.recordings.filled_in import filled_in
 from expdesign.chain.recordings.joint_columns import with_joints
-from expdesign.chain.recordings.measured import with_readings
+from expdesign.chain.recordings.measured import with_readings, with_targets
 from expdesign.chain.recordings.points import order_in_time, points_of
-from expdesign.chain.recordings.pose_columns import with_targets
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError
 from expdesign.io.table import Table, read_table

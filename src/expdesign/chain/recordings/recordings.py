@@ -12,12 +12,15 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray, TextArray
-from expdesign.chain.recordings.spans import SPAN_DEVIATIONS, SPANS
 from expdesign.coordinates import Coordinates
 from expdesign.errors import InputError
 
 POSITION = ("px_m", "py_m", "pz_m")
 POSITION_DEVIATION = ("spx_m", "spy_m", "spz_m")
+SPANS = ("distance_m", "gauge_m")
+SPAN_DEVIATIONS = ("sdistance_m", "sgauge_m")
+ALONG = ("along_x", "along_y", "along_z")
+POINT = "point"
 
 
 @dataclass(frozen=True)

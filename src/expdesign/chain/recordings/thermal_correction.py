@@ -25,9 +25,8 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.chain.recordings.measured import read_deviations
+from expdesign.chain.recordings.measured import FARTHEST, KINDS, read_deviations
 from expdesign.chain.recordings.points import order_in_time, points_from_table, require_one_command
-from expdesign.chain.recordings.pose_columns import FARTHEST, KINDS
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.errors import ConvergenceError, InputError
 from expdesign.io.table import Table
