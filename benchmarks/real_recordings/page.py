@@ -11,7 +11,7 @@ from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.law_findings import LawFinding
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.estimation.identify import Identification
-from expdesign.report.identification_record import rms
+from expdesign.report.identification_tables import rms
 from expdesign.report.remark_texts import sentences
 
 _MOST_PARAMETERS = 12

@@ -1,6 +1,5 @@
 """The functions of the package are found by their place, import late, and do what the commands do."""
 
-import ast
 import subprocess
 import sys
 from pathlib import Path
@@ -8,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.commands.calls import CONFIG, ROBOT, ROOT, call, plan_file, recordings_file
+from tests.commands.calls import CONFIG, ROBOT, call, plan_file, recordings_file
 
 import expdesign as xd
 from expdesign.app.api.inputs import RobotFile
@@ -19,38 +18,6 @@ from expdesign.errors import InputError
 from expdesign.io.output import csv_text
 from expdesign.io.table import read_table
 from expdesign.planning.problem import DesignProblem
-
-API = [
-    file.stem
-    for file in (ROOT / "src/expdesign/app/api").glob("*.py")
-    if file.stem
-    not in (
-        "__init__",
-        "at_targets",
-        "callbacks",
-        "concealed",
-        "configuration",
-        "inputs",
-        "objects",
-        "recorded",
-        "recorded",
-        "result",
-        "targets",
-    )
-]
-
-
-def test_every_function_is_there_and_known_to_type_checkers() -> None:
-    tree = ast.parse(Path(xd.__file__).read_text(encoding="utf-8"))
-    named = {alias.name for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for alias in node.names}
-    assert set(API) <= set(dir(xd))
-    assert set(API) <= named
-    for name in API:
-        function = getattr(xd, name)
-        assert function.__name__ == name
-        assert "Raises:" in function.__doc__
-    with pytest.raises(AttributeError, match="nothing"):
-        _ = xd.nothing
 
 
 def test_the_package_imports_late() -> None:
@@ -84,8 +51,7 @@ def test_what_is_saved_is_what_the_command_writes(tmp_path: Path) -> None:
     pd.testing.assert_frame_equal(simulated.frame, recorded, check_exact=True)
     identified = xd.identify(robot, simulated.frame)  # type: ignore[arg-type]
     assert call("identify", ROBOT, tmp_path / "recordings.csv", "--out", tmp_path / "command") == 0
-    written = xd.load(tmp_path / "command" / "model.yaml")
-    assert isinstance(written, Model)
+    written = xd.load_model(tmp_path / "command" / "model.yaml")
     # The file holds compliances in m/N, of which the chain has the ratios to the nominal ones: the last bit may differ.
     np.testing.assert_allclose(written.values, identified.model.values, rtol=1e-15)
     for name, function in (("predict", xd.predict), ("compensate", xd.compensate)):

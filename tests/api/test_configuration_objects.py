@@ -132,12 +132,3 @@ def test_what_was_saved_is_opened(identified: xd.IdentificationResult, tmp_path:
 
 def test_notebooks_show_a_result(identified: xd.IdentificationResult) -> None:
     assert identified.summary.splitlines()[0] in identified._repr_html_()
-
-
-def test_files_are_read_by_what_they_are(identified: xd.IdentificationResult, tmp_path: Path) -> None:
-    identified.save(tmp_path / "identified")
-    assert xd.load_robot(ROBOT).robot.name == identified.robot.robot.name
-    assert xd.load_model(tmp_path / "identified" / "model.yaml").chain.robot.name == identified.robot.robot.name
-    simulated = xd.simulate(CONFIG, plan_file(tmp_path), seed=3)
-    simulated.save(tmp_path / "rows.csv")
-    assert len(xd.read_recordings(tmp_path / "rows.csv", ROBOT)) == len(simulated.frame)

@@ -17,7 +17,9 @@ FILES_ALONE = {"new", "report", "study"}
 
 def test_every_command_is_a_function() -> None:
     for name in set(listed_commands()) - FILES_ALONE:
-        assert callable(getattr(xd, str(function_of(name)))), name
+        assert "Raises:" in getattr(xd, str(function_of(name))).__doc__, name
+    with pytest.raises(AttributeError, match="nothing"):
+        _ = xd.nothing
 
 
 def test_every_result_is_exported() -> None:

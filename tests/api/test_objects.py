@@ -119,15 +119,6 @@ def test_a_look_at_a_result_is_short(
     assert replace(simulated, text=simulated.text.iloc[:1]).summary == "1 row simulated"
 
 
-def test_the_package_shows_what_it_has() -> None:
-    names = set(dir(xd))
-    assert {"run", "identify", "physics", "RunResult", "Effect", "Criterion", "Robot", "InputError"} <= names
-    assert {"ConvergenceError", "InfeasibleError", "NotIdentifiableError", "SingularConfigurationError"} <= names
-    assert not {"Any", "TYPE_CHECKING", "importlib", "pkgutil"} & names
-    assert all(hasattr(xd, name) for name in names)
-    assert issubclass(xd.InfeasibleError, xd.ExpdesignError)
-
-
 def test_what_was_loaded_can_be_checked() -> None:
     assert xd.check(xd.load_configuration(CONFIG)).summary == xd.check(CONFIG).summary
     assert xd.check(xd.load_robot(ROBOT)).summary == xd.check(ROBOT).summary

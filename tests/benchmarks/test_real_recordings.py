@@ -15,7 +15,7 @@ from expdesign.chain.recordings.reader import read_recordings
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.estimation.identify import identify
 from expdesign.mechanics.robots.robot_file import read_robot
-from expdesign.report.identification_record import rms
+from expdesign.report.identification_tables import rms
 
 ROOT = folder()
 present = pytest.mark.skipif(not ROOT.is_dir(), reason=f"no recordings in {ROOT} (set {VARIABLE})")

@@ -241,8 +241,8 @@ def test_what_is_interrupted_ends_with_the_best_model_so_far(
     """Ctrl-C during a stage: the search has found the play by then."""
     shown = ProgressReport.update
 
-    def pressed(self: ProgressReport, done: int, total: int, note: str) -> None:
-        shown(self, done, total, note)
+    def pressed(self: ProgressReport, title: str, done: int, total: int, note: str) -> None:
+        shown(self, title, done, total, note)
         assert f"stage {done} of at most {len(STAGES)}" in note
         if note.endswith(stage):
             signal.raise_signal(signal.SIGINT)

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from tests.commands.calls import call, refusal
+from tests.commands.calls import call, refused
 
 from expdesign.app.commands.listed import COMMANDS, listed_commands
 
@@ -46,8 +46,18 @@ def test_the_commands_stand_in_three_groups(capsys: pytest.CaptureFixture[str]) 
     assert names == [name for group in COMMANDS.values() for name in group]
 
 
-def test_a_command_that_is_nearly_right(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "Did you mean 'evaluate'?" in refusal(capsys, "evalate")
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("evalate", "no such command `evalate`. Did you mean `evaluate`? `expdesign --help` says"),
+        ("identify --ouut x a b", "identify: no such option: --ouut (Possible options: --out). `expdesign identify"),
+        ("identify robot.yaml", "identify: missing argument `recordings`. `expdesign identify --help` says"),
+        ("run a.yaml --seconds soon", "--seconds: input should be a valid number"),
+    ],
+)
+def test_words_that_are_no_command(words: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Answered like everything else: where, what, and what to do, in one line."""
+    assert refused(capsys, *words.split()).startswith(f"expdesign: {said}")
 
 
 @pytest.mark.parametrize(("words", "wanted"), [("expdesign ide", "identify"), ("expdesign run --o", "--out")])

@@ -59,8 +59,8 @@ def test_without_load_errors_there_is_no_feir(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--plant", "steel"], "no plant `steel`"),
-        (["--distribution", "cauchy"], "no distribution `cauchy`"),
+        (["--plant", "steel"], "`steel` is no plant"),
+        (["--distribution", "cauchy"], "`cauchy` is no distribution"),
         (["--samples", "3"], "3 repetitions"),
         (["--seed", "-1"], "-1 is not a seed"),
     ],

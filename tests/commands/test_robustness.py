@@ -239,13 +239,6 @@ def test_models_that_cannot_be_right(
     assert not out.exists()
 
 
-def test_check_knows_models(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    model = model_file(tmp_path)
-    capsys.readouterr()
-    assert call("check", model) == 0
-    assert "identified model with 0 effects of a hexapod" in capsys.readouterr().out
-
-
 @pytest.mark.parametrize("where", ["taken", "taken/below"])
 @pytest.mark.parametrize("command", ["run", "diagnose", "identify"])
 def test_a_file_where_the_folder_should_be(
@@ -306,12 +299,6 @@ def test_a_column_that_is_nearly_known_is_compared_with_the_known_ones(
     recordings.write_text(recordings.read_text(encoding="utf-8").replace("dx_m", "dx_mmm"), encoding="utf-8")
     assert call("check", recordings, "--robot", ROBOT) == 0
     assert "dx_mmm (is `dx_m` meant?)" in capsys.readouterr().err
-
-
-def test_a_comma_in_a_number_is_told_from_other_faults(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    plan = plan_file(tmp_path)
-    plan.write_text(plan.read_text(encoding="utf-8").replace("26.5", '"26,5"', 1), encoding="utf-8")
-    assert "Write numbers with a point instead of a comma." in refusal(capsys, "evaluate", CONFIG, plan)
 
 
 def test_poses_in_millimetres_are_noticed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file, refusal
+from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file
 
 from expdesign.io.table import read_table
 
@@ -87,11 +87,3 @@ def test_units_that_contradict(
     message = capsys.readouterr().err
     assert what in message
     assert "Traceback" not in message
-
-
-def test_a_recording_cut_off(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = recordings_file(tmp_path)
-    text = path.read_text(encoding="utf-8")
-    path.write_text(text[: int(0.8 * len(text))], encoding="utf-8")
-    capsys.readouterr()
-    assert "Is the file cut off?" in refusal(capsys, "identify", ROBOT, path, "--out", tmp_path / "out")

@@ -16,7 +16,7 @@ from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.errors import InputError, NotIdentifiableError, SingularConfigurationError
 from expdesign.io.output import json_text
-from expdesign.report.diagnosis_record import diagnosis_record
+from expdesign.report.diagnosis_texts import diagnosis_record
 
 BIPOD, HEXAPOD = "bipod", "hexapod-h1"
 ROWS = {BIPOD: experiment(BIPOD, 10, 4), HEXAPOD: experiment(HEXAPOD, 8, 4)}

@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from tests.commands.calls import CONFIG, ROBOT, call
 from tests.identification.experiments import read
 
+import expdesign as xd
 from expdesign.chain.models.model_file import read_model
 from expdesign.estimation.identify import identify
 from expdesign.io.yaml_reader import parse_yaml
@@ -170,19 +171,9 @@ def _identify_and_diagnose(folder: Path) -> None:
     plan.insert(0, "series", np.arange(1, count + 1))
     plan.insert(0, "sequence", np.arange(1, count + 1))
     plan.to_csv(folder / "plan.csv", index=False)
-    names = [f"leg {leg}" for leg in (1, 2, 3)]
-    effect = {"physics": "leg_backlash", "component": "leg 2", "variant": "middle", "parameters": {"gap_rad": 4e-4}}
-    for name, effects in (("sound", []), ("play", [effect])):
-        model = {
-            "kind": "model", "schema_version": 1, "robot": RRR,
-            "compliance": {"leg 1": 6e-5, "leg 2": 4e-5, "leg 3": 3e-5}, "effects": effects,
-            "parameters": [f"{leg} compliance" for leg in names]
-            + ["leg_backlash / leg 2 / middle / gap_rad" for _ in effects],
-            "covariance": np.zeros((3 + len(effects),) * 2).tolist(),
-        }  # fmt: skip
-        (folder / f"{name}.yaml").write_text(yaml.safe_dump(model), encoding="utf-8")
+    for name, concealed in (("sound", []), ("play", ["--conceal", "leg_backlash at leg 2, middle, 4e-4"])):
         recordings = folder / f"{name}.csv"
-        assert call("simulate", folder / "run.yaml", folder / "plan.csv", "--model", folder / f"{name}.yaml",
+        assert call("simulate", folder / "run.yaml", folder / "plan.csv", *concealed,
                     "--no-load-errors", "--seed", "4", "--out", recordings) == 0  # fmt: skip
         assert call("diagnose", folder / "robot.yaml", recordings, "--out", folder / f"{name}-out") == 0
     sound, play = (
@@ -197,7 +188,7 @@ def _identify_and_diagnose(folder: Path) -> None:
     assert low < 4e-4 < high
     assert call("identify", folder / "robot.yaml", folder / "sound.csv", "--out", folder / "identified") == 0
     identified = read_model(folder / "identified" / "model.yaml")
-    np.testing.assert_allclose(identified.compliance, [6e-5, 4e-5, 3e-5], rtol=2e-2)
+    np.testing.assert_allclose(identified.compliance, 1.0 / np.array(RRR["actuator_stiffness"]), rtol=2e-2)
 
 
 def test_markers_on_a_new_family_show_its_compliances(place: Callable[[str], None]) -> None:
@@ -239,45 +230,20 @@ def test_a_new_source_of_load_error_counts_in_feir(place: Callable[[str], None])
     np.testing.assert_allclose(feir, 0.01 * np.linalg.norm(deflection) / 1e-5, rtol=1e-9)
 
 
-def settled(tmp_path: Path, settling: float) -> pd.DataFrame:
-    """Simulated recordings of a hexapod in whose second leg the effect of the page is, by `settling` (m)."""
-    names = [f"leg {leg} compliance" for leg in range(1, 7)]
-    model = {
-        "kind": "model",
-        "schema_version": 1,
-        "robot": yaml.safe_load(ROBOT.read_text(encoding="utf-8")),
-        "compliance": {f"leg {leg}": 2.0e-7 for leg in range(1, 7)},
-        "effects": [{"physics": "leg_settling", "component": "leg 2", "parameters": {"settling_m": settling}}],
-        "parameters": [*names, "leg_settling / leg 2 / settling_m"],
-        "covariance": np.zeros((7, 7)).tolist(),
-    }
-    (tmp_path / "model.yaml").write_text(yaml.safe_dump(model), encoding="utf-8")
-    rng = np.random.default_rng(2)
-    columns = "sequence,series,x_m,y_m,z_m,rx_rad,ry_rad,rz_rad,mass_kg,com_x_m,com_y_m,com_z_m"
-    rows = [
-        [k, k, *rng.uniform(-0.02, 0.02, 3), *rng.uniform(-0.1, 0.1, 3), rng.choice([5.0, 10.0, 26.5]),
-         *rng.uniform(-0.1, 0.1, 2), 0.12]
-        for k in range(1, 25)
-    ]  # fmt: skip
-    text = "\n".join([columns, *(",".join(map(str, row)) for row in rows)])
-    (tmp_path / "plan.csv").write_text(text + "\n", encoding="utf-8")
-    simulated = ("simulate", CONFIG, tmp_path / "plan.csv", "--model", tmp_path / "model.yaml")
-    assert call(*simulated, "--no-load-errors", "--force", "--out", tmp_path / "recordings.csv") == 0
-    return pd.read_csv(tmp_path / "recordings.csv")
-
-
-def test_a_new_effect_is_simulated(place: Callable[[str], None], tmp_path: Path) -> None:
-    """One leg that settles moves the platform along one twist, by as much as it settles."""
-    place("expdesign/chain/effects/leg_settling.py")
-    names = ["dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad"]
-    without, half, whole = (settled(tmp_path, size)[names].to_numpy() for size in (0.0, 3.0e-6, 6.0e-6))
-    assert np.abs(whole - without).max() > 1e-6
-    np.testing.assert_allclose(whole - without, 2.0 * (half - without), rtol=1e-3, atol=1e-9)
-
-
 def test_a_new_effect_is_found(place: Callable[[str], None], tmp_path: Path) -> None:
     place("expdesign/chain/effects/leg_settling.py")
-    settled(tmp_path, 6.0e-6)
+    rng = np.random.default_rng(2)
+    columns = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad", "mass_kg", "com_x_m", "com_y_m", "com_z_m"]
+    plan = pd.DataFrame(
+        [
+            [*rng.uniform(-0.02, 0.02, 3), *rng.uniform(-0.1, 0.1, 3), rng.choice([5.0, 10.0, 26.5]),
+             *rng.uniform(-0.1, 0.1, 2), 0.12]
+            for _ in range(24)
+        ],
+        columns=columns,
+    )  # fmt: skip
+    simulated = xd.simulate(CONFIG, plan, conceal="leg_settling at leg 2, 6 um", load_errors=False)
+    simulated.save(tmp_path / "recordings.csv")
     assert call("diagnose", ROBOT, tmp_path / "recordings.csv", "--out", tmp_path / "out") == 0
     found = json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))
     assert found["verdict"] == "explained"

@@ -36,6 +36,7 @@ def test_cells_that_are_not_numbers(cell: str) -> None:
         table.numbers(("x_m", "y_m"))
     assert error.value.where == "t.csv, row 4, column y_m"
     assert error.value.remedy
+    assert ("a point instead of a comma" in error.value.remedy) == ("," in cell)
 
 
 @pytest.mark.parametrize("cell", ["1.5", "1e20", "-1e18"])

@@ -14,7 +14,7 @@ from expdesign.errors import InputError, NotIdentifiableError, SingularConfigura
 from expdesign.estimation.identify import Identification, identify
 from expdesign.mechanics.robots.bipod import Bipod
 from expdesign.mechanics.robots.hexapod import Hexapod
-from expdesign.report.identification_record import identification_record
+from expdesign.report.identification_tables import identification_record
 from expdesign.report.remark_texts import sentences
 
 NAMES = sorted(ROBOTS)

@@ -22,7 +22,7 @@ from expdesign.diagnosis.law_findings import LawFinding, sentence
 from expdesign.diagnosis.library import library
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.errors import InputError
-from expdesign.report.diagnosis_record import diagnosis_record
+from expdesign.report.diagnosis_texts import diagnosis_record
 
 
 @cache

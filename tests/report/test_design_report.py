@@ -13,7 +13,8 @@ from expdesign.assurance.acceptance.planned import recommended_acceptance
 from expdesign.assurance.acceptance.said import sentences
 from expdesign.planning.laboratory_sheet import Costs
 from expdesign.planning.result import design_minutes, pareto_frame, plan_of
-from expdesign.report import criteria_table, words
+from expdesign.report import words
+from expdesign.report.design_data import criteria_cells
 from expdesign.report.design_report import design_report
 from expdesign.report.design_texts import lower_bound_sentence
 from expdesign.report.error_budget import error_budget
@@ -142,8 +143,8 @@ def test_the_time_of_the_plan_is_among_the_cards(hexapod: Any) -> None:
 def test_criteria_that_are_zero_for_every_design_are_left_out(hexapod: Any) -> None:
     zero = {name: np.zeros(len(hexapod.front)) for name in ("o1", "o2", "o3", "o4", "o5")}
     front = replace(hexapod.front, criteria=hexapod.front.criteria | zero)
-    assert {"O1", "O5"}.isdisjoint(row[0][:2] for row in criteria_table.cells(front, 0))
-    assert "O1" in {row[0][:2] for row in criteria_table.cells(hexapod.front, 0)}
+    assert {"O1", "O5"}.isdisjoint(row[0][:2] for row in criteria_cells(front, 0))
+    assert "O1" in {row[0][:2] for row in criteria_cells(hexapod.front, 0)}
 
 
 def test_the_lower_bound_is_compared_with_the_recommended_design(hexapod: Any, bipod: Any) -> None:

@@ -185,12 +185,6 @@ def test_the_keyboard_chooses_designs(hexapod_screen: Screen) -> None:
     screen.shows(start)
 
 
-def test_a_click_on_a_row_chooses_the_design(bipod_screen: Screen) -> None:
-    design = another(bipod_screen.case)
-    bipod_screen.click(f"#designs tbody tr:nth-child({design + 1}) td:nth-child(2)")
-    bipod_screen.shows(design)
-
-
 def test_the_plan_of_the_chosen_design_is_saved(hexapod_screen: Screen) -> None:
     screen, case = hexapod_screen, hexapod_screen.case
     design = another(case)
@@ -302,12 +296,6 @@ def test_every_button_that_saves_data_saves_data(hexapod_screen: Screen) -> None
         assert file["filename"].endswith(".csv")
         table = pd.read_csv(io.StringIO(file["text"]))
         assert len(table) > 0
-
-
-def test_the_name_of_a_robot_is_only_text(bipod_screen: Screen) -> None:
-    name = bipod_screen.case.problem.loaded.robot.name
-    assert bipod_screen.find("h1").text == f"Calibration plan for {name}"
-    assert bipod_screen.browser.title == f"Calibration plan for {name}"
 
 
 def test_no_chart_can_be_sent_to_a_server(hexapod_screen: Screen) -> None:

@@ -11,8 +11,7 @@ from tests.watching.runs import config_file
 
 import expdesign as xd
 from expdesign.app.api.run import RunResult
-from expdesign.app.watching.server import serve
-from expdesign.app.watching.watched import Watched
+from expdesign.app.watching.server import Watched, serve
 from expdesign.planning.problem_file import read_problem
 from expdesign.planning.search import Follow, Progress
 

@@ -6,13 +6,13 @@ import pytest
 import yaml
 from tests.sweeps.small import SMALL, sweep_file
 
-from expdesign.app.sweeps.runs import SweepRun, identity, sweep_runs
+from expdesign.app.sweeps.runs import SweepRun, sweep_runs
 from expdesign.errors import InputError
 from expdesign.io.yaml_reader import read_yaml
 
 
 def runs_of(folder: Path, **content: object) -> list[SweepRun]:
-    return sweep_runs(read_yaml(sweep_file(folder, **content)), "1")
+    return sweep_runs(read_yaml(sweep_file(folder, **content)))
 
 
 def test_every_combination_of_cases_and_values_the_last_key_fastest(tmp_path: Path) -> None:
@@ -50,12 +50,11 @@ def test_files_are_relative_to_the_file_that_names_them(tmp_path: Path) -> None:
 
 
 def test_the_identity_is_of_what_is_computed(tmp_path: Path) -> None:
-    """The order of keys, defaults that are written out and where a file lies do not count; values and version do."""
+    """The order of keys, defaults that are written out and where a file lies do not count; values do."""
     (plain,) = runs_of(tmp_path, vary={"aggregate": ["mean"]})
     (again,) = runs_of(tmp_path, vary={"optimiser.polish": [False]})
     (other,) = runs_of(tmp_path, vary={"optimiser.seed": [9]})
     assert plain.identity == again.identity != other.identity
-    assert identity(plain.config, "2") != plain.identity
 
 
 WRONG = {

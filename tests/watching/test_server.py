@@ -14,8 +14,7 @@ from tests.commands.calls import call
 from tests.watching.runs import asked, config_file, state_of
 
 import expdesign as xd
-from expdesign.app.watching.server import HOST, Watch, serve
-from expdesign.app.watching.watched import Watched
+from expdesign.app.watching.server import HOST, Watch, Watched, serve
 from expdesign.errors import InfeasibleError
 from expdesign.planning.problem_file import read_problem
 from expdesign.planning.search import Progress

@@ -156,23 +156,19 @@ def shortened(value: Any) -> str:
 
 
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
+_NUMBER = "a number is needed here", "Write a plain number (SI units), or a text with its unit such as '0.5 mm'."
+_LIST = "a list is needed here", "Write a list such as `[0.0, 1.0]`."
 _REMEDIES = {
     "missing": ("the key is missing", "Add it."),
-    "float_type": (
-        "a number is needed here",
-        "Write a plain number (SI units), or a text with its unit such as '0.5 mm'.",
-    ),
+    "float_type": _NUMBER,
+    "float_parsing": _NUMBER,
     "int_type": ("a whole number is needed here", "Write a whole number without quotes."),
     "finite_number": ("a finite number is needed here", "NaN and infinity are not allowed."),
     "string_type": ("a text is needed here", "Write a text."),
     "bool_type": ("`true` or `false` is needed here", "Write `true` or `false`."),
     "dict_type": ("a mapping (`key: value`) is needed here", "Write `key: value`."),
-    "float_parsing": (
-        "a number is needed here",
-        "Write a plain number (SI units), or a text with its unit such as '0.5 mm'.",
-    ),
-    "list_type": ("a list is needed here", "Write a list such as `[0.0, 1.0]`."),
-    "tuple_type": ("a list is needed here", "Write a list such as `[0.0, 1.0]`."),
+    "list_type": _LIST,
+    "tuple_type": _LIST,
 }
 
 

@@ -20,6 +20,11 @@ from expdesign.io.yaml_reader import read_bytes
 
 _LOG = logging.getLogger(__name__)
 
+_MEANING = {
+    "sequence": ": whole numbers, the order in which the rows were recorded",
+    "series": ": a whole number for each series, which rows share between which nothing was set anew",
+}
+"""Of columns that people do not have by themselves."""
 _LARGEST_INTEGER = 2.0**53
 """Beyond it a floating-point number no longer tells neighbouring integers apart."""
 
@@ -70,7 +75,7 @@ class Table:
                 others = [name for name in self.columns if name not in columns and name[:1] == column[:1]]
                 near = difflib.get_close_matches(column, others, n=1, cutoff=0.7)
                 near = near or [name for name in self.columns if name not in columns and synonym(name) == column]
-                remedy = f"Is `{near[0]}` meant?" if near else "Add the column."
+                remedy = f"Is `{near[0]}` meant?" if near else f"Add the column{_MEANING.get(column, '')}."
                 raise InputError("the column is missing", where=self.where(column=column), remedy=remedy)
 
     def numbers(self, columns: tuple[str, ...]) -> FloatArray:

@@ -53,7 +53,7 @@ _SYNONYMS = {
 }  # fmt: skip
 
 
-def measured_as(name: str) -> MeasuredColumn | None:
+def measured_as(name: str, where: str = "") -> MeasuredColumn | None:
     """Quantity and unit of a column whose name says both in other letters or with other marks, or None.
 
     Raises:
@@ -70,17 +70,13 @@ def measured_as(name: str) -> MeasuredColumn | None:
         if dimensions and (unit is None or unit.dimension not in dimensions or capitals):
             text = found["unit"].replace(" ", "")
             units = [one for one in UNITS.values() if one.name.lower() == text.lower() and one.dimension in dimensions]
-            unit = _one_of(units, found["unit"])
+            if len(units) > 1:
+                what = f"the unit {found['unit']} may be {' or '.join(one.name for one in units)}"
+                raise InputError(what, where=where, remedy="Write it in its own letters.")
+            unit = units[0] if units else None
         if dimensions and unit is not None:
             return MeasuredColumn(base, unit)
     return None
-
-
-def _one_of(units: list[Unit], written: str) -> Unit | None:
-    if len(units) > 1:
-        names = " or ".join(unit.name for unit in units)
-        raise InputError(f"the unit {written} may be {names}", remedy="Write it in its own letters.")
-    return units[0] if units else None
 
 
 def plain_as(name: str) -> str | None:
@@ -159,7 +155,11 @@ def in_si(frame: pd.DataFrame, source: str) -> SiFrame:
             raise InputError(what, where=f"{source}, column {column}", remedy="Keep one of them.")
         names[name] = column
         convert = unit is not None and unit.name != SI[unit.dimension]
-        columns[name] = frame[column].map(lambda cell, unit=unit: _cell_in_si(cell, unit)) if convert else frame[column]
+        columns[name] = frame[column]
+        if convert:  # cells that are numbers
+            columns[name] = frame[column].map(
+                lambda cell, unit=unit: repr(unit.to_si(cell)) if NUMBER.fullmatch(cell.strip()) else cell
+            )
         if name != column:
             written[name] = column
         if unit is not None and convert:
@@ -169,10 +169,7 @@ def in_si(frame: pd.DataFrame, source: str) -> SiFrame:
 
 def _stated(column: str, source: str) -> tuple[str, Unit | None] | None:
     """SI name and unit of a column that names both, or None."""
-    try:
-        measured = measured_column(column)
-    except InputError as error:
-        raise InputError(error.what, where=f"{source}, column {column}", remedy=error.remedy) from None
+    measured = measured_column(column, f"{source}, column {column}")
     return None if measured is None else (measured.si_name, measured.unit)
 
 
@@ -182,10 +179,7 @@ def _spelt(cells: "pd.Series[str]", column: str, taken: Collection[str], source:
     Raises:
         InputError: it is nearly the name of a known column that is missing.
     """
-    try:
-        measured = measured_as(column)
-    except InputError as error:
-        raise InputError(error.what, where=f"{source}, column {column}", remedy=error.remedy) from None
+    measured = measured_as(column, f"{source}, column {column}")
     if measured is not None and measured.si_name not in taken:
         return measured.si_name, measured.unit
     plain = plain_as(column)
@@ -199,10 +193,6 @@ def _spelt(cells: "pd.Series[str]", column: str, taken: Collection[str], source:
         remedy = f"Did you mean `{known}`?{other}"
         raise InputError(what, where=f"{source}, column {column}", remedy=remedy)
     return column, None
-
-
-def _cell_in_si(cell: str, unit: Unit) -> str:
-    return repr(unit.to_si(cell)) if NUMBER.fullmatch(cell.strip()) else cell
 
 
 def in_units(frame: pd.DataFrame, units: str | None) -> pd.DataFrame:

@@ -158,7 +158,7 @@ def quantity(text: str, where: str = "") -> tuple[float, Unit]:
 _BRACKETS = re.compile(r"(\w+?)_?\s*[\[(]\s*([^\s\])]+(?:\s[^\s\])]+)?)\s*[\])]")
 
 
-def measured_column(name: str) -> MeasuredColumn | None:
+def measured_column(name: str, where: str = "") -> MeasuredColumn | None:
     """Quantity and unit of a column (`dx_mm`, `dx [mm]`), or None where the name says neither.
 
     Raises:
@@ -173,7 +173,7 @@ def measured_column(name: str) -> MeasuredColumn | None:
         unit = unit_of(rest)
         if not dimensions or unit is None:
             continue
-        require_dimension(unit, dimensions, base)
+        require_dimension(unit, dimensions, base, where)
         return MeasuredColumn(base, unit)
     return None
 

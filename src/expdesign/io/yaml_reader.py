@@ -66,28 +66,16 @@ def dotted(path: KeyPath) -> str:
     return text
 
 
-_KEYS: dict[str, tuple[Dimension, ...]] = {
-    "home": ("length",),
-    "base_joints": ("length",),
-    "platform_joints": ("length",),
-    "leg_length": ("length",),
-    "markers": ("length",),
-    "positions": ("length",),
-    "com_m": ("length",),
-    "std_m": ("length",),
-    "gravity_m_s2": ("acceleration",),
-    "actuator_stiffness": ("stiffness", "torsional stiffness"),
-    "pose_change": ("time",),
-    "mass_change": ("time",),
-    "reading": ("time",),
-}
-_ERRORS: dict[str, tuple[Dimension, ...]] = {
-    "com": ("length",),
-    "mass": ("mass",),
-    "direction": ("angle",),
-}
 _POSES = ("pose", "instrument", "candidates")
 _MINUTES = ("pose_change", "mass_change", "reading")
+_LENGTHS = ("home", "base_joints", "platform_joints", "leg_length", "markers", "positions", "com_m", "std_m")
+_KEYS: dict[str, tuple[Dimension, ...]] = {
+    **dict.fromkeys(_LENGTHS, ("length",)),
+    **dict.fromkeys(_MINUTES, ("time",)),
+    "gravity_m_s2": ("acceleration",),
+    "actuator_stiffness": ("stiffness", "torsional stiffness"),
+}
+_ERRORS: dict[str, tuple[Dimension, ...]] = {"com": ("length",), "mass": ("mass",), "direction": ("angle",)}
 
 
 def with_si_numbers(document: YamlDocument) -> YamlDocument:
@@ -180,17 +168,6 @@ def _at(content: Any, path: KeyPath) -> Any:
     return content
 
 
-__all__ = [
-    "KeyPath",
-    "YamlDocument",
-    "document_from_mapping",
-    "dotted",
-    "parse_yaml",
-    "read_bytes",
-    "read_text",
-    "read_yaml",
-]
-
 _EXPONENT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)[eE][-+]?[0-9]+")
 """Numbers that YAML 1.1 reads as texts."""
 _INPUTS = {"kind", "base_joints", "experiment", "targets", "vary", "cases"}
@@ -220,15 +197,11 @@ _Loader.add_implicit_resolver(
 )
 
 
-def _construct_int(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> int:
-    return int(node.value)
-
-
 def _construct_float(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> float:
     return float(node.value.lower().replace(".inf", "inf").replace(".nan", "nan"))
 
 
-_Loader.add_constructor("tag:yaml.org,2002:int", _construct_int)
+_Loader.add_constructor("tag:yaml.org,2002:int", lambda _, node: int(node.value))
 _Loader.add_constructor("tag:yaml.org,2002:float", _construct_float)
 
 

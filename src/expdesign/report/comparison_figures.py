@@ -156,13 +156,14 @@ def cross_table(index: int, judgement: Judgement) -> DataTable:
     drawn = random_ones(judgement)
     picked = [(drawn[0], "best random"), (drawn[len(drawn) // 2], "median random"), (drawn[-1], "worst random")]
     for i, label in [(i, "") for i in different(judgement)] + (picked if drawn else []):
-        error = judgement.attained_ratio_standard_error[i]
+        error = float(judgement.attained_ratio_standard_error[i])
+        small = "<\u202f0.001" if error < 0.0005 else words.number(error, 1)
         rows.append(
             [
                 label or together_title(judgement, i),
                 f"{words.number(float(judgement.attained[i]))} ± "
                 f"{words.number(float(judgement.attained_standard_error[i]), 1)}",
-                f"{words.number(float(judgement.attained_ratio[i]))} ± {_small(float(error))}",
+                f"{words.number(float(judgement.attained_ratio[i]))} ± {small}",
                 *(words.number(float(ratios[criterion][i])) for criterion in criteria),
             ]
         )
@@ -207,10 +208,6 @@ def correlation_table(index: int, found: list[RankCorrelation]) -> DataTable:
     }
     caption = "Spearman's rank correlation of each criterion with the attained accuracy."
     return framed(f"correlations-{index}", caption, pd.DataFrame([vars(one) for one in found]), shown, tall=True)
-
-
-def _small(error: float) -> str:
-    return "<\u202f0.001" if error < 0.0005 else words.number(error, 1)
 
 
 def signed(value: float) -> str:

@@ -59,7 +59,9 @@ def comparison_report(
         sections.append(all_configurations(names, judgements, correlations, together))
     for index, (name, judgement, found) in enumerate(zip(names, judgements, correlations, strict=True)):
         sections.append(_configuration(index, name, judgement, found))
-    sections += [PageSection("words", "What the words mean", [Definitions(_WORDS)]), _settings(judgements, how)]
+    settings = [("Configurations", ", ".join(one.problem.source for one in judgements)), *how.items()]
+    sections.append(PageSection("words", "What the words mean", [Definitions(_WORDS)]))
+    sections.append(PageSection("run", "About this comparison", [Definitions(settings)]))
     robots = ", ".join(dict.fromkeys(judgement.problem.loaded.robot.name for judgement in judgements))
     designs = words.count(sum(len(judgement.contenders) for judgement in judgements), "design")
     return Page("Comparison of criteria", f"{robots}; {designs} of {', '.join(names)}", sections)
@@ -148,11 +150,6 @@ def _configuration(index: int, name: str, judgement: Judgement, found: list[Rank
     ]
     blocks += [correlation_figure(index, found), correlation_table(index, found)] if found else []
     return PageSection(f"configuration-{index + 1}", name, blocks)
-
-
-def _settings(judgements: Sequence[Judgement], how: Mapping[str, str]) -> PageSection:
-    sources = ", ".join(judgement.problem.source for judgement in judgements)
-    return PageSection("run", "About this comparison", [Definitions([("Configurations", sources), *how.items()])])
 
 
 _WORDS = [

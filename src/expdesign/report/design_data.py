@@ -1,4 +1,8 @@
-"""What the page of `expdesign run` shows of each design: the data of `design_report.js`."""
+"""What the page of `expdesign run` shows of each design: the data of `design_report.js`.
+
+Among them further criteria beside the best of the front (the observability indices O1 to O5), and how exactly a plan
+has to be met, in two sentences.
+"""
 
 from typing import Any
 
@@ -12,13 +16,73 @@ from expdesign.planning.accuracy_map import AccuracyMap
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.error_ellipses import target_covariances
 from expdesign.planning.front import Front
+from expdesign.planning.optimality.deviations import Deviations, plan_deviations
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import plans_frame
-from expdesign.report import accuracy_map, criteria_table, error_ellipses, words
-from expdesign.report.design_figures import criterion_title, hover_text, plotted, shown_criteria
-from expdesign.report.deviations import PlanDeviations
+from expdesign.report import error_maps, words
+from expdesign.report.blocks import DataTable
+from expdesign.report.design_figures import criterion_title, described, hover_text, plotted, shown_criteria
 from expdesign.report.error_budget import ErrorBudget, acceptance_rows, decision
+from expdesign.report.robot_section import target_levers, target_text
 from expdesign.report.robot_view import levers, robot_states, view_data
+
+_GROWTH = 0.01
+"""Part by which the total error may grow where the plan is not met exactly."""
+_MOST_DESIGNS = 120
+"""Longer fronts get this for the recommended design and the knee alone, so that the report does not take long."""
+
+
+class PlanDeviations:
+    """Deviations of the designs of a front, of those for which they are worth the time.
+
+    Args:
+        problem: what was searched.
+        front: what was found.
+    """
+
+    def __init__(self, problem: DesignProblem, front: Front) -> None:
+        count = len(front)
+        chosen = range(count) if count <= _MOST_DESIGNS else sorted({front.recommended, front.knee})
+        self._place = {design: place for place, design in enumerate(chosen)}
+        self._found: Deviations = plan_deviations(problem, front.decisions[list(chosen)])
+        self._n_pose = len(problem.loaded.robot.configuration)
+
+    def sentences(self, design: int) -> list[str]:
+        """What random deviations do, and which quantity is the most delicate: the error that costs 1 % by itself."""
+        if design not in self._place:
+            return ["Computed for the recommended design and the knee only, because the front is long."]
+        place, found = self._place[design], self._found
+        if not np.isfinite(found.total[place]):
+            return ["This design does not determine every stiffness, so that its sensitivity is not determined either."]
+        loads = self._stated(slice(self._n_pose, None))
+        loads = f", and every load by {loads}" if loads else ""
+        mean, spread = (float(part[place]) for part in found.growth(found.stated))
+        texts = [
+            f"If every pose is off at random by {self._stated(slice(0, self._n_pose))}{loads} (standard deviations), "
+            f"the error to expect changes by about ±{words.number(100.0 * spread, 2)}\u00a0%"
+            + (f" and grows by {words.number(100.0 * mean, 2)}\u00a0% on average." if mean > 0.0 else ".")
+        ]
+        allowed = found.allowed(_GROWTH)[place] / found.stated
+        measurement, quantity = np.unravel_index(int(np.argmin(allowed)), allowed.shape)
+        if np.isfinite(allowed[measurement, quantity]):
+            column = words.plan_column(found.names[quantity])
+            value = found.allowed(_GROWTH)[place, measurement, quantity] * column.factor
+            texts.append(
+                f"The most delicate is the {column.title} of measurement {measurement + 1}: "
+                f"{words.number(float(value), 2)}\u00a0{column.unit} off costs 1\u00a0%."
+            )
+        else:
+            texts.append("No single deviation costs 1\u00a0%.")
+        return texts
+
+    def _stated(self, part: slice) -> str:
+        """Stated deviations of a group of quantities: `0.2 mm and 1 mrad`."""
+        texts: dict[str, None] = {}
+        for name, value in zip(self._found.names[part], self._found.stated[part], strict=True):
+            column = words.plan_column(name)
+            # Angles stated in radians are no round numbers of degrees.
+            texts[f"{words.given(float(f'{value * column.factor:.4g}'))}\u00a0{column.unit}"] = None
+        return words.listed(list(texts)) if texts else ""
 
 
 def plan_headings(plan: pd.DataFrame) -> list[tuple[str, str]]:
@@ -67,12 +131,12 @@ def design_data(
     """Everything that the page's script needs, for all designs."""
     view, forces = _view(problem, front)
     covariances = target_covariances(assessment)
-    compliances = accuracy_map.of_designs(assessment)
+    compliances = error_maps.packed_compliances(assessment)
     plans = plans_frame(problem, front)
     rows_of = np.split(np.arange(len(plans)), np.flatnonzero(np.diff(plans["design"])) + 1)
     plans = plans.drop(columns="design")
     shown, (heading, *lines) = plan_cells(plans), csv_text(plans).splitlines(keepends=True)
-    ellipses = error_ellipses.cells(problem, covariances, budget)
+    ellipses = error_maps.ellipse_cells(problem, covariances, budget)
     accepted = [decision(problem, budget, design) for design in range(len(front))]
     designs = []
     for design, (first, last) in enumerate((own[0], own[-1] + 1) for own in rows_of):
@@ -87,10 +151,10 @@ def design_data(
                 "budget": acceptance_rows(accepted[design]),
                 "sigma": _sigma(budget, design),
                 "sentences": sentences(accepted[design]),
-                "ellipses": error_ellipses.of_design(problem, covariances, design),
+                "ellipses": error_maps.ellipses_of(problem, covariances, design),
                 "ellipseTable": ellipses[design],
                 "deviationsText": deviations.sentences(design),
-                "criteria": criteria_table.cells(front, design),
+                "criteria": criteria_cells(front, design),
                 "compliance": compliances[design],
             }
         )
@@ -110,27 +174,11 @@ def design_data(
             "sources": [f"{name.replace(' ', '_')}_std" for name in budget.source_names],
         },
         "view": view,
-        "ellipses": error_ellipses.view_data(problem, budget),
-        "maps": accuracy_map.view_data(problem, maps),
+        "ellipses": error_maps.ellipse_views(problem, budget),
+        "maps": error_maps.map_views(problem, maps),
         "targets": [target_text(problem, target) for target in range(len(problem.targets.weights))],
         "bound": bound,
     }
-
-
-def target_text(problem: DesignProblem, target: int) -> str:
-    """A target's pose and load in words."""
-    robot = problem.loaded.robot
-    columns = [words.plan_column(name) for name in robot.configuration]
-    pose = problem.targets.configurations[target]
-    places = [
-        f"{column.title} {words.fixed(value * column.factor, 3)} {column.unit}" for column, value in zip(columns, pose)
-    ]
-    wrench = [
-        f"{words.plan_column(name).title} {words.number(value, 4)} {words.plan_column(name).unit}"
-        for name, value in zip(robot.coordinates.wrench, problem.target_wrenches[target])
-        if abs(value) > 1e-9
-    ]
-    return f"{', '.join(places)}. Load: {', '.join(wrench) or 'none'}."
 
 
 def _sigma(budget: ErrorBudget, design: int) -> list[list[float]]:
@@ -157,12 +205,37 @@ def _view(problem: DesignProblem, front: Front) -> tuple[dict[str, Any] | None, 
     return (None if states is None else view_data(loaded.robot, states)), forces
 
 
-def target_levers(problem: DesignProblem) -> FloatArray:
-    """Where the load acts at each target in the platform frame (m), shape (t, d)."""
-    coordinates = problem.loaded.robot.coordinates
-    levers = np.zeros((len(problem.targets.weights), len(coordinates.gravity)))
-    for target, section in enumerate(problem.config["targets"]):
-        centre = (section.get("payload") or {}).get("com_m")
-        if centre and coordinates.centre_of_mass:
-            levers[target] = centre
-    return levers
+CRITERIA_CAPTION = (
+    "Further criteria of design {design}. O1 to O5 are observability indices: how well all stiffnesses are determined, "
+    "wherever the targets are. Beside them the best value on this front, and how near the design comes to it."
+)
+_FIRST = ("duir", "feir", "total")
+"""Criteria that stand in the table of designs."""
+_COLUMNS = ("Criterion", "Unit", "Better", "Design", "Best on the front", "Best / design")
+
+
+def further_criteria(front: Front) -> list[str]:
+    """Criteria beside the objectives that tell designs apart: one that is 0 for all of them does not."""
+    return [name for name, values in front.criteria.items() if name not in _FIRST and np.any(values != 0.0)]
+
+
+def criteria_cells(front: Front, design: int) -> list[list[str]]:
+    """Rows of the table of one design."""
+    rows = []
+    for name in further_criteria(front):
+        criterion, values = described(name), front.criteria[name]
+        value = float(values[design])
+        best = float(values.max() if criterion.maximise else values.min())
+        smaller, larger = sorted((value, best))
+        near = f"{words.number(100.0 * smaller / larger)} %" if larger > 0.0 else "–"
+        better = "larger" if criterion.maximise else "smaller"
+        unit = "–" if criterion.unit == "1" else criterion.unit
+        rows.append([criterion.title, unit, better, words.number(value, 4), words.number(best, 4), near])
+    return rows
+
+
+def criteria_table(front: Front, design: int) -> DataTable:
+    """The table as it stands at first."""
+    return DataTable(
+        "criteria-table", CRITERIA_CAPTION.replace("{design}", str(design + 1)), _COLUMNS, criteria_cells(front, design)
+    )

@@ -8,7 +8,7 @@ from expdesign.planning.accuracy_map import AccuracyMap, accuracy_maps
 from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import design_minutes, pareto_frame
-from expdesign.report import accuracy_map, criteria_table, error_ellipses, words
+from expdesign.report import error_maps, words
 from expdesign.report.blocks import (
     Block,
     Buttons,
@@ -24,7 +24,13 @@ from expdesign.report.blocks import (
     SideBySide,
     Subheading,
 )
-from expdesign.report.design_data import design_data, design_summary
+from expdesign.report.design_data import (
+    CRITERIA_CAPTION,
+    PlanDeviations,
+    design_data,
+    design_summary,
+    further_criteria,
+)
 from expdesign.report.design_figures import (
     budget_figure,
     described,
@@ -34,7 +40,6 @@ from expdesign.report.design_figures import (
     shown_criteria,
 )
 from expdesign.report.design_texts import about_run, lower_bound_sentence, next_steps, poses_text, vocabulary
-from expdesign.report.deviations import PlanDeviations
 from expdesign.report.error_budget import EXPLAINED, ErrorBudget, decision, error_budget, headings, worst_sentence
 from expdesign.report.hidden_physics import hidden_section
 from expdesign.report.page import Page
@@ -66,21 +71,20 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
     maps = accuracy_maps(problem)
     bound = run.get("duir_lower_bound")
     data = design_data(problem, front, assessment, budget, PlanDeviations(problem, front), maps, bound)
-    further = bool(criteria_table.shown(front))
+    further = bool(further_criteria(front))
     data["captions"] = {
         "plan": _PLAN_CAPTION,
         "budget-table": _BUDGET_CAPTION,
-        "ellipse-table": error_ellipses.CAPTION,
-        **({"criteria-table": criteria_table.CAPTION} if further else {}),
+        "ellipse-table": error_maps.ELLIPSE_CAPTION,
+        **({"criteria-table": CRITERIA_CAPTION} if further else {}),
     }
     robot = problem.loaded.robot
-    hidden = hidden_section(problem, front)
     sections = (
         _summary(problem, front, run, budget),
         _design(problem, front, budget, data),
         _choice(problem, front, data),
-        *_over_workspace(problem, front, data, maps),
-        *(() if hidden is None else (hidden,)),
+        _over_workspace(problem, front, data, maps),
+        hidden_section(problem, front),
         next_steps(problem, front),
         vocabulary(problem, front),
         about_run(problem, front, run),
@@ -195,18 +199,15 @@ def _design(problem: DesignProblem, front: Front, budget: ErrorBudget, data: Map
 
 def _over_workspace(
     problem: DesignProblem, front: Front, data: Mapping[str, Any], maps: list[AccuracyMap]
-) -> tuple[PageSection, ...]:
+) -> PageSection:
     first, number = data["designs"][front.recommended], str(front.recommended + 1)
-    ellipses = error_ellipses.ellipse_blocks(problem, first["ellipseTable"], number)
-    charts = accuracy_map.map_blocks(problem, maps)
+    ellipses = error_maps.ellipse_blocks(problem, first["ellipseTable"], number)
+    charts = error_maps.map_blocks(problem, maps)
+    blocks = [*ellipses, *charts]
     if ellipses and charts:
         *figure, axes = ellipses
-        return (PageSection("errors", "In which direction, and elsewhere", (SideBySide(figure, charts), axes)),)
-    return (
-        (PageSection("errors", "In which direction, and elsewhere", (*ellipses, *charts)),)
-        if ellipses or charts
-        else ()
-    )
+        blocks = [SideBySide(figure, charts), axes]
+    return PageSection("errors", "In which direction, and elsewhere", blocks)
 
 
 def _robot_blocks(problem: DesignProblem, data: Mapping[str, Any]) -> list[Block]:

@@ -11,7 +11,7 @@ from expdesign.planning.options import SearchOptions
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
 from expdesign.report.blocks import HERE, Definitions, NextSteps, PageSection
-from expdesign.report.criteria_table import criteria_table, shown
+from expdesign.report.design_data import criteria_table, further_criteria
 from expdesign.report.robot_view import moving_part
 
 
@@ -81,7 +81,7 @@ def vocabulary(problem: DesignProblem, front: Front) -> PageSection:
         ("Knee", "The design nearest to the ideal point, with objectives scaled over the front."),
         ("Hypervolume", "Volume of the space of objectives that the front dominates; it grows as the search improves."),
     ]
-    observability = [name for name in shown(front) if name in ("o1", "o2", "o3", "o4", "o5")]
+    observability = [name for name in further_criteria(front) if name in ("o1", "o2", "o3", "o4", "o5")]
     if observability:
         text = "Observability indices: how well all stiffnesses are determined, regardless of the targets."
         items.insert(6, (" ".join(words.criterion(name) for name in observability), f"{text} Larger is better."))
@@ -146,6 +146,7 @@ def about_run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> P
     robot, settings = problem.loaded.robot, problem.optimiser
     point = ", ".join(words.number(float(value)) for value in front.reference_point)
     bound, scope = run.get("duir_lower_bound"), run.get("duir_lower_bound_certified_on")
+    clauses = [f"{words.sentence(clause)}." for clause in (scope or "").rstrip(".").split("; ")]
     versions = ", ".join(f"{name} {version}" for name, version in run.get("versions", {}).items())
     items = [
         ("Robot", f"{robot.name} ({robot.kind})"),
@@ -158,7 +159,7 @@ def about_run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> P
         ("Hypervolume", f"{words.number(front.hypervolume, 4)} with respect to ({point})"),
         ("Missing hypervolume", _missing(run.get("missing_hypervolume"))),
         ("Lower bound of DUIR", "not computed" if bound is None else words.number(bound, 4)),
-        *([("How it was computed", _clauses(scope))] if scope else []),
+        *([("How it was computed", " ".join(clauses))] if scope else []),
     ]
     if "wall_s" in run:
         items.insert(6, ("Time", f"{words.number(float(run['wall_s']))} s"))
@@ -166,10 +167,5 @@ def about_run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> P
         items.insert(5, ("Ended by hand", f"{run['ended_by_hand']}; the search was not finished"))
     if versions:
         items.append(("Versions", versions))
-    criteria = [criteria_table(front, front.recommended)] if shown(front) else []
+    criteria = [criteria_table(front, front.recommended)] if further_criteria(front) else []
     return PageSection("run", "About this run", (Definitions(items), *criteria))
-
-
-def _clauses(text: str) -> str:
-    """Clauses between semicolons as sentences."""
-    return " ".join(f"{words.sentence(clause)}." for clause in text.rstrip(".").split("; "))

@@ -26,8 +26,7 @@ from expdesign.report.blocks import (
     table_of,
 )
 from expdesign.report.diagnosis_figures import added, axis_figure, error_figure, law_blocks, residual_figures
-from expdesign.report.diagnosis_record import located
-from expdesign.report.diagnosis_texts import MEASURE_NEXT, conclusions, in_prose, next_recording
+from expdesign.report.diagnosis_texts import MEASURE_NEXT, conclusions, in_prose, located, next_recording
 from expdesign.report.page import Page
 from expdesign.report.robot_section import SCRIPTS, picture
 from expdesign.report.robot_view import at_rest
@@ -49,7 +48,7 @@ def diagnosis_report(
         configuration: path of the run configuration that has them.
     """
     drawn, data = _picture(result)
-    laws = law_blocks(result)
+    consistent = result.verdict == "consistent"
     found = [_effects_table(result)] if any(finding.parameters for finding in result.findings) else []
     if added_physics(result):
         about = "with this physics in the model, with 95 % intervals; beside it the base model's."
@@ -57,17 +56,13 @@ def diagnosis_report(
     errors = SideBySide([error_figure(result)], [axis_figure(result)])
     sections = (
         PageSection("result", "Result", [Sentences(conclusions(result, hidden)), _key_figures(result)]),
-        *([PageSection("physics", "What was left out", found)] if found else []),
-        *([PageSection("laws", "Laws at ports", laws)] if laws else []),
-        *(
-            []
-            if result.verdict == "consistent"
-            else [PageSection("where", "Where the mismatch is", [*drawn, *_where(result)])]
-        ),
+        PageSection("physics", "What was left out", found),
+        PageSection("laws", "Laws at ports", law_blocks(result)),
+        PageSection("where", "Where the mismatch is", [] if consistent else [*drawn, *_where(result)]),
         *at_targets,
         PageSection("errors", "Before and after" if added(result) else "Errors", [errors]),
         PageSection("residuals", "Residuals", residual_figures(result)),
-        *([PageSection("machine", "The robot", drawn)] if drawn and result.verdict == "consistent" else []),
+        PageSection("machine", "The robot", drawn if consistent else []),
         PageSection("considered", "What was considered", _considered(result)),
         PageSection("next", "Next steps", [_next_steps(result, configuration)]),
         PageSection("words", "Words", [Definitions(_WORDS)]),

@@ -50,7 +50,7 @@ def acceptance_section(decision: Decision, of: str) -> PageSection:
 
 def headings(decision: Decision) -> list[str]:
     """Headings of the table of uncertainty budget and acceptance."""
-    parts = [f"u: {_named(one.name)}" for one in decision.budget.contributions]
+    parts = [f"u: {words.SOURCES.get(one.name, one.name)}" for one in decision.budget.contributions]
     return ["Target, axis", "Unit", *parts, "u, combined", "k", "U", "Tolerance", "U / tolerance", "Result",
             "Repetitions needed"]  # fmt: skip
 
@@ -80,10 +80,6 @@ def _row(decision: Decision, target: int, axis: int, expanded: float, repetition
         decision.axis_verdict(target, axis),
         str(int(repetitions)) if np.isfinite(repetitions) else "no number",
     ]
-
-
-def _named(name: str) -> str:
-    return words.SOURCES.get(name, name)
 
 
 @dataclass(frozen=True)
@@ -157,13 +153,11 @@ def worst_sentence(budget: ErrorBudget, design: int) -> str:
     """The most demanding axis of all targets in words."""
     ratio = budget.total[design] / budget.tolerance
     target, axis = (int(i) for i in np.unravel_index(int(np.nanargmax(ratio)), ratio.shape))
-    tolerance = f"{words.given(1e6 * budget.tolerance[target, axis])}\u00a0{words.micro_unit(budget.axes[axis])}"
+    name = budget.axes[axis]
+    sigma = f"{words.number(1e6 * budget.total[design, target, axis])}\u00a0{words.micro_unit(name)}"
+    tolerance = f"{words.given(1e6 * budget.tolerance[target, axis])}\u00a0{words.micro_unit(name)}"
     return (
-        f"After calibration with this plan, the most demanding axis is {words.axis(budget.axes[axis])} at target "
-        f"{target + 1}: {_micro(budget, axis, budget.total[design, target, axis])} RMS are to be expected, "
+        f"After calibration with this plan, the most demanding axis is {words.axis(name)} at target "
+        f"{target + 1}: {sigma} RMS are to be expected, "
         f"{words.number(100.0 * ratio[target, axis])}\u00a0% of the tolerance of {tolerance}."
     )
-
-
-def _micro(budget: ErrorBudget, axis: int, sigma: float) -> str:
-    return f"{words.number(1e6 * sigma)}\u00a0{words.micro_unit(budget.axes[axis])}"

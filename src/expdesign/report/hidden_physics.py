@@ -25,19 +25,16 @@ _CHEAP = 0.05
 """Part of the least total error that noticing may cost before it is called dear."""
 
 
-def hidden_section(problem: DesignProblem, front: Front) -> PageSection | None:
-    """The section about the recommended design, or None where the configuration asks for no MEIR."""
+def hidden_section(problem: DesignProblem, front: Front) -> PageSection:
+    """The section about the recommended design; empty where the configuration asks for no MEIR."""
     meir, assessment = meir_of_problem(problem), problem.assessed(front.decisions[[front.recommended]])
     hidden = hidden_by_plan(problem, assessment, "the recommended plan")
-    if meir is None or hidden is None:
-        return None
-    physics, stated = hidden.physics, AccuracyStatement.of(assessment, hidden)
-    texts = [(stated or hidden).sentence]
-    cheap = cheapest_sentence(front)
-    if cheap is not None:
-        texts.append(cheap)
-    noticing = noticed_by(problem, front, meir, physics)
-    blocks: list[Block] = [Sentences(texts), hidden_figure(physics), hidden_table(physics, noticing)]
+    blocks: list[Block] = []
+    if meir is not None and hidden is not None:
+        physics, stated = hidden.physics, AccuracyStatement.of(assessment, hidden)
+        texts = [(stated or hidden).sentence, *cheapest_sentences(front)]
+        noticing = noticed_by(problem, front, meir, physics)
+        blocks = [Sentences(texts), hidden_figure(physics), hidden_table(physics, noticing)]
     return PageSection("hidden", "What the plan would not notice", blocks)
 
 
@@ -67,27 +64,25 @@ def recordings_section(found: WhatIsHidden, stated: str | None = None) -> PageSe
     return PageSection("hidden", "What may still be hidden", blocks)
 
 
-def cheapest_sentence(front: Front) -> str | None:
+def cheapest_sentences(front: Front) -> list[str]:
     """Which design of the front notices most at little cost in total error."""
     total, meir = front.criteria["total"], front.criteria["meir"]
     if not np.isfinite(meir[front.recommended]):
-        return None
+        return []
     affordable = np.flatnonzero(total <= (1.0 + _CHEAP) * total[front.recommended])
     best = int(affordable[np.nanargmin(meir[affordable])])
     if meir[best] >= meir[front.recommended] * (1.0 - 1e-6):
-        return (
-            f"No design on the front hides less than that within {100.0 * _CHEAP:.0f}\u00a0% of the least total error."
-        )
+        percent = f"{100.0 * _CHEAP:.0f}\u00a0%"
+        return [f"No design on the front hides less than that within {percent} of the least total error."]
     text = (
         f"Design {best + 1} hides {words.number(float(meir[best]))} tolerances instead of "
         f"{words.number(float(meir[front.recommended]))}, for {_dearer(front, best)}\u00a0% more total error"
     )
     if set(front.objectives) == {"total", "meir"}:
-        return f"{text}."
+        return [f"{text}."]
     kept = len(non_dominated(np.stack([total, meir], axis=1)))
-    return (
-        f"{text}; by these two alone, {words.count(kept, 'design')} of the front {'is' if kept == 1 else 'are'} best."
-    )
+    are = "is" if kept == 1 else "are"
+    return [f"{text}; by these two alone, {words.count(kept, 'design')} of the front {are} best."]
 
 
 def _dearer(front: Front, design: int) -> str:

@@ -19,14 +19,14 @@ from expdesign.report.blocks import (
     Sentences,
     model_steps,
 )
-from expdesign.report.check_texts import coverage_sentence, fit_sentences
-from expdesign.report.identification_record import rms
+from expdesign.report.fit_texts import coverage_sentence, fit_sentences
 from expdesign.report.identification_tables import (
     SCRIPT,
     geometry_section,
     measurement_table,
     residual_blocks,
     residual_data,
+    rms,
 )
 from expdesign.report.page import Page
 from expdesign.report.remark_texts import sentences
@@ -52,17 +52,16 @@ def identification_report(
     """
     train = result.recordings.rows(result.fitted)
     robot = result.robot
-    stiffness = bool(robot.actuators) and result.calibration != "geometric"
     drawn, view = picture(robot, at_rest(robot, np.median(train.configurations, axis=0)), note=_PICTURE)
     sections = (
         PageSection("result", "Result", [Sentences(_conclusions(result)), _key_figures(result)]),
-        *([PageSection("stiffness", "Stiffness", _stiffness(result))] if stiffness else []),
+        PageSection("stiffness", "Stiffness", _stiffness(result)),
         *(arm_sections(result) if result.arm is not None else []),
         *([geometry_section(result)] if result.geometry is not None and result.arm is None else []),
         PageSection("fit", "How well the model fits", [Definitions(_tests(result)), *residual_blocks(result, train)]),
         *further,
-        *([PageSection("measurements", _CONTRIBUTED, [measurement_table(result)])] if robot.actuators else []),
-        *([PageSection("machine", "The robot", drawn)] if drawn else []),
+        PageSection("measurements", _CONTRIBUTED, [measurement_table(result)] if robot.actuators else []),
+        PageSection("machine", "The robot", drawn),
         PageSection("next", "Next steps", [_next_steps(result, robot_file, configuration)]),
         PageSection("words", "Words", [Definitions(_WORDS)]),
     )
@@ -79,6 +78,8 @@ def identification_report(
 
 
 def _stiffness(result: Identification) -> list[Block]:
+    if not result.robot.actuators or result.calibration == "geometric":
+        return []
     about = "with 95 % intervals; compliance is its inverse."
     return [stiffness_figure(result), stiffness_table(identified_stiffness(result), result.robot, about)]
 
@@ -115,10 +116,6 @@ def _conclusions(result: Identification) -> list[str]:
     return texts + sentences(result.suspicions)
 
 
-def _source(result: Identification) -> str:
-    return "replicates" if result.noise.origin == "replicates" else "residuals"
-
-
 def _key_figures(result: Identification) -> KeyFigures:
     train, held_out = rms(result.fit.residuals), rms(result.test_residuals)
     identified = result.calibration != "geometric"
@@ -149,7 +146,8 @@ def _tests(result: Identification) -> list[tuple[str, str]]:
     items = [("χ² test", chi2), ("Lack of fit", replicates)]
     for group in noise.groups:
         unit = "µm" if group.name == "translations" else "µrad"
-        source = f"from the {_source(result)} with {words.number(group.dof)} degrees of freedom"
+        origin = "replicates" if noise.origin == "replicates" else "residuals"
+        source = f"from the {origin} with {words.number(group.dof)} degrees of freedom"
         items.append((f"Noise of the {group.name}", f"{words.number(1e6 * group.deviation)} {unit}, {source}"))
     if result.prior is not None:
         items.append(("Prior", f"the robot file's compliances, known to {words.number(100.0 * result.prior)} %"))

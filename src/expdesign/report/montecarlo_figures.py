@@ -24,42 +24,27 @@ def density_figure(result: Repeated, target: int) -> Figure:
     """Densities of the attained error at a target, one panel for each axis that matters."""
     names = result.problem.loaded.robot.coordinates.deflection
     axes = [int(axis) for axis in np.flatnonzero(result.problem.targets.importance[target] > 0.0)]
-    rows = -(-len(axes) // _ACROSS)
-    data: list[dict[str, Any]] = []
-    layout: dict[str, Any] = {"showlegend": True, "barmode": "overlay"}
-    frames = []
+    across = min(_ACROSS, len(axes))
+    rows = -(-len(axes) // across)
+    grid = {"rows": rows, "columns": across, "pattern": "independent", "xgap": 0.15, "ygap": 0.3}
+    layout: dict[str, Any] = {"showlegend": True, "barmode": "overlay", "grid": grid}
+    data, frames = [], []
     for panel, axis in enumerate(axes):
         suffix = "" if panel == 0 else str(panel + 1)
         frame = _densities(result, target, axis)
         frames.append(frame.assign(axis=names[axis]))
         for cause in result.drawn:
             name = CAUSE_NAMES[cause]
-            place: dict[str, Any] = {
-                "xaxis": f"x{suffix}",
-                "yaxis": f"y{suffix}",
-                "legendgroup": cause,
-                "showlegend": panel == 0,
-            }
+            place: dict[str, Any] = {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}", "legendgroup": cause}
             for label, column, look in (
                 (name, cause, {"shape": "hvh"}),
                 (f"{name}, predicted", f"{cause}_predicted", {"dash": "dot"}),
             ):
-                trace = curve(label, frame["error"].to_numpy(), frame[column].to_numpy(), _SHADES[cause], **place)
+                x, y = frame["error"].to_numpy(), frame[column].to_numpy()
+                trace = curve(label, x, y, _SHADES[cause], showlegend=panel == 0, **place)
                 data.append(trace | {"line": trace["line"] | look})
-        across, row = panel % _ACROSS, panel // _ACROSS
-        width, height = 1.0 / min(_ACROSS, len(axes)), 1.0 / rows
-        title = f"{words.axis(names[axis])}, {words.micro_unit(names[axis])}"
-        layout[f"xaxis{suffix}"] = {
-            "domain": [across * width + 0.04 * (across > 0), (across + 1) * width - 0.02],
-            "anchor": f"y{suffix}",
-            "title": {"text": title},
-        }
-        layout[f"yaxis{suffix}"] = {
-            "domain": [1.0 - (row + 1) * height + 0.13 * (rows > 1), 1.0 - row * height - 0.02],
-            "anchor": f"x{suffix}",
-            "rangemode": "tozero",
-            "title": {"text": "density"} if across == 0 else {},
-        }
+        layout[f"xaxis{suffix}"] = {"title": {"text": f"{words.axis(names[axis])}, {words.micro_unit(names[axis])}"}}
+        layout[f"yaxis{suffix}"] = {"rangemode": "tozero", "title": {"text": "" if panel % across else "density"}}
     return chart(
         f"densities-{target + 1}", f"Density of the attained error at target {target + 1}", data,
         "Steps are the repetitions, dotted lines the normal density with the predicted standard deviation. Where they "

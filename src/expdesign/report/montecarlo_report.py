@@ -1,7 +1,7 @@
 """The page of `expdesign montecarlo`: does the plan attain what the criteria predict?"""
 
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -106,13 +106,16 @@ def _criteria_table(result: Repeated) -> DataTable:
         "Predicted": lambda row: words.number(row.predicted, 4),
         "z": lambda row: _score(row.z),
     }
+    return framed("criteria", caption, criteria_frame(result, result.drawn), shown)
+
+
+def criteria_frame(result: Repeated, causes: Iterable[str]) -> pd.DataFrame:
+    """RMS error at the targets for each cause as it came out (tolerances) and as predicted."""
     rows = []
-    for cause in result.drawn:
+    for cause in causes:
         found, predicted = result.criteria[cause]
-        numbers = (float(found.value), float(found.standard_error), predicted)
-        rows.append([cause, *numbers, result.criterion_score(cause)])
-    frame = pd.DataFrame(rows, columns=["criterion", "rms", "standard_error", "predicted", "z"])
-    return framed("criteria", caption, frame, shown)
+        rows.append([cause, float(found.value), float(found.standard_error), predicted, result.criterion_score(cause)])
+    return pd.DataFrame(rows, columns=["criterion", "rms", "standard_error", "predicted", "z"])
 
 
 def _deviation_table(result: Repeated) -> DataTable:

@@ -59,7 +59,7 @@ class Page:
     Attributes:
         title: of the page and its first heading.
         subtitle: one line below it.
-        sections: in order; the navigation lists them.
+        sections: in order; the navigation lists them. One without any block is left out.
         data: what the page's own script works on, as JSON; the script reads `report.data`.
         scripts: names of JavaScript files beside this one that run after `page.js`, in order.
         footer: one line at the end, and at the foot of every printed page.
@@ -71,6 +71,10 @@ class Page:
     data: Mapping[str, Any] = field(default_factory=dict)
     scripts: Sequence[str] = ()
     footer: str = ""
+
+    def __post_init__(self) -> None:
+        """Leave out what is empty."""
+        object.__setattr__(self, "sections", [section for section in self.sections if section.blocks])
 
 
 def render(page: Page) -> str:

@@ -1,7 +1,7 @@
-"""Remarks of identification and diagnosis in sentences."""
+"""Remarks of identification and diagnosis in sentences: a table by the kind of remark."""
 
-from collections.abc import Iterable
-from functools import singledispatch
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 from expdesign.chain.readings.position import HeldMarker
 from expdesign.chain.recordings.recordings import Remark
@@ -42,156 +42,119 @@ def sentences(remarks: Iterable[Remark]) -> list[str]:
     return [sentence(remark) for remark in remarks]
 
 
-@singledispatch
 def sentence(remark: Remark) -> str:
-    """A remark as a user reads it; every type has its own."""
-    raise NotImplementedError(f"no sentence says {type(remark).__name__}")
+    """A remark as a user reads it."""
+    return TEXTS[type(remark)](remark)
 
 
-@sentence.register
-def _implausible(remark: Implausible) -> str:
-    what = remark.what if not remark.where else f"{remark.where}: {remark.what}"
-    return f"{what[:1].upper()}{what[1:]}. {remark.likely}"
+def _first(names: Sequence[str]) -> str:
+    return ", ".join(names[:_MOST_NAMES]) + (" and others" if len(names) > _MOST_NAMES else "")
 
 
-@sentence.register
-def _negative(remark: NegativeCompliance) -> str:
-    text = f"The identified compliance of {remark.actuator} is negative"
-    if remark.certain:
-        return text + ": a deflection has the wrong sign, a load or joint is wrong, or physics is missing."
-    return text + ", but its uncertainty includes positive values: the actuator carries hardly any load."
+def _vector(components: Sequence[float]) -> str:
+    return "(" + ", ".join(f"{x:.4f}" for x in components) + ")"
 
 
-@sentence.register
-def _idle(remark: IdleActuators) -> str:
-    whose = "its stiffness stays" if len(remark.actuators) == 1 else "their stiffnesses stay"
+def _implausible(one: Implausible) -> str:
+    return f"{words.sentence(f'{one.where}: {one.what}' if one.where else one.what)}. {one.likely}"
+
+
+def _negative(one: NegativeCompliance) -> str:
+    certain = ": a deflection has the wrong sign, a load or joint is wrong, or physics is missing."
+    perhaps = ", but its uncertainty includes positive values: the actuator carries hardly any load."
+    return f"The identified compliance of {one.actuator} is negative{certain if one.certain else perhaps}"
+
+
+def _held_marker(one: HeldMarker) -> str:
+    along = "" if len(one.axes) == 3 else f" along {' and '.join(one.axes)} of the tip"
     return (
-        f"No fitted row shows how {words.listed(remark.actuators)} yields: weights do not load a joint about the "
-        f"vertical, and a tip on the joint's axis does not move. {whose[:1].upper()}{whose[1:]} that of the robot "
-        f"file, with a standard deviation of {remark.deviation:.0%}. Other loads or measured axes would determine it."
+        f"The fitted rows of marker `{one.marker}` have one orientation of the tip: its place{along} is confounded "
+        "with that of the instrument, and is held at the tip's origin. Rows with other orientations cannot be "
+        "predicted and are not judged. Give the marker's place in the robot file, or record more orientations."
     )
 
 
-@sentence.register
-def _large_geometry(remark: LargeGeometricErrors) -> str:
-    return (
-        f"The identified joints and lengths are {1e3 * remark.size:.3g} mm (RMS) off. Are the measured poses in "
-        "another frame than the commands? `expdesign identify --frames unknown` identifies the frames too."
-    )
+def _small(size: float, name: str) -> str:
+    """A length in mm, or an angle in mrad."""
+    return f"{1e3 * size:.3g} {'mm' if name == 'translations' else 'mrad'}"
 
 
-@sentence.register
-def _aliased_geometry(remark: AliasedGeometry) -> str:
-    return (
-        f"The recordings determine only combinations of {remark.count} of {remark.total} geometric parameters. "
-        "Intervals of these parameters are those of the prior; predicted poses are more accurate."
-    )
-
-
-@sentence.register
-def _held_marker(remark: HeldMarker) -> str:
-    along = f" along {' and '.join(remark.axes)} of the tip"
-    place = f"its place{'' if len(remark.axes) == 3 else along}"
-    return (
-        f"The fitted rows of marker `{remark.marker}` have one orientation of the tip: {place} is confounded with that "
-        "of the instrument, and is held at the tip's origin. Rows with other orientations cannot be predicted and are "
-        "not judged. Give the marker's place in the robot file, or record more orientations."
-    )
-
-
-@sentence.register
-def _blind(remark: BlindPoses) -> str:
-    listed = words.listed(remark.names[:_MOST_NAMES]) + (" and others" if len(remark.names) > _MOST_NAMES else "")
-    return (
-        f"The fitted poses do not show {listed}, which stay as drawn. Poses in which all joints move would determine "
-        "them."
-    )
-
-
-@sentence.register
-def _beyond(remark: NoiseBeyondStated) -> str:
-    unit, factor = ("mm", 1e3) if remark.name == "translations" else ("mrad", 1e3)
-    return (
-        f"Residuals of the {remark.name} are {remark.needed / remark.stated:.3g} times the stated standard deviation "
-        f"of {factor * remark.stated:.3g} {unit}: {factor * remark.needed:.3g} {unit} would agree with them. All "
-        f"intervals include a second component of {factor * remark.extra:.3g} {unit} (repeatability, or missing "
-        "physics)."
-    )
-
-
-@sentence.register
-def _generous(remark: GenerousNoise) -> str:
-    unit, factor = ("mm", 1e3) if remark.name == "translations" else ("mrad", 1e3)
-    return (
-        f"The stated standard deviation of the {remark.name}, {factor * remark.stated:.3g} {unit}, is far too large: "
-        f"{factor * remark.needed:.3g} {unit} from the residuals replaces it."
-    )
-
-
-@sentence.register
-def _aliased(remark: AliasedParameters) -> str:
-    listed = ", ".join(remark.names[:_MOST_NAMES]) + (" and others" if len(remark.names) > _MOST_NAMES else "")
-    return (
-        f"{len(remark.names)} parameters are confounded with others and keep their assumed values and tolerances: "
-        f"{listed}. Only their combination is determined, single values are not."
-    )
-
-
-@sentence.register
-def _without_moment(remark: WithoutMoment) -> str:
-    listed = ["(" + ", ".join(f"{x:.4f}" for x in direction) + ")" for direction in remark.directions]
-    return (
-        f"No load has a moment about {' and '.join(listed)}: moments of a weight have none along gravity. Elements of "
-        "a compliance that only such a moment distinguishes are not determined, however small the noise."
-    )
-
-
-@sentence.register
-def _extrapolation(remark: Extrapolation) -> str:
-    return (
-        f"Held-out rows depend on parameters that the fitted rows do not determine: their error is "
-        f"{remark.held_out:.3g} standard deviations, that of fitted rows {remark.fitted:.3g}."
-    )
-
-
-@sentence.register
-def _correlation(remark: SerialCorrelation) -> str:
-    return (
-        f"Residuals of consecutive rows are correlated ({remark.correlation:.2f}): {remark.rows} rows are worth about "
-        f"{remark.effective_rows:.0f} independent ones. All intervals allow for this."
-    )
-
-
-@sentence.register
-def _confounded_time(remark: ConfoundedTime) -> str:
+def _confounded_time(one: ConfoundedTime) -> str:
     text = (
-        f"Time is confounded with {remark.name}, which explains {remark.share:.0%} of its variance (variance "
-        f"inflation factor {1.0 / max(1.0 - remark.share, 1e-9):.3g}). "
+        f"Time is confounded with {one.name}, which explains {one.share:.0%} of its variance (variance inflation "
+        f"factor {1.0 / max(1.0 - one.share, 1e-9):.3g}). "
     )
-    if not remark.imitations:
-        return text + f"The named drift also shows among rows with the same {remark.name}."
-    listed = words.listed(tuple(f"`{key}`" for key in remark.imitations))
+    if not one.imitations:
+        return text + f"The named drift also shows among rows with the same {one.name}."
+    listed = words.listed([f"`{key}`" for key in one.imitations])
     return text + (
-        f"{listed} would describe all rows, but not those with the same {remark.name}, and is not named. Record rows "
-        f"in random order of {remark.name}, or a second visit, to show a drift."
+        f"{listed} would describe all rows, but not those with the same {one.name}, and is not named. Record rows in "
+        f"random order of {one.name}, or a second visit, to show a drift."
     )
 
 
-@sentence.register
-def _too_few(remark: TooFewForLaws) -> str:
-    return f"Laws at ports were not considered: they need {remark.needed} fitted rows, and there are {remark.rows}."
-
-
-@sentence.register
-def _not_sought(remark: NotSought) -> str:
-    return _NOT_SOUGHT[remark.law]
-
-
-@sentence.register
-def _averaged(remark: Averaged) -> str:
-    named = ", ".join(f"`{effect}`" for effect in remark.effects[:_MOST_NAMES])
-    more = len(remark.effects) - _MOST_NAMES
+def _averaged(one: Averaged) -> str:
+    named, more = ", ".join(f"`{effect}`" for effect in one.effects[:_MOST_NAMES]), len(one.effects) - _MOST_NAMES
     return (
-        f"{remark.rows} rows are too few to rule out small effects. Predictions are the average over what may be "
-        f"there, weighted by evidence: {named}{f' and {more} others' if more > 0 else ''}. Record more poses to decide."
+        f"{one.rows} rows are too few to rule out small effects. Predictions are the average over what may be there, "
+        f"weighted by evidence: {named}{f' and {more} others' if more > 0 else ''}. Record more poses to decide."
     )
+
+
+TEXTS: Mapping[type[Remark], Callable[[Any], str]] = {
+    Implausible: _implausible,
+    NegativeCompliance: _negative,
+    IdleActuators: lambda one: (
+        f"No fitted row shows how {words.listed(one.actuators)} yields: weights do not load a joint about the "
+        "vertical, and a tip on the joint's axis does not move. "
+        f"{'Its stiffness stays' if len(one.actuators) == 1 else 'Their stiffnesses stay'} that of the robot file, "
+        f"with a standard deviation of {one.deviation:.0%}. Other loads or measured axes would determine it."
+    ),
+    LargeGeometricErrors: lambda one: (
+        f"The identified joints and lengths are {1e3 * one.size:.3g} mm (RMS) off. Are the measured poses in another "
+        "frame than the commands? `expdesign identify --frames unknown` identifies the frames too."
+    ),
+    AliasedGeometry: lambda one: (
+        f"The recordings determine only combinations of {one.count} of {one.total} geometric parameters. Intervals of "
+        "these parameters are those of the prior; predicted poses are more accurate."
+    ),
+    HeldMarker: _held_marker,
+    BlindPoses: lambda one: (
+        f"The fitted poses do not show {words.listed(one.names[:_MOST_NAMES])}"
+        f"{' and others' if len(one.names) > _MOST_NAMES else ''}, which stay as drawn. Poses in which all joints move "
+        "would determine them."
+    ),
+    NoiseBeyondStated: lambda one: (
+        f"Residuals of the {one.name} are {one.needed / one.stated:.3g} times the stated standard deviation of "
+        f"{_small(one.stated, one.name)}: {_small(one.needed, one.name)} would agree with them. All intervals include "
+        f"a second component of {_small(one.extra, one.name)} (repeatability, or missing physics)."
+    ),
+    GenerousNoise: lambda one: (
+        f"The stated standard deviation of the {one.name}, {_small(one.stated, one.name)}, is far too large: "
+        f"{_small(one.needed, one.name)} from the residuals replaces it."
+    ),
+    AliasedParameters: lambda one: (
+        f"{len(one.names)} parameters are confounded with others and keep their assumed values and tolerances: "
+        f"{_first(one.names)}. Only their combination is determined, single values are not."
+    ),
+    WithoutMoment: lambda one: (
+        f"No load has a moment about {' and '.join(map(_vector, one.directions))}: moments of a weight have none along "
+        "gravity. Elements of a compliance that only such a moment distinguishes are not determined, however small the "
+        "noise."
+    ),
+    Extrapolation: lambda one: (
+        "Held-out rows depend on parameters that the fitted rows do not determine: their error is "
+        f"{one.held_out:.3g} standard deviations, that of fitted rows {one.fitted:.3g}."
+    ),
+    SerialCorrelation: lambda one: (
+        f"Residuals of consecutive rows are correlated ({one.correlation:.2f}): {one.rows} rows are worth about "
+        f"{one.effective_rows:.0f} independent ones. All intervals allow for this."
+    ),
+    ConfoundedTime: _confounded_time,
+    TooFewForLaws: lambda one: (
+        f"Laws at ports were not considered: they need {one.needed} fitted rows, and there are {one.rows}."
+    ),
+    NotSought: lambda one: _NOT_SOUGHT[one.law],
+    Averaged: _averaged,
+}
+"""What is said of each."""

@@ -4,18 +4,20 @@ The page of `expdesign check`: which leg or joint is which, drawn and in numbers
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
+from expdesign.arrays import FloatArray
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
 from expdesign.report.blocks import Block, Option, PageSection, Paragraph, Selector, SideBySide, table_of
-from expdesign.report.design_data import target_levers, target_text
 from expdesign.report.page import Page
 from expdesign.report.robot_view import RobotStates, at_rest, plan_view, robot_states, view_data, view_figure
+
+if TYPE_CHECKING:  # an identification is drawn without planning
+    from expdesign.planning.problem import DesignProblem
 
 SCRIPTS = ("robot_view.js", "robot_page.js")
 """Scripts that a page with `picture` needs."""
@@ -168,7 +170,7 @@ def robot_report(robot: Robot, summary: str) -> Page:
     return _page(robot, summary, at_rest(robot), [], [])
 
 
-def problem_report(problem: DesignProblem, summary: str) -> Page:
+def problem_report(problem: "DesignProblem", summary: str) -> Page:
     """The page of a configuration: its robot at rest, and at every target under its load."""
     robot, targets = problem.loaded.robot, problem.targets.configurations
     states = robot_states(
@@ -184,16 +186,36 @@ def problem_report(problem: DesignProblem, summary: str) -> Page:
 
 def _page(robot: Robot, summary: str, states: RobotStates | None, choices: list[str], targets: list[Block]) -> Page:
     blocks, data = picture(robot, states, note=_NOTE, choices=choices)
-    sections = [
-        PageSection(
-            "machine",
-            "The robot",
-            [Paragraph(words.sentence(summary.replace("`", ""))), *blocks, *actuator_blocks(robot)],
-        )
+    said = Paragraph(words.sentence(summary.replace("`", "")))
+    sections = (
+        PageSection("machine", "The robot", [said, *blocks, *actuator_blocks(robot)]),
+        PageSection("targets", "Targets", targets),
+    )
+    return Page(robot.name, f"{robot.kind}, as its file describes it", sections, data, SCRIPTS if data else ())
+
+
+def target_text(problem: "DesignProblem", target: int) -> str:
+    """A target's pose and load in words."""
+    robot = problem.loaded.robot
+    columns = [words.plan_column(name) for name in robot.configuration]
+    pose = problem.targets.configurations[target]
+    places = [
+        f"{column.title} {words.fixed(value * column.factor, 3)} {column.unit}" for column, value in zip(columns, pose)
     ]
-    if targets:
-        sections.append(PageSection("targets", "Targets", targets))
-    return Page(
-        title=robot.name, subtitle=f"{robot.kind}, as its file describes it", sections=sections, data=data,
-        scripts=SCRIPTS if data else (),
-    )  # fmt: skip
+    wrench = [
+        f"{words.plan_column(name).title} {words.number(value, 4)} {words.plan_column(name).unit}"
+        for name, value in zip(robot.coordinates.wrench, problem.target_wrenches[target])
+        if abs(value) > 1e-9
+    ]
+    return f"{', '.join(places)}. Load: {', '.join(wrench) or 'none'}."
+
+
+def target_levers(problem: "DesignProblem") -> FloatArray:
+    """Where the load acts at each target in the platform frame (m), shape (t, d)."""
+    coordinates = problem.loaded.robot.coordinates
+    levers = np.zeros((len(problem.targets.weights), len(coordinates.gravity)))
+    for target, section in enumerate(problem.config["targets"]):
+        centre = (section.get("payload") or {}).get("com_m")
+        if centre and coordinates.centre_of_mass:
+            levers[target] = centre
+    return levers

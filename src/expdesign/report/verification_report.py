@@ -23,6 +23,7 @@ from expdesign.report.blocks import (
 from expdesign.report.page import Page
 
 _BLANK = "_" * 40
+_RESTS = "The files that this certificate rests on."
 _VERDICTS = {"no tolerance": "no decision"}
 
 
@@ -40,11 +41,12 @@ def verification_report(
         number: of the certificate.
     """
     robot = model.chain.robot
+    listed = [[name, digest] for name, digest in files.items()] or [["none", "–"]]
     sections = (
         PageSection("statement", "Statement", (_figures(result), Sentences(statement(result)))),
         PageSection("subject", "Subject", (Definitions([("Certificate", number), *_subject(model, check, about)]),)),
         PageSection("results", "Results", (_table(result, model), Paragraph(_rule(result)))),
-        PageSection("files", "Files", (_files(files),)),
+        PageSection("files", "Files", (table_of("files-table", _RESTS, ["File", "SHA-256"], listed),)),
         PageSection("signature", "Signature", (Definitions((("Date", _BLANK), ("Name and signature", _BLANK))),)),
     )
     return Page(
@@ -205,8 +207,3 @@ def _rule(result: Verification) -> str:
         f"{words.number(100.0 * result.risk, 2)} %. U is the expanded uncertainty of the mean of an axis' readings, "
         f"k = {words.number(result.coverage.factor)} (JCGM 100:2008); it is that of the instrument as stated."
     )
-
-
-def _files(files: Mapping[str, str]) -> DataTable:
-    rows = [[name, digest] for name, digest in files.items()] or [["none", "–"]]
-    return table_of("files-table", "The files that this certificate rests on.", ["File", "SHA-256"], rows)

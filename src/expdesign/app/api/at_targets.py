@@ -20,10 +20,12 @@ from expdesign.estimation.identify import Identification
 from expdesign.estimation.whitening import Whitening
 from expdesign.planning.criteria.targets import GivenVariances
 from expdesign.planning.problem import DesignProblem
+from expdesign.report.blocks import PageSection
+from expdesign.report.error_budget import acceptance_section
+from expdesign.report.hidden_physics import recordings_section
 
 if TYPE_CHECKING:
     from expdesign.diagnosis.result import Diagnosis
-    from expdesign.report.blocks import PageSection
 
 
 @dataclass(frozen=True)
@@ -63,11 +65,8 @@ class StatedAtTargets:
             record["accuracy"] = None if self.accuracy is None else self.accuracy.record
         return record
 
-    def sections(self, of: str, *, in_words: bool = True) -> "list[PageSection]":
+    def sections(self, of: str, *, in_words: bool = True) -> list[PageSection]:
         """The sections of a page about the model that `of` names; `in_words` where the page has not said them yet."""
-        from expdesign.report.error_budget import acceptance_section  # noqa: PLC0415 (slow to import)
-        from expdesign.report.hidden_physics import recordings_section  # noqa: PLC0415 (slow to import)
-
         said = self.hidden_sentence if in_words else None
         hidden = [] if self.hidden is None else [recordings_section(self.hidden, said)]
         return [acceptance_section(self.acceptance, of), *hidden]

@@ -3,12 +3,12 @@
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, TaskID, TimeElapsedColumn
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -18,11 +18,11 @@ Callback = Callable[[str, int, int, str], None]
 
 _PLAIN_INTERVAL = 5.0
 """s between lines of progress where standard error is not a terminal."""
-
 _ALIKE = frozenset({"repeating", "sweeping"})
 """Stages whose steps cost alike, so that the time of the first ones says how long the others will take."""
 _KNOWN = 0.1
 """Share of the steps from which that is said."""
+_SHOWN = ("{task.completed}/{task.total}", TimeElapsedColumn(), "{task.fields[left]}", "{task.fields[note]}")
 
 
 def silent(stage: str, done: int, total: int, note: str) -> None:
@@ -57,35 +57,37 @@ def shows_progress(*titles: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
 
 
 class ProgressReport:
-    """A bar on a terminal, a line now and then elsewhere.
+    """A bar for each stage on a terminal, a line now and then elsewhere.
 
     Args:
-        bar: of a terminal, or None.
-        title: of the stage.
-        where: which stage of how many it is; '' where that is not known.
+        bars: for a terminal; None elsewhere.
+        titles: of all stages in their order, as far as they are known beforehand.
     """
 
-    def __init__(self, bar: Progress | None, title: str, where: str = "") -> None:
-        self._bar = bar
-        self._shown = f"{title} ({where})" if where else title
-        self._task = bar.add_task(self._shown, total=None, note="", left="") if bar is not None else None
-        self._alike = title in _ALIKE
-        self._started = self._last = time.monotonic()
-        self._first: int | None = None
+    def __init__(self, bars: Progress | None, titles: tuple[str, ...]) -> None:
+        self._bars, self._titles = bars, titles
+        self._stage, self._task = "", TaskID(0)
+        self._started = self._last = 0.0
+        self._first = 0
 
-    def update(self, done: int, total: int, note: str) -> None:
-        """`done` of `total` steps are done (0 where their number is not known); `note` says what has been reached."""
-        if self._first is None:
-            self._first = done
-        left = ""
-        if self._alike:
-            left = remaining(time.monotonic() - self._started, done - self._first, total - self._first)
-        if self._bar is not None and self._task is not None:
-            self._bar.update(self._task, completed=done, total=total or None, note=note, left=left)
+    def update(self, stage: str, done: int, total: int, note: str) -> None:
+        """`done` of `total` steps of a stage are done (0: not known); `note` says what has been reached."""
+        shown = stage
+        if stage in self._titles and len(self._titles) > 1:
+            shown += f" (stage {self._titles.index(stage) + 1} of {len(self._titles)})"
+        if stage != self._stage:
+            self._stage, self._first, self._started = stage, done, time.monotonic()
+            self._last = self._started
+            if self._bars is not None:
+                self._task = self._bars.add_task(shown, total=None, note="", left="")
+        spent = time.monotonic() - self._started
+        left = remaining(spent, done - self._first, total - self._first) if stage in _ALIKE else ""
+        if self._bars is not None:
+            self._bars.update(self._task, completed=done, total=total or None, note=note, left=left)
         elif (total and done == total) or time.monotonic() - self._last > _PLAIN_INTERVAL:
             self._last = time.monotonic()
             steps = f"{done}/{total}" if total else ""
-            print(" ".join(f"{self._shown}: {steps} {left} {note}".split()), file=sys.stderr, flush=True)
+            print(" ".join(f"{shown}: {steps} {left} {note}".split()), file=sys.stderr, flush=True)
 
 
 def remaining(elapsed: float, done: int, total: int) -> str:
@@ -103,40 +105,15 @@ def remaining(elapsed: float, done: int, total: int) -> str:
 
 
 @contextmanager
-def _shown(title: str, where: str = "") -> Iterator[ProgressReport]:
-    """A progress report on standard error while the block runs."""
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield ProgressReport(None, title, where)
-        return
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.completed}/{task.total}"),
-        TimeElapsedColumn(),
-        TextColumn("{task.fields[left]}"),
-        TextColumn("{task.fields[note]}"),
-    )
-    with Progress(*columns, console=console) as bar:
-        yield ProgressReport(bar, title, where)
-
-
-@contextmanager
 def stages(*titles: str) -> Iterator[Callback]:
     """A callback that shows progress on standard error, stage by stage.
 
     Args:
         titles: of all stages in their order, as far as they are known beforehand.
     """
-    with ExitStack() as stack:
-        reports: dict[str, ProgressReport] = {}
-
-        def report(title: str, done: int, total: int, note: str) -> None:
-            if title not in reports:
-                stack.close()  # a terminal shows one bar at a time
-                known = title in titles and len(titles) > 1
-                where = f"stage {titles.index(title) + 1} of {len(titles)}" if known else ""
-                reports[title] = stack.enter_context(_shown(title, where))
-            reports[title].update(done, total, note)
-
-        yield report
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield ProgressReport(None, titles).update
+        return
+    with Progress("{task.description}", BarColumn(), *_SHOWN, console=console) as bars:
+        yield ProgressReport(bars, titles).update

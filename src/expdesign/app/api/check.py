@@ -9,12 +9,13 @@ import pandas as pd
 
 from expdesign.app.api.configuration import checked_problem, problem_of
 from expdesign.app.api.inputs import RobotFile, RobotInput, purpose_of, robot_of
+from expdesign.app.api.load import read_document
 from expdesign.app.api.recorded import referenced, say_unknown_columns
-from expdesign.app.api.result import FolderResult, PathLike, Result
+from expdesign.app.api.result import PAGE, FolderResult, PathLike, Result
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.assurance.plausibility.robot import robot_findings
-from expdesign.chain.models.model_file import Model, model_from_document
+from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.filled_in import check_structure
 from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.chain.recordings.measured import with_targets
@@ -29,24 +30,24 @@ from expdesign.io.table import is_table_name, read_table
 from expdesign.io.written import Purpose
 from expdesign.io.yaml_reader import read_yaml
 from expdesign.mechanics.robots.robot import Robot, RobotSection
-from expdesign.mechanics.robots.robot_file import robot_from_document
 from expdesign.planning.feasibility import Feasibility, feasibility, random_designs
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import require_regular
 from expdesign.planning.schema import RunSection
-from expdesign.report import check_texts
+from expdesign.report import fit_texts
+from expdesign.report.page import Page
 from expdesign.report.remark_texts import sentences
+from expdesign.report.robot_section import actuator_sentences, problem_report, robot_report
 
 if TYPE_CHECKING:
     from expdesign.app.sweeps.runs import SweepRun
-    from expdesign.report.page import Page
 
 
 @dataclass(frozen=True, repr=False)
 class Checked(FolderResult):
     """What was checked and can be used."""
 
-    FILES: ClassVar = ("report.html", "report.json")
+    FILES: ClassVar = PAGE
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -68,7 +69,7 @@ class Checked(FolderResult):
         """What is doubtful about it."""
         return self.remarks
 
-    def page(self) -> "Page":
+    def page(self) -> Page:
         """The robot, drawn with its legs or joints numbered.
 
         Raises:
@@ -113,14 +114,10 @@ class CheckedRobot(Checked):
     @property
     def details(self) -> list[str]:
         """Which leg or joint is which: a line for each of them."""
-        from expdesign.report.robot_section import actuator_sentences  # noqa: PLC0415 (slow to import)
-
         return actuator_sentences(self.robot)
 
-    def page(self) -> "Page":
+    def page(self) -> Page:
         """The robot, drawn with its numbers."""
-        from expdesign.report.robot_section import robot_report  # noqa: PLC0415 (slow to import)
-
         return robot_report(self.robot, self.summary)
 
 
@@ -152,21 +149,19 @@ class CheckedProblem(Checked):
     problem: DesignProblem
     feasibility: Feasibility
 
-    def page(self) -> "Page":
+    def page(self) -> Page:
         """The robot, drawn with its numbers, at rest and at the targets."""
-        from expdesign.report.robot_section import problem_report  # noqa: PLC0415 (slow to import)
-
         return problem_report(self.problem, self.summary)
 
     @property
     def summary(self) -> str:
         """What it asks for, in one sentence."""
-        return check_texts.problem_summary(self.problem, self.feasibility)
+        return fit_texts.problem_summary(self.problem, self.feasibility)
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """What is doubtful about it."""
-        return check_texts.problem_remarks(self.problem, self.feasibility)
+        return fit_texts.problem_remarks(self.problem, self.feasibility)
 
     def gradients(self) -> pd.DataFrame:
         """Exact gradients of every criterion against central differences, with a verdict, at two random designs.
@@ -229,7 +224,7 @@ class CheckedRecordings(Checked):
         """What they identify, and how well the base model fits, a line for each sentence."""
         if self.recordings is None:
             return ["Give the robot (argument `robot`) to see what they identify."]
-        return [] if self.identification is None else check_texts.identified_sentences(self.identification)
+        return [] if self.identification is None else fit_texts.identified_sentences(self.identification)
 
     @property
     def lines(self) -> list[str]:
@@ -274,38 +269,27 @@ def check(
         expdesign check configs/hexapod-h1.yaml --gradients
     """
     purpose = purpose_of("check", file)
-    if isinstance(file, DesignProblem | RunSection):
-        problem = problem_of(file)
-        return CheckedProblem(problem, feasibility(problem), purpose=purpose)
-    if isinstance(file, RobotFile | RobotSection):
-        file = robot_of(file)
-        return CheckedRobot(*_usable(file.robot, file.document.source), purpose=purpose)
-    file = (file.as_model() or file) if isinstance(file, Result) else file
-    if isinstance(file, Model):
-        return CheckedModel(*_usable(file.chain.robot, file.source), file, purpose=purpose)
-    if not isinstance(file, str | Path):
-        what = f"a `{type(file).__name__}` cannot be checked"
-        raise InputError(what, remedy="Give a path, an object, a model, or what `load` returned.")
-    path = Path(file)
-    if is_table_name(path):
-        return _recordings(path, robot, purpose, shared_reference=shared_reference)
-    document = read_yaml(path)
-    kind = kind_of(document.content)
-    if kind == "identified model":
-        model = model_from_document(document)
-        return CheckedModel(*_usable(model.chain.robot, str(path)), model, purpose=purpose)
-    if kind == "sweep":
-        from expdesign.app.sweeps.runs import sweep_runs  # noqa: PLC0415 (of sweeps alone)
-        from expdesign.app.sweeps.store import computed_by_text  # noqa: PLC0415
+    found: object = (file.as_model() or file) if isinstance(file, Result) else file
+    if isinstance(found, str | Path):
+        path = Path(found)
+        if is_table_name(path):
+            return _recordings(path, robot, purpose, shared_reference=shared_reference)
+        document = read_yaml(path)
+        if kind_of(document.content) == "sweep":
+            from expdesign.app.sweeps.runs import sweep_runs  # noqa: PLC0415 (of sweeps alone)
 
-        return CheckedSweep(sweep_runs(document, computed_by_text()), purpose=purpose)
-    if kind == "robot":
-        return CheckedRobot(*_usable(robot_from_document(document), str(path)), purpose=purpose)
-    if kind == "run configuration" or (isinstance(document.content, dict) and "schema_version" in document.content):
-        problem = checked_problem(document)
+            return CheckedSweep(sweep_runs(document), purpose=purpose)
+        found = read_document(document, checked_problem)
+    if isinstance(found, DesignProblem | RunSection):
+        problem = problem_of(found)
         return CheckedProblem(problem, feasibility(problem), purpose=purpose)
-    remedy = "A robot file has the key `kind`, a run configuration `experiment`, a sweep `vary`."
-    raise InputError("neither a robot nor a run configuration", where=str(path), remedy=remedy)
+    if isinstance(found, RobotFile | RobotSection):
+        machine = robot_of(found)
+        return CheckedRobot(*_usable(machine.robot, machine.document.source), purpose=purpose)
+    if isinstance(found, Model):
+        return CheckedModel(*_usable(found.chain.robot, found.source), found, purpose=purpose)
+    what = f"a `{type(file).__name__}` cannot be checked"
+    raise InputError(what, remedy="Give a path, an object, a model, or what `load` returned.")
 
 
 def _usable(robot: Robot, source: str) -> tuple[str, Robot, float]:

@@ -10,7 +10,7 @@ import pandas as pd
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import TableInput, purpose_of, table_of
-from expdesign.app.api.result import FolderResult
+from expdesign.app.api.result import PAGE, FolderResult
 from expdesign.app.sweeps.engine import Engine, by_engine
 from expdesign.assurance.comparison.comparable import require_comparable
 from expdesign.assurance.comparison.contenders import Contender, drawn, optimised
@@ -18,12 +18,12 @@ from expdesign.assurance.comparison.correlation import RankCorrelation, rank_cor
 from expdesign.assurance.comparison.judgement import Judgement, judge
 from expdesign.assurance.model_error.meir import Meir
 from expdesign.errors import ArgumentError, InputError
-from expdesign.io.output import csv_text
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.certificate import LowerBound, total_lower_bound
 from expdesign.planning.parts import one_after_another
 from expdesign.planning.plan import plan_frame, read_plan, without_validation
 from expdesign.planning.problem import DesignProblem
+from expdesign.report.comparison_report import comparison_report
 from expdesign.report.page import Page
 
 SAMPLES, RANDOM = 4000, 40
@@ -53,7 +53,7 @@ class ComparisonResult(FolderResult):
         settings: how it was made.
     """
 
-    FILES: ClassVar = ("comparison.csv", "correlation.csv", "plan-*.csv", "report.html", "report.json")
+    FILES: ClassVar = {"comparison.csv": "frame", "correlation.csv": "correlation", "plan-*.csv": "optimised", **PAGE}
     names: tuple[str, ...]
     judgements: tuple[Judgement, ...]
     correlations: tuple[list[RankCorrelation], ...]
@@ -98,10 +98,18 @@ class ComparisonResult(FolderResult):
         remedy = "The columns `configuration` and `design` of the frame have the names."
         raise InputError(f"there is no design `{design}` of `{configuration}`", remedy=remedy)
 
+    @property
+    def optimised(self) -> dict[str, pd.DataFrame]:
+        """The plans that are best by a criterion, by the names of their files."""
+        return {
+            f"plan-{_file_name(name)}-{contender.name}.csv": self.plan(name, contender.name)
+            for name, judgement in zip(self.names, self.judgements, strict=True)
+            for contender in judgement.contenders
+            if contender.origin == "optimised"
+        }
+
     def page(self) -> Page:
         """The report."""
-        from expdesign.report.comparison_report import comparison_report  # noqa: PLC0415 (slow to import)
-
         settings = self.settings
         how = {
             "Repetitions of the experiment": str(settings.samples),
@@ -110,16 +118,6 @@ class ComparisonResult(FolderResult):
             "Seed": str(settings.seed),
         }
         return comparison_report(self.names, self.judgements, self.correlations, self.bounds, self.together, how)
-
-    def files(self, folder: Path = Path()) -> dict[str, str]:
-        """Names and texts of the files without the report."""
-        plans = {
-            f"plan-{_file_name(name)}-{contender.name}.csv": csv_text(self.plan(name, contender.name))
-            for name, judgement in zip(self.names, self.judgements, strict=True)
-            for contender in judgement.contenders
-            if contender.origin == "optimised"
-        }
-        return {"comparison.csv": csv_text(self.frame), "correlation.csv": csv_text(self.correlation), **plans}
 
 
 @shows_progress("comparing")

@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import REFUTED, ModelInput, TableInput, model_of, purpose_of, table_of
+from expdesign.app.api.inputs import REFUTED, ModelInput, TableInput, model_of, purpose_of, require_known, table_of
 from expdesign.app.api.result import Result, TableResult
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import say
@@ -19,8 +19,7 @@ from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.coordinates import SPATIAL
-from expdesign.errors import ArgumentError
-from expdesign.estimation.compensation.arm_targets import arm_targets
+from expdesign.estimation.compensation.arm_targets import ArmTargets, arm_targets
 from expdesign.estimation.compensation.compensate import Compensation, Corrections, compensate_arm, corrections_of
 from expdesign.estimation.compensation.compensate import compensate as commands_for
 from expdesign.estimation.compensation.prediction import in_file_order, require_history
@@ -38,7 +37,6 @@ MOST_LINES = 20
 """Targets that are listed; of more the largest corrections are."""
 _SAMPLES = 200
 """Measurements drawn from the design space, whose corners are added."""
-_CONFIGURATIONS = (".yaml", ".yml")
 
 
 @dataclass(frozen=True, repr=False)
@@ -108,34 +106,33 @@ def compensate(
     """
     identified = model_of(model)
     robot = identified.chain.robot
-    problem = _configuration(targets, robot, identified.source, confirmed=other_robot)
-    table = _table(targets, problem)
+    problem = None
+    if not _is_table(targets):
+        from expdesign.app.api.configuration import problem_of_robot  # noqa: PLC0415 (of configurations)
+
+        problem = problem_of_robot(targets, robot, identified.source, confirmed=other_robot)  # type: ignore[arg-type]
+    table = table_of(targets, "targets") if problem is None else targets_table(problem)  # type: ignore[arg-type]
     require_history(identified, table)
-    if frame not in get_args(Frame):
-        raise ArgumentError(f"`{frame}` is no frame", argument="frame", remedy="Choose base or instrument.")
-    commanded = _of_platform if not robot.jointed else _of_arm
-    text, found, corrections, points = commanded(identified, table, frame, problem)
+    require_known(frame, get_args(Frame), "frame", "frame")
+    aims = arm_targets(table, identified, frame) if robot.jointed else None
+    points = points_from_table(table, robot) if aims is None else aims.points
+    calibrated = _calibrated(identified, points, problem)
+    found = commands_for(identified, points) if aims is None else compensate_arm(identified, aims)
+    corrections = corrections_of(robot, points, found, calibrated)
+    if calibrated is None:
+        say(correction_findings(robot, points, corrections.translation, corrections.rotation), points.source)
+    own = _of_platform(points, robot, found) if aims is None else _of_arm(table, robot, found, aims)
+    columns = own | _judged(robot, corrections)
+    text = table.frame.drop(columns=[name for name in SPATIAL.pose if robot.jointed and table.has(name)])
+    text = text.assign(**dict(zip(columns, in_file_order(points, *columns.values()), strict=True)))
     purpose, refuted = purpose_of("compensate", model, targets), identified.fit == "refuted"
     return CompensationResult(text, found, corrections, points.sequence.tolist(), robot, refuted, purpose=purpose)
 
 
-def _configuration(
-    targets: "TableInput | Config", robot: Robot, source: str, *, confirmed: bool
-) -> "DesignProblem | None":
-    """The run configuration that holds the targets, or None where they are a table."""
-    if isinstance(targets, pd.DataFrame | Result):
-        return None
-    if isinstance(targets, str | Path) and Path(targets).suffix.lower() not in _CONFIGURATIONS:
-        return None
-    from expdesign.app.api.configuration import problem_of_robot  # noqa: PLC0415
-
-    return problem_of_robot(targets, robot, source, confirmed=confirmed)
-
-
-def _table(targets: "TableInput | Config", problem: "DesignProblem | None") -> Table:
-    if problem is None:
-        return table_of(targets, "targets")  # type: ignore[arg-type]
-    return targets_table(problem)
+def _is_table(targets: object) -> bool:
+    """Whether targets are a table, and no run configuration that holds some."""
+    named = isinstance(targets, str | Path) and Path(targets).suffix.lower() not in (".yaml", ".yml")
+    return named or isinstance(targets, pd.DataFrame | Result)
 
 
 def targets_table(problem: "DesignProblem") -> Table:
@@ -166,18 +163,6 @@ def calibrated_by(problem: "DesignProblem") -> Calibrated:
     return Calibrated.of(points_from_table(table, robot), robot)
 
 
-def _of_platform(
-    model: Model, table: Table, frame: Frame, problem: "DesignProblem | None"
-) -> tuple[pd.DataFrame, Compensation, Corrections, LoadedPoints]:
-    """Poses to command; they are in the base frame."""
-    robot = model.chain.robot
-    points = points_from_table(table, robot)
-    calibrated = _calibrated(model, points, problem)
-    found = commands_for(model, points)
-    corrections = _corrections(robot, points, found, calibrated)
-    return _with_commands(table.frame.copy(), points, robot, found, corrections), found, corrections, points
-
-
 def _calibrated(model: Model, points: LoadedPoints, problem: "DesignProblem | None") -> Calibrated | None:
     """What was calibrated, against which the targets have been judged.
 
@@ -191,71 +176,27 @@ def _calibrated(model: Model, points: LoadedPoints, problem: "DesignProblem | No
     return calibrated
 
 
-def _corrections(robot: Robot, points: LoadedPoints, found: Compensation, calibrated: Calibrated | None) -> Corrections:
-    """The corrections, which are judged where nothing says what was calibrated."""
-    corrections = corrections_of(robot, points, found, calibrated)
-    if calibrated is None:
-        say(correction_findings(robot, points, corrections.translation, corrections.rotation), points.source)
-    return corrections
-
-
-def _with_commands(
-    frame: pd.DataFrame, points: LoadedPoints, robot: Robot, found: Compensation, corrections: Corrections
-) -> pd.DataFrame:
-    """The table of the targets with commands, corrections and uncertainties, rows as in the file."""
-    coordinates = robot.coordinates
+def _of_platform(points: LoadedPoints, robot: Robot, found: Compensation) -> dict[str, FloatArray]:
+    """Columns of the poses to command; they are in the base frame."""
     columns = dict(zip(robot.configuration, found.commands.T, strict=True))
     columns |= {f"target_{name}": points.configurations[:, i] for i, name in enumerate(robot.configuration)}
     columns |= {f"leg{leg + 1}_m": lengths for leg, lengths in enumerate(found.lengths.T)}
-    columns |= dict(zip(coordinates.deviation, found.deviations.T, strict=True))
-    for name, values in columns.items():
-        (frame[name],) = in_file_order(points, values)
-    _judge(frame, points, robot, corrections)
-    return frame
+    return columns | dict(zip(robot.coordinates.deviation, found.deviations.T, strict=True))
 
 
-def _judge(frame: pd.DataFrame, points: LoadedPoints, robot: Robot, corrections: Corrections) -> None:
-    """Add how large corrections are, how well the attained pose is known, and what lies beyond the calibration."""
-    columns = {"correction_m": corrections.translation}
-    if robot.coordinates.rotations:
-        columns["correction_rad"] = corrections.rotation
-    names = SPATIAL.pose if robot.jointed else robot.coordinates.pose
-    columns |= {f"U_{name}": corrections.expanded[:, i] for i, name in enumerate(names)}
-    for name, values in columns.items():
-        (frame[name],) = in_file_order(points, values)
-    (order,) = in_file_order(points, np.arange(len(points), dtype=float))
-    frame["beyond_calibration"] = ["; ".join(map(str, corrections.beyond[int(row)])) for row in order]
-
-
-def _of_arm(
-    model: Model, table: Table, frame: Frame, problem: "DesignProblem | None"
-) -> tuple[pd.DataFrame, Compensation, Corrections, LoadedPoints]:
-    """Joint commands, and the pose to ask of a controller that has the nominal geometry."""
-    robot = model.chain.robot
-    targets = arm_targets(table, model, frame)
-    points = targets.points
-    calibrated = _calibrated(model, points, problem)
-    found = compensate_arm(model, targets)
-    corrections = _corrections(robot, points, found, calibrated)
+def _of_arm(table: Table, robot: Robot, found: Compensation, aims: ArmTargets) -> dict[str, FloatArray]:
+    """Columns of joint commands, and of the pose to ask of a controller that has the nominal geometry."""
     nominal = _poses(robot.position(found.commands), robot.jacobians(found.commands).rotation)
-    wanted = _poses(targets.positions, targets.rotations) if targets.stated is None else targets.stated
-    commands, deviations, nominal, wanted, own = in_file_order(
-        points, found.commands, found.deviations, nominal, wanted, points.configurations
-    )
-    text = table.frame.copy()
-    joints = len(robot.stiffness)
+    wanted = _poses(aims.positions, aims.rotations) if aims.stated is None else aims.stated
     names = dict(zip(with_joint_columns(table, robot).columns, table.columns, strict=True))
-    for axis, name in enumerate(robot.configuration[:joints]):
-        text[names.get(name, name)] = commands[:, axis]
-        text[f"target_{name}"] = own[:, axis]  # where the nominal robot is there: `verify` takes the load there
+    columns: dict[str, FloatArray] = {}
+    for axis, name in enumerate(robot.configuration[: len(robot.stiffness)]):
+        columns[names.get(name, name)] = found.commands[:, axis]
+        # Where the nominal robot is there: `verify` takes the load there.
+        columns[f"target_{name}"] = aims.points.configurations[:, axis]
     for axis, name in enumerate(SPATIAL.pose):
-        text[f"target_{name}"] = wanted[:, axis]
-        text[f"controller_{name}"] = nominal[:, axis]
-    for axis, name in enumerate(robot.coordinates.deviation):
-        text[name] = deviations[:, axis]
-    text = text.drop(columns=[name for name in SPATIAL.pose if name in text])
-    _judge(text, points, robot, corrections)
-    return text, found, corrections, points
+        columns |= {f"target_{name}": wanted[:, axis], f"controller_{name}": nominal[:, axis]}
+    return columns | dict(zip(robot.coordinates.deviation, found.deviations.T, strict=True))
 
 
 def _poses(positions: FloatArray, rotations: FloatArray) -> FloatArray:
@@ -263,6 +204,16 @@ def _poses(positions: FloatArray, rotations: FloatArray) -> FloatArray:
     return np.array(
         [pose_of(transform(rotation, position)) for rotation, position in zip(rotations, positions, strict=True)]
     )
+
+
+def _judged(robot: Robot, corrections: Corrections) -> dict[str, Any]:
+    """Columns of how large corrections are, how well the attained pose is known, and what was not calibrated."""
+    names = SPATIAL.pose if robot.jointed else robot.coordinates.pose
+    columns: dict[str, Any] = {"correction_m": corrections.translation}
+    columns |= {"correction_rad": corrections.rotation} if robot.coordinates.rotations else {}
+    columns |= {f"U_{name}": corrections.expanded[:, i] for i, name in enumerate(names)}
+    beyond = ["; ".join(map(str, row)) for row in corrections.beyond]
+    return columns | {"beyond_calibration": np.array(beyond, dtype=object)}
 
 
 def correction_lines(corrections: Corrections, sequence: list[int], translations: int) -> list[str]:
@@ -277,58 +228,36 @@ def correction_lines(corrections: Corrections, sequence: list[int], translations
     chosen = np.arange(count)
     if count > MOST_LINES:
         chosen = np.sort(np.argsort(-corrections.translation, kind="stable")[:MOST_LINES])
-    rows = [("target", "correction", "", "U (k = 2)", "", "beyond what was calibrated")]
+    rows = [["target", "correction", "", "U (k = 2)", "", "beyond what was calibrated"]]
     for row in chosen:
-        length, angle = _parts(corrections.expanded[row], translations)
-        rows.append(
-            (
-                str(sequence[row]),
-                metres(float(corrections.translation[row])),
-                radians(float(corrections.rotation[row])) if angle is not None else "",
-                metres(length),
-                "" if angle is None else radians(angle),
-                "; ".join(map(str, corrections.beyond[row])) or "-",
-            )
-        )
+        size, known = _sizes(corrections, translations, [int(row)])
+        beyond = "; ".join(map(str, corrections.beyond[row])) or "-"
+        rows.append([str(sequence[row]), *size, *[""] * (2 - len(size)), *known, *[""] * (2 - len(known)), beyond])
     widths = [max(len(row[column]) for row in rows) for column in range(5)]
     lines = ["  ".join([*(cell.rjust(w) for cell, w in zip(row, widths, strict=False)), row[5]]) for row in rows]
-    if count > MOST_LINES:
-        lines.append(f"({count - MOST_LINES} smaller corrections are in the file)")
-    return lines
+    return lines + ([f"({count - MOST_LINES} smaller corrections are in the file)"] if count > MOST_LINES else [])
 
 
 def correction_summary(corrections: Corrections, translations: int) -> str:
     """The largest correction and the largest uncertainty."""
-    length, angle = _parts(corrections.expanded, translations)
-    size = [metres(float(corrections.translation.max()))]
-    known = [metres(length)]
-    if angle is not None:
-        size.append(radians(float(corrections.rotation.max())))
-        known.append(radians(angle))
+    size, known = _sizes(corrections, translations, list(range(len(corrections.translation))))
     text = f"largest correction {', '.join(size)}; expected U {', '.join(known)}"
     outside = sum(bool(row) for row in corrections.beyond)
-    if outside:
-        text += f"; {outside} of {len(corrections.beyond)} targets beyond what was calibrated"
-    return text
+    return text + (f"; {outside} of {len(corrections.beyond)} targets beyond what was calibrated" if outside else "")
 
 
-def metres(value: float) -> str:
-    """A length in µm, in mm from 1 mm on."""
-    return _scaled(value, "m")
-
-
-def radians(value: float) -> str:
-    """An angle in µrad, in mrad from 1 mrad on."""
-    return _scaled(value, "rad")
+def _sizes(corrections: Corrections, translations: int, rows: list[int]) -> tuple[list[str], list[str]]:
+    """The largest corrections and U of some rows: of lengths, and of angles where there are some."""
+    expanded = corrections.expanded[rows]
+    pairs = [(corrections.translation[rows], expanded[:, :translations], "m")]
+    if expanded.shape[1] > translations:
+        pairs.append((corrections.rotation[rows], expanded[:, translations:], "rad"))
+    size, known = zip(*((_scaled(a.max(), unit), _scaled(b.max(), unit)) for a, b, unit in pairs), strict=True)
+    return list(size), list(known)
 
 
 def _scaled(value: float, unit: str) -> str:
+    """In µm or µrad, from a thousand of them on in mm or mrad."""
     if not np.isfinite(value):
         return "not determined"
     return f"{value * 1e3:.3g} m{unit}" if value >= 1e-3 else f"{value * 1e6:.3g} u{unit}"
-
-
-def _parts(expanded: FloatArray, translations: int) -> tuple[float, float | None]:
-    """Largest U of lengths and of angles, None where there are none."""
-    lengths, angles = expanded[..., :translations], expanded[..., translations:]
-    return float(lengths.max()), float(angles.max()) if angles.shape[-1] else None

@@ -66,7 +66,9 @@ def checked_problem(document: YamlDocument) -> DesignProblem:
 def target_findings(document: YamlDocument) -> list[Implausibility]:
     """What speaks against the robot and the targets' poses of a configuration that could not be read as a whole."""
     try:
-        robot = robot_from_document(_robot_document(document))
+        robot = document.content["robot"]
+        named = isinstance(robot, str)
+        robot = robot_from_document(read_yaml(document.folder / robot) if named else document.part("robot"))
         poses = np.array([target["pose"] for target in document.content["targets"]], dtype=float)
     except (ExpdesignError, KeyError, TypeError, ValueError):
         return []
@@ -74,8 +76,3 @@ def target_findings(document: YamlDocument) -> list[Implausibility]:
     if poses.ndim == 2 and poses.shape[1] == len(robot.configuration):
         found += pose_findings(robot, poses, "targets")
     return found
-
-
-def _robot_document(document: YamlDocument) -> YamlDocument:
-    robot = document.content["robot"]
-    return read_yaml(document.folder / robot) if isinstance(robot, str) else document.part("robot")

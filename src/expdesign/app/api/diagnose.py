@@ -2,7 +2,6 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import pandas as pd
@@ -17,19 +16,19 @@ from expdesign.app.api.recorded import (
     recordings_of,
     referenced,
 )
-from expdesign.chain.models.model_file import model_text
+from expdesign.app.api.result import PAGE
 from expdesign.chain.recordings.recordings import complete_positions
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
 from expdesign.diagnosis.law_findings import curves
 from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.errors import ArgumentError
-from expdesign.io.output import csv_text, json_text
-from expdesign.report.diagnosis_record import diagnosis_record
+from expdesign.report.diagnosis_report import diagnosis_report
+from expdesign.report.diagnosis_texts import diagnosis_record, terminal_lines
+from expdesign.report.page import Page
 
 if TYPE_CHECKING:  # most recordings are diagnosed without targets, and need not wait for planning
     from expdesign.app.api.configuration import Config
-    from expdesign.report.page import Page
 
 NEXT_PLAN = "plan-next.csv"
 STAGES = (
@@ -55,7 +54,13 @@ class DiagnosisResult(RecordedResult):
         series: number of series of a plan that separates two explanations.
     """
 
-    FILES: ClassVar = ("model.yaml", "diagnosis.json", "plan-next.csv", "law-*.csv", "report.html", "report.json")
+    FILES: ClassVar = {
+        "model.yaml": "model",
+        "diagnosis.json": "record",
+        NEXT_PLAN: "next_plan",
+        "law-*.csv": "laws",
+        **PAGE,
+    }
     result: Diagnosis
     series: int
 
@@ -88,6 +93,15 @@ class DiagnosisResult(RecordedResult):
         return discriminating_series(self.result.names, self.result.model, rival, self.series)
 
     @property
+    def laws(self) -> dict[str, pd.DataFrame]:
+        """The curves of the laws that were found, by the names of their files."""
+        return {
+            f"law-{number}.csv": finding.curve.frame(list(finding.columns))
+            for number, finding in enumerate(curves(self.result.findings), start=1)
+            if finding.curve is not None
+        }
+
+    @property
     def record(self) -> dict[str, Any]:
         """The content of `diagnosis.json` (file-formats.md, diagnosis.json)."""
         record = diagnosis_record(self.result, None if self.result.rival is None else NEXT_PLAN)
@@ -96,8 +110,6 @@ class DiagnosisResult(RecordedResult):
     @property
     def lines(self) -> list[str]:
         """Verdict, findings, stiffnesses and what to do next: a line for each."""
-        from expdesign.report.diagnosis_texts import terminal_lines  # noqa: PLC0415 (slow to import)
-
         return terminal_lines(self.result, [] if self.at_targets is None else self.at_targets.lines)
 
     @property
@@ -105,30 +117,13 @@ class DiagnosisResult(RecordedResult):
         """That somebody ended the diagnosis."""
         return ["interrupted: the best model so far is written"] if self.result.ended else []
 
-    def page(self) -> "Page":
+    def page(self) -> Page:
         """The report."""
-        from expdesign.report.diagnosis_report import diagnosis_report  # noqa: PLC0415 (slow to import)
-
         at = self.at_targets
         if at is None:
             return diagnosis_report(self.result)
         sections = at.sections("the model that was found", in_words=False)
         return diagnosis_report(self.result, at.hidden_sentence, sections, at.configuration)
-
-    def files(self, folder: Path = Path()) -> dict[str, str]:
-        """Names and texts of the files without the report."""
-        plan = self.next_plan
-        laws = {
-            f"law-{number}.csv": csv_text(finding.curve.frame(list(finding.columns)))
-            for number, finding in enumerate(curves(self.result.findings), start=1)
-            if finding.curve is not None
-        }
-        return {
-            **({} if plan is None else {NEXT_PLAN: csv_text(plan)}),
-            **laws,
-            "model.yaml": model_text(self.model, folder),
-            "diagnosis.json": json_text(self.record),
-        }
 
 
 @shows_progress("diagnosing")

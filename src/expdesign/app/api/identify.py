@@ -2,12 +2,11 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
 
 import pandas as pd
 
-from expdesign.app.api.inputs import RobotInput, purpose_of, robot_of
+from expdesign.app.api.inputs import RobotInput, purpose_of, require_known, robot_of
 from expdesign.app.api.recorded import (
     RecordedResult,
     RecordingsInput,
@@ -16,8 +15,8 @@ from expdesign.app.api.recorded import (
     recordings_of,
     referenced,
 )
+from expdesign.app.api.result import PAGE
 from expdesign.assurance.plausibility.recordings import recordings_findings
-from expdesign.chain.models.model_file import model_text
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError
 from expdesign.estimation.arm_options import ArmOptions, Further, Loss
@@ -25,14 +24,15 @@ from expdesign.estimation.arm_outcome import calibrated_urdf
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.identify import identify as identify_recordings
 from expdesign.estimation.remarks import Implausible
-from expdesign.io.output import json_text
 from expdesign.mechanics.elastostatics.calibration import Calibration
-from expdesign.report.identification_record import identification_record
+from expdesign.report.fit_texts import identification_lines, identification_warnings
+from expdesign.report.identification_report import identification_report
+from expdesign.report.identification_tables import identification_record
+from expdesign.report.page import Page
 from expdesign.report.stiffness import stiffness_unit
 
 if TYPE_CHECKING:  # most recordings are identified without targets, and need not wait for planning
     from expdesign.app.api.configuration import Config
-    from expdesign.report.page import Page
 
 SMALLEST_PRIOR = 1e-6
 """%; a smaller deviation would say that nothing has to be identified."""
@@ -48,7 +48,7 @@ class IdentificationResult(RecordedResult):
         result: everything that the identification found.
     """
 
-    FILES: ClassVar = ("model.yaml", "identification.json", "report.html", "report.json", "robot.urdf")
+    FILES: ClassVar = {"model.yaml": "model", "identification.json": "record", **PAGE, "robot.urdf": "urdf"}
     result: Identification
 
     @property
@@ -63,15 +63,11 @@ class IdentificationResult(RecordedResult):
     @property
     def lines(self) -> list[str]:
         """What was identified, how well it fits, and what is accepted."""
-        from expdesign.report.identification_texts import identification_lines  # noqa: PLC0415 (slow to import)
-
         return [*identification_lines(self.result), *([] if self.at_targets is None else self.at_targets.lines)]
 
     @property
     def notes(self) -> list[str]:
         """What is doubtful."""
-        from expdesign.report.identification_texts import identification_warnings  # noqa: PLC0415 (slow to import)
-
         return identification_warnings(self.result)
 
     @property
@@ -93,25 +89,23 @@ class IdentificationResult(RecordedResult):
         return pd.DataFrame(columns, index=pd.Index(self.result.geometry_names, name="parameter"))
 
     @property
+    def urdf(self) -> str | None:
+        """The corrected URDF of an arm whose geometry was identified, else None."""
+        if self.result.arm is None or self.result.geometry is None:
+            return None
+        return calibrated_urdf(self.result.arm, self.result.recordings)
+
+    @property
     def record(self) -> dict[str, Any]:
         """The content of `identification.json` (file-formats.md, identification.json)."""
         return identification_record(self.result) | ({} if self.at_targets is None else self.at_targets.record)
 
-    def page(self) -> "Page":
+    def page(self) -> Page:
         """The report."""
-        from expdesign.report.identification_report import identification_report  # noqa: PLC0415 (slow to import)
-
         at = self.at_targets
         further = [] if at is None else at.sections("the identified robot")
         source = self.robot.document.source
         return identification_report(self.result, source, "" if at is None else at.configuration, further)
-
-    def files(self, folder: Path = Path()) -> dict[str, str]:
-        """Names and texts of the files without the report."""
-        files = {"model.yaml": model_text(self.model, folder), "identification.json": json_text(self.record)}
-        if self.result.arm is not None and self.result.geometry is not None:
-            files["robot.urdf"] = calibrated_urdf(self.result.arm, self.result.recordings)
-        return files
 
 
 def with_doubts(result: Identification) -> Identification:
@@ -178,10 +172,8 @@ def identify(
     problem = problem_at(targets, machine, confirmed=other_robot)
     measured = referenced(recordings_of(recordings, machine), shared_reference, problem)
     relative = None if prior is None else prior / 100.0
-    if frames not in ("known", "unknown"):
-        raise ArgumentError(f"`{frames}` says nothing of frames", argument="frames", remedy="Choose known or unknown.")
-    if loss not in get_args(Loss):
-        raise ArgumentError(f"`{loss}` is no loss", argument="loss", remedy=f"Choose {', '.join(get_args(Loss))}.")
+    require_known(frames, get_args(Frames), "frames", "knowledge of frames")
+    require_known(loss, get_args(Loss), "loss", "loss")
     unknown = [name for name in further if name not in get_args(Further)]
     if isinstance(further, str) or unknown:
         what = f"`{further if isinstance(further, str) else unknown[0]}` cannot be identified beside the rest"

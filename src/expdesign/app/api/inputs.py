@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -140,6 +140,13 @@ def table_of(table: TableInput, name: str) -> Table:
     if isinstance(rows, pd.DataFrame):
         return parse_table(csv_text(rows.astype(object).where(rows.notna(), "")), name)
     return read_table(_path(table if rows is None else rows, name, "a path, a frame, or a result that has rows"))
+
+
+def require_known(value: object, known: Sequence[str], argument: str, noun: str) -> None:
+    """Raise an `ArgumentError` where an argument is none of the known ones."""
+    if value not in known:
+        remedy = f"Choose {', '.join(known[:-1])} or {known[-1]}."
+        raise ArgumentError(f"`{value}` is no {noun}", argument=argument, remedy=remedy)
 
 
 def require_seed(seed: int) -> None:

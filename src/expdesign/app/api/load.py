@@ -1,6 +1,7 @@
 """What is read back: robots, configurations, models and recordings by what a file holds, results by their folder."""
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from expdesign.errors import InputError
 from expdesign.io.kinds import kind_of
 from expdesign.io.table import is_table_name, read_table
 from expdesign.io.written import RECORD, Purpose, entries
-from expdesign.io.yaml_reader import read_text, read_yaml
+from expdesign.io.yaml_reader import YamlDocument, read_text, read_yaml
 from expdesign.mechanics.robots.robot_file import robot_from_document
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
@@ -40,16 +41,26 @@ def load(file: PathLike, robot: RobotInput | None = None) -> Loaded:
     path = Path(file)
     if is_table_name(path):
         return numeric(read_table(path).frame) if robot is None else read_recordings(path, robot)
-    document = read_yaml(path)
+    return read_document(read_yaml(path), problem_from_document)
+
+
+def read_document(
+    document: YamlDocument, problem_of: Callable[[YamlDocument], DesignProblem]
+) -> RobotFile | DesignProblem | Model:
+    """What a YAML file holds; `problem_of` reads a run configuration.
+
+    Raises:
+        InputError: the file is wrong, or none of these.
+    """
     kind = kind_of(document.content)
     if kind == "identified model":
         return model_from_document(document)
-    if kind == "run configuration":
-        return problem_from_document(document)
     if kind == "robot":
         return RobotFile(robot_from_document(document), document)
-    remedy = "A robot and a model have the key `kind`, a run configuration `experiment`."
-    raise InputError("neither a robot, a run configuration nor a model", where=str(path), remedy=remedy)
+    if kind == "run configuration" or (isinstance(document.content, dict) and "schema_version" in document.content):
+        return problem_of(document)
+    remedy = "A robot and a model have the key `kind`, a run configuration `experiment`, a sweep `vary`."
+    raise InputError("neither a robot, a run configuration nor a model", where=document.source, remedy=remedy)
 
 
 def load_robot(file: RobotInput) -> RobotFile:

@@ -3,15 +3,15 @@
 from copy import copy
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, get_args
 
 import pandas as pd
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.configuration import Config
 from expdesign.app.api.evaluate import evaluate
-from expdesign.app.api.inputs import TableInput, TruthInput, purpose_of, require_seed, truth_of
-from expdesign.app.api.result import FolderResult
+from expdesign.app.api.inputs import TableInput, TruthInput, purpose_of, require_known, require_seed, truth_of
+from expdesign.app.api.result import PAGE, FolderResult
 from expdesign.app.sweeps.engine import Engine, by_engine
 from expdesign.assurance.validation.plants import PLANTS
 from expdesign.assurance.validation.repeated import Drawn, Elsewhere, Repeated, repeat
@@ -19,11 +19,11 @@ from expdesign.assurance.validation.simulation import Experiment, Repetitions
 from expdesign.chain.models.model_file import Model, model_from_document, model_text
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
-from expdesign.io.output import json_text
 from expdesign.io.yaml_reader import parse_yaml
 from expdesign.mechanics.elastostatics.measurements import Distribution, LoadedRobot
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
+from expdesign.report.montecarlo_report import criteria_frame, montecarlo_report
 from expdesign.report.page import Page
 
 MOST_SAMPLES = 5_000_000
@@ -32,7 +32,6 @@ Common = tuple[Plan, int, str, Distribution]
 """What all batches share: plan, seed, plant and distribution."""
 _ROOT = Path("/")
 """What the paths of a truth that is sent to workers are relative to."""
-DISTRIBUTIONS: tuple[Distribution, ...] = ("normal", "uniform")
 
 
 @dataclass(frozen=True, repr=False)
@@ -44,19 +43,14 @@ class MonteCarloResult(FolderResult):
         remarks: what is doubtful about the plan, in words.
     """
 
-    FILES: ClassVar = ("montecarlo.json", "report.html", "report.json")
+    FILES: ClassVar = {"montecarlo.json": "record", **PAGE}
     result: Repeated
     remarks: tuple[str, ...]
 
     @property
     def criteria(self) -> pd.DataFrame:
         """DUIR, FEIR and total as they came out (tolerances) and as predicted."""
-        rows = {}
-        for cause in self.result.causes:
-            found, predicted = self.result.criteria[cause]
-            numbers = (float(found.value), float(found.standard_error), predicted)
-            rows[cause] = [*numbers, self.result.criterion_score(cause)]
-        return pd.DataFrame.from_dict(rows, orient="index", columns=["rms", "standard_error", "predicted", "z"])
+        return criteria_frame(self.result, self.result.causes).set_index("criterion")
 
     @property
     def summary(self) -> str:
@@ -85,13 +79,7 @@ class MonteCarloResult(FolderResult):
 
     def page(self) -> Page:
         """The report."""
-        from expdesign.report.montecarlo_report import montecarlo_report  # noqa: PLC0415 (slow to import)
-
         return montecarlo_report(self.result, *self.purpose.inputs[1:2])
-
-    def files(self, folder: Path = Path()) -> dict[str, str]:
-        """Names and texts of the files without the report."""
-        return {"montecarlo.json": json_text(self.record)}
 
 
 @shows_progress("repeating")
@@ -102,7 +90,7 @@ def montecarlo(
     samples: int = 100_000,
     seed: int = 1,
     plant: str = "explicit",
-    distribution: str = "normal",
+    distribution: Distribution = "normal",
     truth: TruthInput | None = None,
     engine: Engine | None = None,
     callback: Callback = silent,
@@ -138,12 +126,8 @@ def montecarlo(
     Command:
         expdesign montecarlo configs/hexapod-h1.yaml results/mine/plan.csv --out results/mine-montecarlo
     """
-    if plant not in PLANTS:
-        raise ArgumentError(f"there is no plant `{plant}`", argument="plant", remedy=f"Known: {', '.join(PLANTS)}.")
-    chosen = next((known for known in DISTRIBUTIONS if known == distribution), None)
-    if chosen is None:
-        remedy = f"Known: {', '.join(DISTRIBUTIONS)}."
-        raise ArgumentError(f"there is no distribution `{distribution}`", argument="distribution", remedy=remedy)
+    require_known(plant, list(PLANTS), "plant", "plant")
+    require_known(distribution, get_args(Distribution), "distribution", "distribution of load errors")
     if not 100 <= samples <= MOST_SAMPLES:
         what = f"{samples} repetitions are not from 100 to {MOST_SAMPLES}"
         raise ArgumentError(what, argument="samples", remedy="Use e.g. 100000.")
@@ -151,7 +135,7 @@ def montecarlo(
     judged = evaluate(config, plan)
     model = None if truth is None else truth_of(truth)
     real = None if model is None else _truth(judged.problem, model, plant)
-    common = (judged.plan, seed, plant, chosen)
+    common = (judged.plan, seed, plant, distribution)
     elsewhere = None if engine is None else _by_engine(judged.problem, engine, common, model, callback)
     result = repeat(
         judged.problem,
@@ -159,7 +143,7 @@ def montecarlo(
         samples,
         seed,
         plant=PLANTS[plant],
-        distribution=chosen,
+        distribution=distribution,
         truth=real,
         elsewhere=elsewhere,
     )

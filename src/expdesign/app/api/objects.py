@@ -26,47 +26,26 @@ from expdesign.mechanics.robots.body import BodySection
 from expdesign.mechanics.robots.hexapod import HexapodSection
 from expdesign.mechanics.robots.robot import RobotSection
 from expdesign.mechanics.robots.serial import SerialSection
-from expdesign.planning.schema import (
-    AcceptanceSection,
-    BudgetSection,
-    CollisionsSection,
-    ConstraintsSection,
-    CostsSection,
-    DeflectionNoiseSection,
-    ExperimentSection,
-    KeepOutSection,
-    LoadErrorSection,
-    LoadSection,
-    MeasuredPointsSection,
-    ModelErrorsSection,
-    OptimiserSection,
-    PosesSection,
-    PrimitiveSection,
-    ReferencePoseSection,
-    RunSection,
-    TargetPayloadSection,
-    TargetSection,
-    TiltSection,
-)
+from expdesign.planning import schema
 
-Acceptance = AcceptanceSection
-Budget = BudgetSection
-Collisions = CollisionsSection
-Constraints = ConstraintsSection
-Costs = CostsSection
-DeflectionNoise = DeflectionNoiseSection
-Experiment = ExperimentSection
-KeepOut = KeepOutSection
-LoadError = LoadErrorSection
-MeasuredPoints = MeasuredPointsSection
-ModelErrors = ModelErrorsSection
-Optimiser = OptimiserSection
-Poses = PosesSection
-Primitive = PrimitiveSection
-ReferencePose = ReferencePoseSection
-Target = TargetSection
-TargetPayload = TargetPayloadSection
-Tilt = TiltSection
+Acceptance = schema.AcceptanceSection
+Budget = schema.BudgetSection
+Collisions = schema.CollisionsSection
+Constraints = schema.ConstraintsSection
+Costs = schema.CostsSection
+DeflectionNoise = schema.DeflectionNoiseSection
+Experiment = schema.ExperimentSection
+KeepOut = schema.KeepOutSection
+LoadError = schema.LoadErrorSection
+MeasuredPoints = schema.MeasuredPointsSection
+ModelErrors = schema.ModelErrorsSection
+Optimiser = schema.OptimiserSection
+Poses = schema.PosesSection
+Primitive = schema.PrimitiveSection
+ReferencePose = schema.ReferencePoseSection
+Target = schema.TargetSection
+TargetPayload = schema.TargetPayloadSection
+Tilt = schema.TiltSection
 
 
 class Hexapod(HexapodSection):
@@ -109,19 +88,19 @@ class Body(BodySection):
     kind: Literal["body"] = "body"
 
 
-class Payload(LoadSection):
+class Payload(schema.LoadSection):
     """A mass under gravity as the load of an experiment."""
 
     kind: Literal["payload"] = "payload"
 
 
-class Wrench(LoadSection):
+class Wrench(schema.LoadSection):
     """A force and a moment that do not depend on the pose as the load of an experiment."""
 
     kind: Literal["wrench"] = "wrench"
 
 
-class Configuration(RunSection):
+class Configuration(schema.RunSection):
     """A run configuration: what `xd.run` plans."""
 
     schema_version: Literal[1] = 1
@@ -137,7 +116,7 @@ def load_configuration(file: PathLike) -> Configuration:
         InputError: the file is missing or wrong.
     """
     document = read_yaml(Path(file))
-    content = validate(RunSection, document).as_mapping()
+    content = validate(schema.RunSection, document).as_mapping()
     if isinstance(content["robot"], str):
         content["robot"] = str((document.folder / content["robot"]).resolve())
     poses = content["experiment"]["poses"]

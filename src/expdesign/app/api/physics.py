@@ -94,7 +94,9 @@ def _at(entry: Mapping[str, Any]) -> list[str]:
     if entry["variants"] != [""]:
         lines.append(f"    forms: {', '.join(form or '(none named)' for form in entry['variants'])}")
     for size, alike in groupby(entry["parameters"], _size):
-        lines.append(f"    {_names([one['parameter'] for one in alike])}: usually {size}")
+        names = [one["parameter"] for one in alike]
+        many = f"{names[0]} to {names[-1]} ({len(names)} parameters)"
+        lines.append(f"    {', '.join(names) if len(names) <= MOST else many}: usually {size}")
     if entry["example"]:
         lines.append(f'    --conceal "{entry["example"]}"')
     if len(entry["shown_in"]) < MOST:
@@ -107,11 +109,6 @@ def _listed(names: list[str]) -> str:
     numbered = [name for name in names if name[-1].isdigit()]
     others = [name for name in names if name not in numbered]
     return ", ".join(([f"{numbered[0]} to {numbered[-1]}"] if len(numbered) > 2 else numbered) + others)
-
-
-def _names(names: list[str]) -> str:
-    """A few names, or the first and the last."""
-    return ", ".join(names) if len(names) <= MOST else f"{names[0]} to {names[-1]} ({len(names)} parameters)"
 
 
 def _size(one: Mapping[str, Any]) -> str:

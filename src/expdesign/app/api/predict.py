@@ -60,11 +60,6 @@ class PredictionResult(TableResult):
         return f"{text}, {self.beyond} of them beyond what was calibrated" if self.beyond else text
 
     @property
-    def lines(self) -> list[str]:
-        """Nothing beside the file."""
-        return []
-
-    @property
     def notes(self) -> list[str]:
         """How many points there are, and what their standard deviations contain."""
         return [f"{self.summary}; {self.contains}", *([REFUTED] if self.refuted else [])]

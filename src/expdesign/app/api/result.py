@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import pandas as pd
 
-from expdesign.chain.models.model_file import Model
+from expdesign.chain.models.model_file import Model, model_text
 from expdesign.copying import Copied
 from expdesign.io.excel import is_excel_name, workbook
 from expdesign.io.output import csv_text, json_text, output_file, output_folder, write_bytes
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from expdesign.report.page import Page
 
 PathLike = str | Path
+PAGE: Mapping[str, str] = {"report.html": "page", "report.json": "page"}
+"""The report and its content, the last of the files of a result."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -72,16 +74,23 @@ class FolderResult(Result):
     """A result that is kept as files of a folder.
 
     Attributes:
-        FILES: of the class: names of the files that `save` writes into a folder, `*` for any characters.
+        FILES: of the class: the files that `save` writes into a folder, and what of the result is in each: a frame, a
+            record, a text or a model; nothing is written of None. A name with `*` for any characters stands for
+            several, which are a mapping of names.
         FIRST: of the class: name of the file whose path `save` returns.
     """
 
-    FILES: ClassVar[tuple[str, ...]] = ()
+    FILES: ClassVar[Mapping[str, str]] = {}
     FIRST: ClassVar[str] = "report.html"
 
-    def files(self, folder: Path = Path()) -> Mapping[str, str | bytes]:
+    def files(self, folder: Path = Path()) -> dict[str, Any]:
         """Names and contents of the files without the report, as they will lie in `folder`."""
-        return {}
+        found: dict[str, Any] = {}
+        for name, part in self.FILES.items():
+            if name not in PAGE:
+                content = getattr(self, part)
+                found |= content if "*" in name else {name: content}
+        return {name: _written(content, folder) for name, content in found.items() if content is not None}
 
     def page(self) -> "Page | None":
         """The report."""
@@ -133,7 +142,11 @@ class RowsResult(Result):
 
 @dataclass(frozen=True, repr=False)
 class TableResult(RowsResult):
-    """A result that is kept as one table."""
+    """A result that is kept as one table, beside which the command prints nothing where it has nothing to add."""
+
+    @property
+    def lines(self) -> list[str]:
+        return []
 
     def save(self, file: PathLike, units: str | None = None, *, force: bool = False) -> Path:
         """Write the rows and return the path of the file.
@@ -171,19 +184,25 @@ class RecordedTable(TableResult):
         return Path(file)
 
 
+def _written(content: Any, folder: Path) -> str | bytes:
+    """A part of a result as it stands in a file of `folder`."""
+    if isinstance(content, pd.DataFrame):
+        return csv_text(content)
+    if isinstance(content, Model):
+        return model_text(content, folder)
+    return content if isinstance(content, str | bytes) else json_text(content)
+
+
 def numeric(text: pd.DataFrame) -> pd.DataFrame:
     """A frame whose cells are as in a CSV file, with the columns that hold numbers only as numbers, exactly as read."""
     return pd.DataFrame({name: _numbers(text[name].tolist()) for name in text.columns})
 
 
 def _numbers(cells: list[Any]) -> list[Any]:
+    texts = [repr(float(cell)) if isinstance(cell, float) else str(cell) for cell in cells]
     for kind in (int, float):
         try:
-            return [float("nan") if kind is float and cell == "" else kind(cell) for cell in _texts(cells)]
+            return [float("nan") if kind is float and text == "" else kind(text) for text in texts]
         except ValueError:
             continue
     return cells
-
-
-def _texts(cells: list[Any]) -> list[str]:
-    return [repr(float(cell)) if isinstance(cell, float) else str(cell) for cell in cells]

@@ -12,13 +12,13 @@ import pandas as pd
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import purpose_of
-from expdesign.app.api.result import FolderResult, PathLike
+from expdesign.app.api.result import PAGE, FolderResult, PathLike
 from expdesign.assurance.acceptance.planned import recommended_acceptance
 from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.model_error.statement import accuracy_of_plan
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
-from expdesign.io.output import csv_text, json_text, output_folder, write_file
+from expdesign.io.output import csv_text, output_folder, write_file
 from expdesign.planning.front import Front
 from expdesign.planning.optimality.bounds import CriterionBounds, criterion_bounds
 from expdesign.planning.optimality.certificate import LowerBound
@@ -33,6 +33,7 @@ from expdesign.planning.result import (
     run_record,
 )
 from expdesign.planning.search import Follow, Progress, joined, search
+from expdesign.report.design_report import design_report
 from expdesign.report.page import Page
 
 
@@ -46,7 +47,14 @@ class RunResult(FolderResult):
         record: the content of `run.json` (file-formats.md, run.json).
     """
 
-    FILES: ClassVar = ("pareto.csv", "plans.csv", "plan.csv", "poses.csv", "run.json", "report.html", "report.json")
+    FILES: ClassVar = {
+        "pareto.csv": "pareto",
+        "plans.csv": "plans",
+        "plan.csv": "plan",
+        "poses.csv": "protocol",
+        "run.json": "record",
+        **PAGE,
+    }
     problem: DesignProblem
     front: Front
     record: dict[str, Any]
@@ -104,20 +112,7 @@ class RunResult(FolderResult):
 
     def page(self) -> Page:
         """The report."""
-        from expdesign.report.design_report import design_report  # noqa: PLC0415 (slow to import)
-
         return design_report(self.problem, self.front, self.record)
-
-    def files(self, folder: Path = Path()) -> dict[str, str]:
-        """Names and texts of the files without the report."""
-        further = {} if self.protocol is None else {"poses.csv": csv_text(self.protocol)}
-        return {
-            **further,
-            "pareto.csv": csv_text(self.pareto),
-            "plans.csv": csv_text(self.plans),
-            "plan.csv": csv_text(self.plan),
-            "run.json": json_text(self.record),
-        }
 
     def save_plan(self, folder: PathLike, *, force: bool = False) -> None:
         """Write the plans alone, without what takes longer."""

@@ -58,17 +58,14 @@ def _with_texts(schema: Any) -> Any:
 
 def robot_sections(kinds: Sequence[str] | None = None) -> dict[str, type[RobotSection]]:
     """The section that reads the robot file of each kind: the one that stands beside the kind's class."""
-    found = {}
+    found: dict[str, type[RobotSection]] = {}
     for robot in implementations("expdesign.mechanics.robots", Robot):  # type: ignore[type-abstract]
         module = importlib.import_module(robot.__module__)
-        own = [item for item in vars(module).values() if _reads_a_robot(item, module.__name__)]
-        if own and (kinds is None or robot.kind in kinds):
-            found[robot.kind] = own[0]
+        if kinds is None or robot.kind in kinds:
+            classes = [item for item in vars(module).values() if isinstance(item, type)]
+            own = [item for item in classes if item.__module__ == module.__name__ and issubclass(item, RobotSection)]
+            found |= {robot.kind: own[0]} if own else {}
     return dict(sorted(found.items()))
-
-
-def _reads_a_robot(item: Any, module: str) -> bool:
-    return isinstance(item, type) and issubclass(item, RobotSection) and item.__module__ == module
 
 
 def _robots(sections: dict[str, type[RobotSection]]) -> dict[str, Any]:

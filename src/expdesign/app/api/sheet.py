@@ -3,7 +3,7 @@
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -21,6 +21,7 @@ from expdesign.planning.laboratory_sheet import Costs, Steps, in_plan_order, ord
 from expdesign.planning.plan import Plan, read_plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.tips import named_tips
+from expdesign.report.laboratory_sheet import rounded, sheet_page
 
 _FILL = "FFF8DC"
 
@@ -39,7 +40,7 @@ class SheetResult(RowsResult, FolderResult):
         robot_file: path of the robot's file, for the command that follows; empty where it is not known.
     """
 
-    FILES: ClassVar = ("sheet.html", "sheet.csv", "sheet.xlsx")
+    FILES: ClassVar = dict.fromkeys(("sheet.html", "sheet.csv", "sheet.xlsx"), "files")
     FIRST: ClassVar = "sheet.html"
     steps: Steps
     minutes: float | None
@@ -70,10 +71,8 @@ class SheetResult(RowsResult, FolderResult):
             f"Afterwards: expdesign identify {shlex.quote(self.robot_file or 'ROBOT.yaml')} sheet.xlsx --out results",
         ]
 
-    def files(self, folder: Path = Path(), units: str | None = None) -> dict[str, str | bytes]:
+    def files(self, folder: Path = Path(), units: str | None = None) -> dict[str, Any]:
         """The sheet as a table, as a workbook and as a page for printing."""
-        from expdesign.report.laboratory_sheet import rounded, sheet_page  # noqa: PLC0415 (slow to import)
-
         frame = rounded(in_units(self.text, units))
         path = shlex.quote(str(folder / "sheet.xlsx"))
         lines = [line.replace(" sheet.xlsx ", f" {path} ") for line in self.instructions]
@@ -166,11 +165,7 @@ def _frame(problem: DesignProblem, plan: Plan, steps: Steps, *, referenced: bool
     deviations = problem.noise.deviations_at(robot.jacobians(plan.configurations[rows]).pose)
     columns |= {robot.coordinates.deviation[axis]: deviations[:, i] for i, axis in enumerate(problem.noise.axes)}
     columns |= {"time_min": "", "temperature_degC": "", "remarks": ""}
-    return pd.DataFrame({name: _filled(value, count) for name, value in columns.items()})
-
-
-def _filled(value: object, count: int) -> object:
-    return [value] * count if isinstance(value, str) else value
+    return pd.DataFrame({name: [value] * count if isinstance(value, str) else value for name, value in columns.items()})
 
 
 def _what(plan: Plan, steps: Steps, index: int) -> str:

@@ -1,24 +1,40 @@
-"""`simulate`: recordings of a plan as the model gives them, with noise and load errors."""
+"""`simulate`: recordings of a plan as the model gives them, with noise and load errors.
 
+Physics that the robot has and its base model lacks is named by a text such as `leg_backlash at leg 4, 5 um`. After the
+identifier and the component follow, separated by commas and in any order: a form (`short`), the value of the parameter
+where there is one (`5 um`), or values by name (`creep_ratio 0.05, tau_s 600 s`). What is not named has its usual size.
+"""
+
+import contextlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
-from expdesign.app.api.concealed import with_concealed
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import TableInput, TruthInput, purpose_of, require_seed, table_of, truth_of
 from expdesign.app.api.result import TableResult
 from expdesign.arrays import FloatArray
+from expdesign.assurance.model_error.prior import PriorSizes
+from expdesign.assurance.model_error.settings import Assumptions
+from expdesign.chain.chain import Chain
+from expdesign.chain.component import component_from_text
+from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.models.effect_entry import effect_classes, effects_of
 from expdesign.chain.models.model_file import Model, model_of_robot
 from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.points import points_from_table
-from expdesign.chain.recordings.recordings import measured_names
+from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES, measured_names
 from expdesign.chain.recordings.references import reference_names
 from expdesign.counted import counted
+from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import require_history, require_regular_points
+from expdesign.io.nearest import nearest
+from expdesign.io.units import NUMBER, QUANTITY, quantities, quantity, require_dimension
 from expdesign.io.yaml_reader import YamlDocument
+from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import require_same_robot
 from expdesign.planning.plan import Plan, completed, read_plan
 from expdesign.planning.problem import DesignProblem
@@ -42,11 +58,6 @@ class SimulationResult(TableResult):
     def summary(self) -> str:
         """How many rows there are."""
         return f"{counted(len(self.text), 'row')} simulated"
-
-    @property
-    def lines(self) -> list[str]:
-        """Nothing beside the file."""
-        return []
 
     @property
     def notes(self) -> list[str]:
@@ -102,34 +113,20 @@ def simulate(
         own = problem.loaded.robot
         require_same_robot(identified.chain.robot, identified.source, own, problem.source, confirmed=other_robot)
     if conceal:
-        identified = with_concealed(
-            _base(problem) if identified is None else identified,
-            [conceal] if isinstance(conceal, str) else conceal,
-            problem,
-        )
+        base = identified or (None if problem.found is None else problem.found.model)
+        base = base or model_of_robot(problem.loaded.robot, YamlDocument(problem.source, Path(), {}))
+        identified = with_concealed(base, [conceal] if isinstance(conceal, str) else conceal, problem)
         require_history(identified, complete)
     if not problem.loaded.regressor.referenced:
         drawn = simulated_poses(problem, given, points, identified, seed, noise=noise, errors=load_errors)
         return SimulationResult(_measured(complete.frame, drawn, problem, given), seed, noise, purpose=purpose)
     deflections = simulated_deflections(problem, given, points, identified, seed, noise=noise, errors=load_errors)
     pose_map = problem.loaded.robot.jacobians(given.configurations).pose
-    frame = _with_references(complete.frame, problem, given)
+    frame = complete.frame.drop(columns=[REFERENCE], errors="ignore")
+    if problem.noise.shared_reference:  # the unloaded readings that rows have in common
+        frame[REFERENCE] = reference_names(given.series)
     text = _recorded(frame, deflections, problem, problem.noise.deviations_at(pose_map))
     return SimulationResult(text, seed, noise, purpose=purpose)
-
-
-def _with_references(frame: pd.DataFrame, problem: DesignProblem, plan: Plan) -> pd.DataFrame:
-    """The frame with the unloaded readings that rows have in common."""
-    if not problem.noise.shared_reference:
-        return frame.drop(columns=[REFERENCE], errors="ignore")
-    return frame.assign(**{REFERENCE: reference_names(plan.series)})
-
-
-def _base(problem: DesignProblem) -> Model:
-    """What deflects where no model is given: the robot of the configuration."""
-    if problem.found is not None:
-        return problem.found.model
-    return model_of_robot(problem.loaded.robot, YamlDocument(problem.source, Path(), {}))
 
 
 def _measured(frame: pd.DataFrame, poses: FloatArray, problem: DesignProblem, plan: Plan) -> pd.DataFrame:
@@ -156,3 +153,149 @@ def _recorded(
     for axis, deviation in zip(problem.noise.axes, deviations.T, strict=True):
         measured[coordinates.deviation[axis]] = deviation
     return measured
+
+
+WHERE = "argument `conceal`"
+
+
+@dataclass
+class _Wanted:
+    """What a text asks for: texts by the names of parameters, the unnamed value, and the form."""
+
+    named: dict[str, str] = field(default_factory=dict)
+    unnamed: str | None = None
+    form: str | None = None
+
+
+def with_concealed(model: Model, texts: Sequence[str], problem: DesignProblem) -> Model:
+    """A model with further physics.
+
+    Args:
+        model: the robot without it.
+        texts: what is added, in words.
+        problem: whose robot and targets usual sizes may be multiples of.
+
+    Raises:
+        InputError: a text names no physics, place, form or parameter of this robot, or one place twice.
+    """
+    chain = model.chain
+    effects, values = list(chain.effects), [model.values]
+    for text in texts:
+        effect, parameters = _concealed(text, problem, chain.robot)
+        if any(effect.slot == other.slot for other in effects):
+            what = f"`{effect.physics}` at `{effect.component}` is there already"
+            raise InputError(what, where=WHERE, remedy="Name each place once.")
+        effects.append(effect)
+        values.append(parameters)
+    joined = np.concatenate(values)
+    covariance = np.zeros((len(joined), len(joined)))  # it is what really deflects, and therefore exact
+    longer = Chain(chain.robot, tuple(effects), reading=chain.reading)
+    return Model(longer, joined, covariance, model.robot, model.folder, model.source)
+
+
+def _concealed(text: str, problem: DesignProblem, robot: Robot) -> tuple[Effect, FloatArray]:
+    """The effect that a text names, and its parameters (p,)."""
+    head, *parts = (part.strip() for part in text.split(","))
+    physics, at, place = (word.strip() for word in head.partition(" at "))
+    if not at:
+        remedy = "Write e.g. `leg_backlash at leg 4, 5 um`; `expdesign physics ROBOT` lists what can be there."
+        raise InputError(f"`{head}` names no place", where=WHERE, remedy=remedy)
+    readings = DEFLECTIONS if problem.loaded.regressor.referenced else POSES
+    effects = _at(physics, place, robot)
+    if not any(readings in type(effect).measurands for effect in effects):
+        what = f"`{physics}` at `{place}` does not show in {readings.name}, which this configuration measures"
+        raise InputError(what, where=WHERE, remedy="`expdesign physics ROBOT` says what shows in which readings.")
+    effects = [effect for effect in effects if readings in type(effect).measurands]
+    wanted = _read([part for part in parts if part], effects, robot)
+    fitting = [effect for effect in effects if _fits(effect, wanted)]
+    if not fitting:
+        forms = ", ".join(dict.fromkeys(f"`{effect.variant}`" for effect in effects if str(effect.variant)))
+        names = ", ".join(dict.fromkeys(f"`{each.name}`" for effect in effects for each in effect.parameters))
+        what = f"`{physics}` at `{place}` cannot be `{', '.join(parts)}`"
+        remedy = (f"Forms: {forms}. " if forms else "") + f"Parameters: {names}."
+        raise InputError(what, where=WHERE, remedy=remedy)
+    effect = fitting[0]
+    return effect, np.array([_value(parameter, effect, wanted, problem) for parameter in effect.parameters])
+
+
+def _at(physics: str, place: str, robot: Robot) -> list[Effect]:
+    """The effects of a physics at a component, in all forms."""
+    known = effect_classes()
+    named = [cls for cls in known if physics in (cls.physics, cls.identifier)]
+    if not named:
+        remedy = nearest(physics, sorted({cls.physics for cls in known if cls.components(robot)}))
+        raise InputError(f"unknown physics `{physics}`", where=WHERE, remedy=remedy)
+    try:
+        component = component_from_text(place)
+    except ValueError:
+        component = None
+    found = [effect for cls in named for effect in effects_of(cls, robot) if effect.component == component]
+    if not found:
+        places = ", ".join(dict.fromkeys(str(each) for cls in named for each in cls.components(robot)))
+        remedy = f"It can be at {places}." if places else f"A {robot.kind} does not have it."
+        what = f"`{robot.name}` has no `{place}` at which `{physics}` could be"
+        raise InputError(what, where=WHERE, remedy=remedy)
+    return found
+
+
+def _read(parts: list[str], effects: list[Effect], robot: Robot) -> _Wanted:
+    """What the parts after the place say; a form with a number in it (`98 newton`) is added to `effects`."""
+    forms = {str(effect.variant) for effect in effects}
+    names = {parameter.name for effect in effects for parameter in effect.parameters}
+    wanted = _Wanted()
+    for part in parts:
+        first, _, rest = part.replace("=", " ", 1).partition(" ")
+        if part in forms:
+            wanted.form = part
+        elif first in names:
+            wanted.named[first] = rest.strip()
+        elif further := _in_form(part, effects, robot):
+            effects += further
+            names |= {parameter.name for effect in further for parameter in effect.parameters}
+            wanted.form = str(further[0].variant)
+        elif NUMBER.fullmatch(part) or QUANTITY.fullmatch(part):
+            wanted.unnamed = part
+        else:
+            wanted.form = part
+    return wanted
+
+
+def _in_form(form: str, effects: list[Effect], robot: Robot) -> list[Effect]:
+    """The effects in a form that is not listed, but known to their class."""
+    found: list[Effect] = []
+    for cls in dict.fromkeys(type(effect) for effect in effects):
+        with contextlib.suppress(ValueError):
+            found.append(cls.from_text(robot, str(effects[0].component), form))
+    return found
+
+
+def _fits(effect: Effect, wanted: _Wanted) -> bool:
+    names = [parameter.name for parameter in effect.parameters]
+    alone = sum(not parameter.shape for parameter in effect.parameters) == 1
+    right_form = wanted.form is None or str(effect.variant) == wanted.form
+    return right_form and set(wanted.named) <= set(names) and (wanted.unnamed is None or alone)
+
+
+def _value(parameter: Parameter, effect: Effect, wanted: _Wanted, problem: DesignProblem) -> float:
+    """The value of a parameter in its own unit: as named, or its usual one."""
+    text = wanted.named.get(parameter.name)
+    if text is None and not parameter.shape:
+        text = wanted.unnamed
+    if text is None:
+        return parameter.neutral if parameter.shape else PriorSizes(problem, Assumptions()).of(effect, parameter)
+    where = f"{WHERE}, {parameter.name}"
+    if NUMBER.fullmatch(text):
+        value = float(text)
+    else:
+        value, unit = quantity(text, where)
+        base = parameter.name.rpartition("_")[0]
+        own = {"m": "length", "rad": "angle", "N": "force", "Nm": "moment", "s": "time"}
+        dimension = own.get(parameter.name.rpartition("_")[2])
+        known = quantities(base) if dimension is None or "_per_" in parameter.name else (dimension,)
+        if not known:
+            raise InputError(f"`{text}` has a unit", where=where, remedy="Write a plain number, in SI units.")
+        require_dimension(unit, known, parameter.name, where)  # type: ignore[arg-type]
+    if not parameter.low <= value <= parameter.high:
+        remedy = f"It is from {parameter.low:g} to {parameter.high:g}."
+        raise InputError(f"{value:g} is not possible", where=where, remedy=remedy)
+    return value

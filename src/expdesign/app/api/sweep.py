@@ -13,8 +13,8 @@ from expdesign.app.api.inputs import document_of, purpose_of
 from expdesign.app.api.result import PathLike, Result, numeric
 from expdesign.app.api.run import run
 from expdesign.app.sweeps.engine import Engine, Serial
-from expdesign.app.sweeps.runs import sweep_runs
-from expdesign.app.sweeps.store import FAILURE, TABLE, TIMES, Store, computed_by, computed_by_text, sole_writer
+from expdesign.app.sweeps.runs import computed_by, sweep_runs
+from expdesign.app.sweeps.store import FAILURE, TABLE, TIMES, Store, sole_writer
 from expdesign.counted import counted
 from expdesign.errors import ExpdesignError
 from expdesign.io.output import json_text, require_writable
@@ -99,7 +99,7 @@ def sweep(
     require_writable(path)
     purpose = purpose_of("sweep", file)
     require_free_names(path, SweepResult.FILES, purpose, force=force)
-    runs = sweep_runs(document, computed_by_text())
+    runs = sweep_runs(document)
     with sole_writer(path):
         claim(path, SweepResult.FILES, purpose)
         store = Store(path, runs)

@@ -20,7 +20,6 @@ from expdesign.estimation.compensation.compensate import compensate as commands_
 from expdesign.estimation.compensation.correction_table import CorrectionTable, correction_table
 from expdesign.estimation.compensation.prediction import require_history
 from expdesign.io.nearest import nearest
-from expdesign.io.output import csv_text, json_text
 from expdesign.io.table import Table
 from expdesign.io.units import measured_column
 from expdesign.mechanics.robots.robot import Robot
@@ -43,7 +42,7 @@ class CorrectionTableResult(FolderResult):
         model: of the robot.
     """
 
-    FILES: ClassVar = ("table.csv", "correction.c", "table.json")
+    FILES: ClassVar = {"table.csv": "frame", "correction.c": "c_source", "table.json": "record"}
     FIRST: ClassVar = "correction.c"
     axes: tuple[str, ...]
     outputs: tuple[str, ...]
@@ -101,14 +100,6 @@ class CorrectionTableResult(FolderResult):
         about = f"Robot {self.model.robot.get('name', '')}, model {Path(self.model.source).name}; "
         about += f"made by expdesign {expdesign.__version__}. SI units."
         return c_source(self.table, self.axes, self.outputs, list(self.held.items()), about)
-
-    def files(self, folder: Path = Path()) -> dict[str, str]:
-        """Names and texts of the files."""
-        return {
-            "table.csv": csv_text(self.frame),
-            "correction.c": self.c_source,
-            "table.json": json_text(self.record),
-        }
 
 
 def table(

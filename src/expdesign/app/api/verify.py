@@ -9,9 +9,9 @@ from typing import Any, ClassVar, get_args
 import numpy as np
 
 from expdesign.app.api.configuration import Config, problem_of_robot
-from expdesign.app.api.inputs import ModelInput, TableInput, model_of, purpose_of, table_of
+from expdesign.app.api.inputs import ModelInput, TableInput, model_of, purpose_of, require_known, table_of
 from expdesign.app.api.recorded import referenced
-from expdesign.app.api.result import FolderResult, PathLike
+from expdesign.app.api.result import PAGE, FolderResult, PathLike
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.attained import compare, tip_errors
 from expdesign.assurance.acceptance.certificate import About, about_of, certificate_number, read_about
@@ -24,9 +24,9 @@ from expdesign.errors import ArgumentError, InputError
 from expdesign.estimation.compensation.arm_targets import instrument_of
 from expdesign.estimation.compensation.prediction import chain_of, predict_with, require_history, require_regular_points
 from expdesign.estimation.coverage_factor import STANDARD, Coverage
-from expdesign.io.output import json_text
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.page import Page
+from expdesign.report.verification_report import statement, verification_report
 
 SAME = 1e-6
 """Relative difference below which standard deviations are those that `compensate` wrote."""
@@ -44,7 +44,7 @@ class VerificationResult(FolderResult):
         hashes: SHA-256 of every file, by its name.
     """
 
-    FILES: ClassVar = ("verification.json", "report.html", "report.json")
+    FILES: ClassVar = {"verification.json": "record", **PAGE}
     model: Model
     check: CheckMeasurement
     result: Verification
@@ -59,8 +59,6 @@ class VerificationResult(FolderResult):
     @property
     def lines(self) -> list[str]:
         """The verdict, and what it rests on."""
-        from expdesign.report.verification_report import statement  # noqa: PLC0415 (slow to import)
-
         return [f"verdict: {self.result.verdict}", *statement(self.result)]
 
     @property
@@ -82,14 +80,8 @@ class VerificationResult(FolderResult):
 
     def page(self) -> Page:
         """The certificate."""
-        from expdesign.report.verification_report import verification_report  # noqa: PLC0415 (slow to import)
-
         number = self.record["certificate"]
         return verification_report(self.result, self.model, self.check, self.about, self.hashes, number)
-
-    def files(self, folder: Path = Path()) -> dict[str, str]:
-        """Names and texts of the files without the certificate."""
-        return {"verification.json": json_text(self.record)}
 
 
 def verify(
@@ -137,8 +129,7 @@ def verify(
     robot = identified.chain.robot
     table = table_of(recordings, "recordings")
     require_history(identified, table)
-    if frame not in get_args(Frame):
-        raise ArgumentError(f"`{frame}` is no frame", argument="frame", remedy="Choose base or instrument.")
+    require_known(frame, get_args(Frame), "frame", "frame")
     if frame == "instrument":
         instrument_of(identified)  # or a message
     check = read_check_measurement(table, robot, frame)

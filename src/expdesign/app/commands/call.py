@@ -83,10 +83,11 @@ class Call:
         try:
             if "engine" not in parameters:
                 return function(*positional, **arguments)
-            from expdesign.app.commands.engines import elsewhere, engine_of  # noqa: PLC0415 (most work in one process)
+            from expdesign.app.sweeps.engine import Serial, engine_of  # noqa: PLC0415 (most work in one process)
 
             with engine_of(self.given.get("workers"), self.given.get("cluster"), self.spelling.workers) as engine:
-                return function(*positional, **arguments, engine=elsewhere(engine))
+                # Work that stays in this process needs nothing to be sent.
+                return function(*positional, **arguments, engine=None if isinstance(engine, Serial) else engine)
         except ExpdesignError as error:
             where, remedy = self.spelling.said(error.where), self.spelling.said(error.remedy)
             raise ExpdesignError(self.spelling.said(error.what), where=where, remedy=remedy) from None

@@ -6,6 +6,7 @@ completion of a shell do not wait for the libraries of all of them.
 
 import importlib
 import logging
+import re
 import sys
 from typing import Annotated, Any
 
@@ -16,8 +17,11 @@ from typer.main import get_command
 import expdesign
 from expdesign.app.commands.listed import COMMANDS, listed_commands
 from expdesign.app.commands.spelling import Spelling
-from expdesign.errors import ExpdesignError
+from expdesign.errors import ExpdesignError, InputError
 
+_USAGE_ERROR: Any = typer.BadParameter.__base__
+"""Base of the errors of a command line."""
+_OF_AN_OPTION = re.compile(r"Invalid value for `([^`]+)`: (.*)", re.DOTALL)
 _LOOK: dict[str, Any] = {
     "pretty_exceptions_enable": False,
     "rich_markup_mode": None,
@@ -111,6 +115,16 @@ class _Written(logging.Handler):
         return f"Complete and kept: {', '.join(self.paths[:3])}{more}."
 
 
+def _usage(error: Any) -> str:
+    """What is wrong with the words of a command line, and what to do."""
+    name = "" if error.ctx is None or error.ctx.parent is None else error.ctx.info_name
+    said = error.format_message().replace("'", "`").rstrip(".")
+    place = _OF_AN_OPTION.match(said)
+    where, what = place.groups() if place is not None else (name, said)
+    remedy = f"`{f'expdesign {name}'.strip()} --help` says what can be given."
+    return InputError(what[:1].lower() + what[1:], where=where, remedy=remedy).message
+
+
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit: 0 on success, 2 on bad input (one message on standard error), 130 on Ctrl-C."""
     handler, written = _Said(sys.stderr), _Written()  # what was found out about files, and what is there
@@ -121,7 +135,13 @@ def main(arguments: list[str] | None = None) -> None:
     output.addHandler(written)
     output.setLevel(logging.DEBUG)
     try:
-        app(args=arguments, standalone_mode=True)
+        sys.exit(app(args=arguments, standalone_mode=False))
+    except _USAGE_ERROR as error:
+        if len(sys.argv if arguments is None else ["", *arguments]) < 2:
+            error.show()  # the list of commands
+        else:
+            print(f"expdesign: {_usage(error)}", file=sys.stderr)
+        sys.exit(2)
     except ExpdesignError as error:
         print(f"expdesign: {Spelling().said(error.message)}", file=sys.stderr)
         sys.exit(2)

@@ -122,14 +122,12 @@ def _options(
             shape: Any = list[kind] if several else kind  # type: ignore[valid-type]
             arguments[key] = Annotated[shape, shown], parameter.default
         else:
-            text = _OPTION.sub(lambda found: _flag(found, parameters), docstring.option(name))
+            text = _OPTION.sub(
+                lambda found: f"--{found[1].replace('_', '-')}" if found[1] in parameters else found[0],
+                docstring.option(name),
+            )
             options[key] = _option(parameter, hints[name], text, spelling)
     return arguments, options
-
-
-def _flag(found: re.Match[str], parameters: Collection[str]) -> str:
-    """How a text about an option names another one."""
-    return f"--{found[1].replace('_', '-')}" if found[1] in parameters else found[0]
 
 
 def _option(parameter: inspect.Parameter, hint: Any, text: str, spelling: Spelling) -> tuple[Any, Any]:

@@ -1,6 +1,5 @@
 """`expdesign new`: a commented configuration that runs as it is."""
 
-import difflib
 import shlex
 from pathlib import Path
 from typing import Annotated
@@ -10,6 +9,7 @@ import typer
 from expdesign.app.commands.call import Force, note
 from expdesign.app.templates import kinds, needed
 from expdesign.errors import InputError
+from expdesign.io.nearest import nearest
 from expdesign.io.output import require_writable, write_file
 from expdesign.io.written import Purpose, require_free
 
@@ -25,21 +25,17 @@ def command(
     """
     known = kinds()
     if kind not in known:
-        near = difflib.get_close_matches(kind, list(known), n=1, cutoff=0.5)
-        remedy = f"Did you mean `{near[0]}`?" if near else f"Known: {', '.join(known)}; an arm is `serial`."
-        raise InputError(f"there is no template `{kind}`", remedy=remedy)
+        remedy = nearest(kind, known)
+        arm = "" if remedy.startswith("Did") else " An arm is `serial`."
+        raise InputError(f"there is no template `{kind}`", remedy=remedy + arm)
     require_writable(out)
     files = needed(kind, out)
     for file in files:
-        if not _is_there(out / file.name, file):
-            require_free(out / file.name, Purpose(f"new {kind}"), force=force)
+        place = out / file.name
+        if not (place.is_file() and place.read_bytes() == file.read_bytes()):  # else nothing is lost
+            require_free(place, Purpose(f"new {kind}"), force=force)
     for file in files:
         write_file(out / file.name, file.read_text(encoding="utf-8"))
         print(out / file.name)
     command, start, results = ("sweep", "sweep.yaml", "sweep") if kind == "sweep" else ("run", "config.yaml", "results")
     note(f"next: {shlex.join(['expdesign', command, str(out / start), '--out', str(out / results)])}")
-
-
-def _is_there(path: Path, template: Path) -> bool:
-    """Whether a file already holds what would be written, so that nothing is lost."""
-    return path.is_file() and path.read_bytes() == template.read_bytes()

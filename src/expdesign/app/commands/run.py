@@ -66,8 +66,7 @@ def _watched(
     call: Call, port: int, interrupted: Callable[[], bool], further: dict[str, Any]
 ) -> tuple[xd.RunResult, Path | None]:
     """The run with a page on which it can be looked at and ended, and the path of its report."""
-    from expdesign.app.watching.server import serve  # noqa: PLC0415 (needed here alone)
-    from expdesign.app.watching.watched import Watched  # noqa: PLC0415
+    from expdesign.app.watching.server import Watched, serve  # noqa: PLC0415 (needed here alone)
 
     problem = problem_of(call.given["config"])
     watched = Watched(problem, str(call.out))

@@ -1,12 +1,109 @@
-"""What the signature of a function does not say about its command: names of options, and values written as text."""
+"""What a signature does not say about its command: names of options, and values that are written as text.
+
+Such as `x_mm=-30:30`, `mine=plan.csv` or `15 um`.
+"""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from pathlib import Path
+from typing import Any, Literal
 
-from expdesign.app.commands import values
-from expdesign.app.commands.values import Written
+from expdesign.errors import InputError
+from expdesign.io.units import quantity
+
+
+@dataclass(frozen=True)
+class Written:
+    """How an option is written.
+
+    Attributes:
+        how: for the help, after what the option is.
+        read: the argument of the function, from the texts that were given (one if it cannot be repeated).
+        repeated: whether it can be given several times.
+    """
+
+    how: str
+    read: Callable[[Any], Any]
+    repeated: bool = True
+
+
+def ranges(texts: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """`NAME=LOW:HIGH` of each coordinate."""
+    found = {}
+    for text in texts:
+        name, equals, numbers = text.partition("=")
+        low, colon, high = numbers.partition(":")
+        if not equals or not colon:
+            raise InputError(f"`{text}` is not a range", where="--over", remedy="Write e.g. x_mm=-30:30.")
+        if name.strip() in found:
+            raise InputError("a coordinate stands there twice", where="--over", remedy="Name each once.")
+        found[name.strip()] = _number(low, "--over"), _number(high, "--over")
+    return found
+
+
+def held(texts: Sequence[str]) -> dict[str, float]:
+    """`NAME=VALUE` of each coordinate."""
+    found = {}
+    for text in texts:
+        name, equals, number = text.partition("=")
+        if not equals:
+            raise InputError(f"`{text}` is not a value", where="--at", remedy="Write e.g. mass_kg=26.5.")
+        found[name.strip()] = _number(number, "--at")
+    return found
+
+
+def _number(text: str, where: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        remedy = "Write a number; its unit stands in the name (x_mm=-30:30)."
+        raise InputError(f"`{text.strip()}` is not a number", where=where, remedy=remedy) from None
+
+
+def errors(text: str) -> dict[str, float]:
+    """A length, an angle, or both, separated by a comma; what is not named stays what it is."""
+    from expdesign.app.api.table import ERROR  # noqa: PLC0415 (the other commands do not need it)
+
+    wanted = dict(ERROR)
+    for part in text.split(","):
+        value, unit = quantity(part, "--error")
+        if unit.dimension not in wanted or value <= 0.0:
+            what = f"`{part.strip()}` is no length or angle above 0"
+            raise InputError(what, where="--error", remedy="Write e.g. `0.01 um, 0.1 urad`.")
+        wanted[unit.dimension] = value
+    return wanted
+
+
+def length(text: str) -> float:
+    """A length with its unit, in m."""
+    value, unit = quantity(text, "--std")
+    if unit.dimension != "length":
+        raise InputError(f"`{text}` is no length", where="--std", remedy="Write e.g. '15 um'.")
+    return value
+
+
+def named_files(texts: Sequence[str]) -> dict[str, Path]:
+    """`NAME=FILE` of each plan."""
+    found: dict[str, Path] = {}
+    for text in texts:
+        name, separator, file = text.partition("=")
+        if not separator or not file:
+            remedy = "Write NAME=FILE, e.g. mine=plan.csv."
+            raise InputError(f"`{text}` is no named plan", where="--plan", remedy=remedy)
+        if name.strip() in found:
+            remedy = "Give each plan a name of its own."
+            raise InputError(f"there are two plans `{name.strip()}`", where="--plan", remedy=remedy)
+        found[name.strip()] = Path(file)
+    return found
+
+
+RANGES = Written("As NAME=LOW:HIGH, e.g. x_mm=-30:30; repeatable.", ranges)
+HELD = Written("As NAME=VALUE, e.g. mass_kg=26.5; repeatable.", held)
+NAMED_FILES = Written("As NAME=FILE.csv; repeatable.", named_files)
+ERRORS = Written("As text, e.g. '0.01 um, 0.1 urad', which it is if left out.", errors, repeated=False)
+LENGTH = Written("As text, e.g. '15 um'.", length, repeated=False)
+
 
 _ARGUMENT = re.compile(r"argument `(\w+)(?:=([^`]+))?`")
 """How messages name an argument, and a value of it."""
@@ -53,13 +150,13 @@ class Spelling:
 
 SPELLINGS: Mapping[str, Spelling] = {
     "check": Spelling(out="nothing is kept"),
-    "compare": Spelling(names={"plans": "plan"}, written={"plans": values.NAMED_FILES}, out="a new one under results/"),
+    "compare": Spelling(names={"plans": "plan"}, written={"plans": NAMED_FILES}, out="a new one under results/"),
     "diagnose": Spelling(hidden=("without",), always={"interruptible": True}),
-    "register": Spelling(names={"deviation": "std"}, written={"deviation": values.LENGTH}),
+    "register": Spelling(names={"deviation": "std"}, written={"deviation": LENGTH}),
     "run": Spelling(hidden=("timed",), out="a new one under results/"),
     "schema": Spelling(positional=("kind",), hidden=("robots",)),
     "simulate": Spelling(aliases={"model": ("--truth",)}),
     "sweep": Spelling(names={"file": "sweep", "folder": "out"}, workers=None),
-    "table": Spelling(written={"over": values.RANGES, "at": values.HELD, "error": values.ERRORS}),
+    "table": Spelling(written={"over": RANGES, "at": HELD, "error": ERRORS}),
 }
 """Of the commands that need it."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from expdesign.app.sweeps.engine import Engine, Work, WorkersError
-from expdesign.app.sweeps.store import computed_by
+from expdesign.app.sweeps.runs import computed_by
 from expdesign.errors import ArgumentError
 
 _LOST = "The runs that are finished are kept; start the cluster again and give the same command."

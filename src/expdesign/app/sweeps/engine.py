@@ -29,11 +29,12 @@ from multiprocessing.connection import wait as wait_for
 from pathlib import Path
 from typing import Any, Self, TypeVar
 
-from expdesign.errors import ExpdesignError
+from expdesign.errors import ArgumentError, ExpdesignError
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.planning.parts import Done, Parts, unnoticed
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
+from expdesign.processors import processors
 
 Work = Callable[[Any], Any]
 """A function of a module, which can be sent to another process by its name."""
@@ -115,6 +116,31 @@ class Processes(Engine):
             if often:
                 what = f"worker processes ended {MOST_ATTEMPTS} times while they did the same work"
                 raise WorkersError(what, remedy="Is there enough memory? Use fewer workers.")
+
+
+def engine_of(workers: int | None, cluster: str | None, default: int | None = None) -> Engine:
+    """The engine of the options `--workers` and `--cluster`, to be used as a context.
+
+    Args:
+        workers: number of processes.
+        cluster: address of a Dask scheduler.
+        default: number of processes where neither is given; as many as there are processors to use if left out.
+
+    Raises:
+        ArgumentError: both are given, or one is wrong.
+    """
+    if cluster is not None:
+        if workers is not None:
+            what, remedy = "only one of argument `workers` and argument `cluster` can be given", "Workers of a cluster"
+            remedy += " are started with it (`dask worker ADDRESS --nthreads 1`)."
+            raise ArgumentError(what, argument="workers", remedy=remedy)
+        from expdesign.app.sweeps.cluster import Cluster  # noqa: PLC0415 (an extra)
+
+        return Cluster(cluster)
+    if workers is not None and workers < 1:
+        raise ArgumentError(f"{workers} is not a number of processes", argument="workers", remedy="Use at least 1.")
+    count = workers or default or processors()
+    return Serial() if count == 1 else Processes(count)
 
 
 def _lost(future: Future[Any]) -> bool:

@@ -10,6 +10,9 @@ vary:                                        # every combination of these (a gri
 cases:                                       # and of these, each a set of values that belong together
   - {robot: robots/hexapod-h1.yaml, experiment.load.mass_kg: 26.5}
   - {robot: robots/other.yaml, experiment.load.mass_kg: 40}
+
+A run is also what computes it: the rooms that its numbers come from, and the libraries. The number of a version says
+neither what a checkout with changes computed, nor that two versions compute the same.
 """
 
 import copy
@@ -17,7 +20,10 @@ import hashlib
 import itertools
 import json
 import re
+import sys
 from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -30,6 +36,42 @@ from expdesign.io.yaml_reader import YamlDocument, read_yaml
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.found_robot import robot_of
 from expdesign.planning.problem_file import problem_from_document, resolved_config
+from expdesign.plugins import extensions
+
+LIBRARIES = ("autograd", "casadi", "moocore", "numpy", "pandas", "pymoo", "scipy")
+"""On whose versions the numbers depend."""
+ROOT = Path(__file__).parents[2]
+_DECIDE = (
+    "*.py", "io/**/*.py", "mechanics/**/*.py", "chain/**/*.py", "estimation/**/*.py", "planning/**/*.py",
+    "assurance/acceptance/*.py", "assurance/model_error/*.py", "app/api/run.py",
+)  # fmt: skip
+"""Modules whose code decides about the numbers of a run; others say, draw, judge recordings or carry them."""
+
+
+@lru_cache(maxsize=1)
+def computed_by() -> dict[str, str]:
+    """Digest of the code (`code`), and versions of Python, the libraries and installed extensions, by their names."""
+    found = {"code": code_digest(), "python": ".".join(map(str, sys.version_info[:2]))}
+    for name in LIBRARIES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found | extensions()
+
+
+def code_digest(root: Path = ROOT) -> str:
+    """Digest of the modules below `root` (the package's folder) from which the numbers of a run come."""
+    digest = hashlib.sha256()
+    for name in modules(root):
+        digest.update(name.encode() + (root / name).read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def modules(root: Path = ROOT) -> list[str]:
+    """Paths of these modules below `root`; the package's own file has no more than its version and names."""
+    files = {file.relative_to(root).as_posix() for pattern in _DECIDE for file in root.glob(pattern)}
+    return sorted(files - {"__init__.py", "__main__.py"})
 
 
 class RangeSection(Section):
@@ -52,11 +94,10 @@ class RangeSection(Section):
         return list(range(self.first, self.last + 1, self.step))
 
 
-def _form(value: Any) -> str:
-    return "range" if isinstance(value, dict | RangeSection) else "list"
-
-
-Values = Annotated[Annotated[list[Any], Tag("list")] | Annotated[RangeSection, Tag("range")], Discriminator(_form)]
+Values = Annotated[
+    Annotated[list[Any], Tag("list")] | Annotated[RangeSection, Tag("range")],
+    Discriminator(lambda value: "range" if isinstance(value, dict | RangeSection) else "list"),
+]
 """Values as a list or as a range, distinguished by their brackets, so that messages fit the form that was meant."""
 
 
@@ -99,7 +140,7 @@ class SweepRun:
         number: from 1, in the order of the sweep.
         values: what is varied, by its dotted key, as the sweep names it.
         config: the configuration as resolved; beside it only the program and its libraries decide.
-        identity: digest of `config` and of what computes it (`store.py`).
+        identity: digest of `config` and of what computes it (`computed_by`).
     """
 
     number: int
@@ -108,7 +149,7 @@ class SweepRun:
     identity: str
 
 
-def sweep_runs(document: YamlDocument, computed_by: str) -> list[SweepRun]:
+def sweep_runs(document: YamlDocument) -> list[SweepRun]:
     """The runs of a sweep file: every case with every combination of the varied values, the last key fastest.
 
     Each value of each key is tried in a whole problem, so that what is wrong is said before the first run starts.
@@ -134,12 +175,12 @@ def sweep_runs(document: YamlDocument, computed_by: str) -> list[SweepRun]:
         if fresh:
             tried |= fresh
             problem_from_document(part)
-        runs.append(SweepRun(number, values, config, identity(config, computed_by)))
+        runs.append(SweepRun(number, values, config, identity(config)))
     return runs
 
 
-def identity(config: dict[str, Any], computed_by: str) -> str:
-    """Identity of a run: the digest of its resolved configuration and of what computes it, as a text.
+def identity(config: dict[str, Any]) -> str:
+    """Identity of a run: the digest of its resolved configuration and of what computes it.
 
     Of a robot in a file of its own (URDF) the content counts, and not where it lies.
     """
@@ -147,7 +188,7 @@ def identity(config: dict[str, Any], computed_by: str) -> str:
     if isinstance(robot.get("urdf"), str):
         digest = hashlib.sha256(Path(robot["urdf"]).read_bytes()).hexdigest()
         config = config | {"robot": robot | {"urdf": digest}}
-    text = json.dumps({"config": config, "computed_by": computed_by}, sort_keys=True, separators=(",", ":"))
+    text = json.dumps({"config": config, "computed_by": computed_by()}, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 

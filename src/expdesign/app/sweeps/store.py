@@ -2,26 +2,14 @@
 
 A run's folder appears at once and complete, or not at all, so that its being there is the record that the run is
 finished. Times depend on the machine and lie apart in `times.csv`; all else is the same bytes wherever it was computed.
-
-What computed a result: the code that decides about the numbers, and the libraries that they depend on.
-
-The number of a version says neither what a checkout with changes computed, nor that two versions compute the same. So
-what the rooms do from which a run's numbers come is digested: their syntax trees without documentation, so that
-comments, sentences in docstrings and layout do not count. Rooms that only draw or write (`report`) are not among them.
 """
 
-import ast
-import csv
 import fcntl
-import hashlib
 import json
 import shutil
-import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from functools import lru_cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -30,60 +18,6 @@ import pandas as pd
 from expdesign.app.sweeps.runs import SweepRun, text_of
 from expdesign.errors import InputError
 from expdesign.io.output import csv_text, output_folder, write_file
-from expdesign.plugins import extensions
-
-LIBRARIES = ("autograd", "casadi", "moocore", "numpy", "pandas", "pymoo", "scipy")
-"""On whose versions the numbers depend."""
-ROOT = Path(__file__).parents[2]
-_DECIDE = (
-    "*.py", "io/**/*.py", "mechanics/**/*.py", "chain/**/*.py", "estimation/**/*.py", "planning/**/*.py",
-    "assurance/acceptance/*.py", "assurance/model_error/*.py", "app/api/run.py",
-)  # fmt: skip
-"""Modules whose code decides about the numbers of a run; others say, draw, judge recordings or carry them."""
-
-
-@lru_cache(maxsize=1)
-def computed_by() -> dict[str, str]:
-    """Digest of the code (`code`), and versions of Python, the libraries and installed extensions, by their names."""
-    found = {"code": code_digest(), "python": ".".join(map(str, sys.version_info[:2]))}
-    for name in LIBRARIES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = "not installed"
-    return found | extensions()
-
-
-def computed_by_text() -> str:
-    """`computed_by` as one line, which is part of the identity of a run."""
-    return json.dumps(computed_by(), sort_keys=True, separators=(",", ":"))
-
-
-def code_digest(root: Path = ROOT) -> str:
-    """Digest of the modules below `root` (the package's folder) from which the numbers of a run come."""
-    digest = hashlib.sha256()
-    for name in modules(root):
-        tree = ast.parse((root / name).read_text(encoding="utf-8"))
-        digest.update(f"{name}\n{ast.dump(_without_documentation(tree))}\n".encode())
-    return digest.hexdigest()[:16]
-
-
-def modules(root: Path = ROOT) -> list[str]:
-    """Paths of these modules below `root`; the package's own file has no more than its version and names."""
-    files = {file.relative_to(root).as_posix() for pattern in _DECIDE for file in root.glob(pattern)}
-    return sorted(files - {"__init__.py", "__main__.py"})
-
-
-def _without_documentation(tree: ast.Module) -> ast.Module:
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            node.body = [part for part in node.body if not _is_text(part)]
-    return tree
-
-
-def _is_text(node: ast.stmt) -> bool:
-    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
-
 
 RUNS, TABLE, TIMES, LOCK = "runs", "sweep.csv", "times.csv", ".lock"
 FAILURE = "failure.json"
@@ -132,7 +66,8 @@ class Store:
         self.folder = folder
         self.runs = runs
         self._rows = {run.identity: self._row(run.identity) for run in runs}
-        self._seconds = self._known_times()
+        times = folder / TIMES
+        self._seconds: dict[str, float] = dict(_read(times).itertuples(index=False)) if times.is_file() else {}
         self._written = -_INTERVAL
 
     def waiting(self) -> list[SweepRun]:
@@ -180,23 +115,17 @@ class Store:
             if not (folder / _RECORD).is_file():
                 return None
             record = json.loads((folder / _RECORD).read_text(encoding="utf-8"))
-            best = next(row for row in _rows(folder / "pareto.csv") if row["recommended"] == "true")
-        except (OSError, ValueError, KeyError, StopIteration) as error:
+            best = _read(folder / "pareto.csv").query("recommended").iloc[0]
+        except (OSError, ValueError, KeyError, IndexError) as error:
             remedy = "Remove this folder, and give the same command again."
             raise InputError(
                 f"the results of this run are damaged ({error})", where=str(folder), remedy=remedy
             ) from None
-        criteria = [name for name in best if name not in ("design", "kktpm", "recommended", "knee")]
+        criteria = best.drop(["design", "kktpm", "recommended", "knee"], errors="ignore")
         summary = {name: "" if record[name] is None else record[name] for name in _SUMMARY}
-        return {"status": "finished"} | {name: float(best[name]) for name in criteria} | summary
-
-    def _known_times(self) -> dict[str, float]:
-        file = self.folder / TIMES
-        if not file.is_file():
-            return {}
-        return {row["folder"]: float(row["wall_s"]) for row in _rows(file)}
+        return {"status": "finished", **criteria.astype(float), **summary}
 
 
-def _rows(file: Path) -> list[dict[str, str]]:
-    with file.open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
+def _read(file: Path) -> pd.DataFrame:
+    """A table as it was written, to the last digit; identities are text, whatever they look like."""
+    return pd.read_csv(file, dtype={"folder": str}, float_precision="round_trip")

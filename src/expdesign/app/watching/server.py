@@ -4,6 +4,10 @@ No other machine can reach it. Another page that is open in the same browser can
 to) nor end the run: that needs a key which only the page itself has, in a header that browsers do not let other pages
 send unasked. A request is answered only where it names this machine as its host, so that a foreign name which resolves
 to it (DNS rebinding) gets nothing.
+
+What is known of the run is shared by the search, which writes it, and the page, which reads it, in different threads.
+The search only ever adds what it reports anyway, so that a run that is watched gives the same results as one that is
+not, unless somebody ends it.
 """
 
 import hmac
@@ -11,17 +15,99 @@ import json
 import secrets
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
+import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from plotly.offline import get_plotlyjs
 
-from expdesign.app.watching.watched import Watched
+from expdesign.arrays import FloatArray
 from expdesign.errors import ArgumentError, ExpdesignError
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.search import Progress
+from expdesign.report.design_figures import criterion_title
+
+End = Literal["finished", "ended", "failed"]
+"""A run finished by itself, was ended by hand, or has no result."""
+_MOST_POINTS = 2000
+"""Of the course of the hypervolume; of more, every second one is dropped."""
+
+
+class Watched:
+    """The state of one run.
+
+    Args:
+        problem: what is searched.
+        folder: where the results will be, for the page to say.
+    """
+
+    def __init__(self, problem: DesignProblem, folder: str) -> None:
+        self._lock = threading.Lock()
+        self._started = time.monotonic()
+        self._sign = np.array([-1.0 if one.maximise else 1.0 for one in problem.objectives])
+        self._course: list[list[float]] = []
+        self._wanted = False
+        self._state: dict[str, Any] = {
+            "title": problem.loaded.robot.name,
+            "configuration": problem.source,
+            "folder": folder,
+            "objectives": [criterion_title(criterion.name) for criterion in problem.objectives],
+            "stage": "starting",
+            "done": 0,
+            "total": 0,
+            "note": "",
+            "front": [],
+            "hypervolume": None,
+            "end": None,
+            "message": "",
+        }
+
+    def follow(self, state: Progress) -> bool:
+        """Take the state of the search; True where somebody wants it to end (for `search`)."""
+        front: FloatArray = state.front[np.lexsort(state.front.T[::-1])] * self._sign
+        with self._lock:
+            self._state |= {"front": front.tolist(), "hypervolume": state.hypervolume}
+            self._course.append([round(self._elapsed, 3), state.hypervolume])
+            if len(self._course) > _MOST_POINTS:
+                del self._course[1:-1:2]
+            return self._wanted
+
+    def stage(self, title: str, done: int, total: int, note: str) -> None:
+        """Take the stage of the run (for `run`)."""
+        with self._lock:
+            self._state |= {"stage": title, "done": done, "total": total, "note": note}
+
+    @property
+    def wanted(self) -> bool:
+        """Whether somebody wants it to end."""
+        with self._lock:
+            return self._wanted
+
+    def end_it(self) -> None:
+        """Somebody wants the search to end with what is there."""
+        with self._lock:
+            self._wanted = True
+
+    def ended(self, how: End, message: str = "") -> None:
+        """The run is over; `message` says why there is no result."""
+        with self._lock:
+            self._state |= {"end": how, "message": message, "elapsed_s": self._elapsed}
+
+    def state(self) -> dict[str, Any]:
+        """What the page shows."""
+        with self._lock:
+            known = {"elapsed_s": self._elapsed} | self._state
+            return known | {"course": list(self._course), "ending": self._wanted}
+
+    @property
+    def _elapsed(self) -> float:
+        return time.monotonic() - self._started
+
 
 HOST = "127.0.0.1"
 PATIENCE = 5.0
@@ -34,7 +120,7 @@ _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "connect-src 'self'; form-action 'none'; base-uri 'none'; frame-ancestors 'none'"
 )
-_HTML, _SCRIPT, _JSON = "text/html; charset=utf-8", "text/javascript; charset=utf-8", "application/json"
+_HTML, _SCRIPT = "text/html; charset=utf-8", "text/javascript; charset=utf-8"
 
 
 class Watch:
@@ -75,21 +161,20 @@ class Watch:
 
     def answer(self, path: str) -> tuple[str, bytes] | None:
         """Type and content of what is asked for, or None where there is no such thing."""
-        from plotly.offline import get_plotlyjs  # noqa: PLC0415 (slow to import)
-
-        texts: dict[str, tuple[str, Callable[[], str]]] = {
-            "/": (_HTML, self._page),
-            "/page.css": ("text/css; charset=utf-8", lambda: _STYLE.read_text(encoding="utf-8")),
-            "/page.js": (_SCRIPT, lambda: (_HERE / "page.js").read_text(encoding="utf-8")),
-            "/plotly.js": (_SCRIPT, get_plotlyjs),
-            "/state": (_JSON, self._state),
-        }
-        if path == "/report" and self.report is not None:
-            return _HTML, self.report.read_bytes()
-        if path not in texts:
-            return None
-        kind, text = texts[path]
-        return kind, text().encode()
+        if path == "/":
+            environment = Environment(loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined)
+            page = environment.get_template("page.html").render(state=self.watched.state(), key=self._key)
+            return _HTML, page.encode()
+        if path == "/state":
+            state = self.watched.state() | {"report": self.report is not None}
+            return "application/json", json.dumps(state, allow_nan=False).encode()
+        if path == "/plotly.js":
+            return _SCRIPT, get_plotlyjs().encode()
+        if path == "/report":
+            return None if self.report is None else (_HTML, self.report.read_bytes())
+        files = {"/page.css": ("text/css; charset=utf-8", _STYLE), "/page.js": (_SCRIPT, _HERE / "page.js")}
+        kind, file = files.get(path, ("", None))
+        return None if file is None else (kind, file.read_bytes())
 
     def sent(self, path: str, content: bytes) -> None:
         """Note that an answer has gone out."""
@@ -105,13 +190,6 @@ class Watch:
             return False
         self.watched.end_it()
         return True
-
-    def _page(self) -> str:
-        environment = Environment(loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined)
-        return environment.get_template("page.html").render(state=self.watched.state(), key=self._key)
-
-    def _state(self) -> str:
-        return json.dumps(self.watched.state() | {"report": self.report is not None}, allow_nan=False)
 
 
 @contextmanager

@@ -1,11 +1,17 @@
-"""Error ellipses at the targets: data for `error_ellipses.js`, the figure and the table."""
+"""Error ellipses at the targets, and maps of the error to expect over the workspace.
 
+Each is data for a script (`error_ellipses.js`, `accuracy_map.js`) and a figure; the ellipses have a table as well.
+"""
+
+import base64
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.planning.accuracy_map import AccuracyMap
+from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.error_ellipses import TargetCovariances, ellipse_scale, principal_axes
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
@@ -15,7 +21,7 @@ from expdesign.report.figures import axis, chart
 
 PROBABILITY = 0.95
 """Of the error to lie inside an ellipse."""
-CAPTION = (
+ELLIPSE_CAPTION = (
     "Principal axes of the error to expect with design {design}, as standard deviations: the largest of each part, "
     "the smallest of both together, and the direction in which the largest lies."
 )
@@ -27,7 +33,7 @@ def planes(problem: DesignProblem) -> list[tuple[int, int, int]]:
     return [(target, *pair) for target in range(len(problem.targets.weights)) for pair in pairs]
 
 
-def view_data(problem: DesignProblem, budget: ErrorBudget) -> dict[str, Any]:
+def ellipse_views(problem: DesignProblem, budget: ErrorBudget) -> dict[str, Any]:
     """What does not depend on the design."""
     views = []
     for target, first, second in planes(problem):
@@ -44,7 +50,7 @@ def view_data(problem: DesignProblem, budget: ErrorBudget) -> dict[str, Any]:
     return {"scale": ellipse_scale(PROBABILITY), "views": views}
 
 
-def of_design(problem: DesignProblem, covariances: TargetCovariances, design: int) -> list[list[float]]:
+def ellipses_of(problem: DesignProblem, covariances: TargetCovariances, design: int) -> list[list[float]]:
     """Covariances (µm², µrad²) of every view: xx, xy, yy of noise, then of load errors, to five digits."""
     entries = []
     for target, i, j in planes(problem):
@@ -53,7 +59,7 @@ def of_design(problem: DesignProblem, covariances: TargetCovariances, design: in
     return entries
 
 
-def cells(problem: DesignProblem, covariances: TargetCovariances, budget: ErrorBudget) -> list[list[list[str]]]:
+def ellipse_cells(problem: DesignProblem, covariances: TargetCovariances, budget: ErrorBudget) -> list[list[list[str]]]:
     """Rows of the table of every design: per target, translations and rotations."""
     tables: list[list[list[str]]] = [[] for _ in covariances.noise]
     for target in range(len(problem.targets.weights)):
@@ -100,7 +106,7 @@ def ellipse_blocks(problem: DesignProblem, first: list[list[str]], number: str) 
     )  # fmt: skip
     table = DataTable(
         "ellipse-table",
-        CAPTION.replace("{design}", number),
+        ELLIPSE_CAPTION.replace("{design}", number),
         ["Target, axes", "Unit", "Noise, largest σ", "Load error, largest σ", "Both, largest σ", "Both, smallest σ",
          "Direction of the largest"],
         first,
@@ -122,3 +128,63 @@ def _direction(vector: FloatArray) -> str:
     if not np.isfinite(vector).all():
         return words.UNDETERMINED
     return f"({', '.join(words.fixed(float(value), 2) for value in vector)})"
+
+
+def map_views(problem: DesignProblem, maps: list[AccuracyMap]) -> list[dict[str, Any]]:
+    """What does not depend on the design: the grids, and W(X) packed so that the map is a product with C."""
+    charts = []
+    names = problem.loaded.robot.configuration
+    for one in maps:
+        columns = [words.plan_column(names[column]) for column in one.axes]
+        pose = problem.targets.configurations[one.target]
+        charts.append(
+            {
+                "target": one.target + 1,
+                "columns": [names[column] for column in one.axes],
+                "titles": [f"{column.title} ({column.unit})" for column in columns],
+                "factors": [column.factor for column in columns],
+                "grid": [np.round(values, 9) for values in (one.across, one.up)],
+                "at": pose[list(one.axes)],
+                "weight": packed(one.weight, doubled=True),
+            }
+        )
+    return charts
+
+
+def packed_compliances(assessment: Assessment) -> list[str]:
+    """The covariance of the compliances of every design, packed."""
+    noise, load = assessment.parameter_covariance
+    return [packed(covariance) for covariance in noise + load]
+
+
+def packed(matrices: FloatArray, *, doubled: bool = False) -> str:
+    """Upper triangles of symmetric matrices (..., p, p) as base64 of little-endian 32-bit floats.
+
+    With `doubled`, entries off the diagonal count twice: tr(W·C) is the product of the packed W and C.
+    """
+    rows, columns = np.triu_indices(matrices.shape[-1])
+    entries = matrices[..., rows, columns] * np.where((rows != columns) & doubled, 2.0, 1.0)
+    # Bits of the mantissa that no map shows would only make the page larger.
+    kept = entries.astype("<f4").view("<u4") & np.uint32(0xFFFFF800)
+    return base64.b64encode(kept.astype("<u4").tobytes()).decode("ascii")
+
+
+def map_blocks(problem: DesignProblem, maps: list[AccuracyMap]) -> list[Block]:
+    """The figure with its selector; nothing where no coordinate varies."""
+    if not maps:
+        return []
+    names = problem.loaded.robot.configuration
+    options = []
+    for index, one in enumerate(maps):
+        first, second = (words.plan_column(names[column]).title for column in one.axes)
+        text = f"About target {one.target + 1}: {first} and {second}"
+        options.append(Option(str(index), text, index == 0))
+    figure = chart(
+        "map", "Accuracy to expect over the workspace", [],
+        "RMS error that is left after calibration with this plan, in tolerances, if the target with its load and its "
+        "tolerances stood elsewhere; its other coordinates stay as they are. Dots: where the plan measures, seen in "
+        "this plane. Blank: out of the robot's reach, or nearly singular.",
+        "Map of the expected error over two coordinates; the data can be saved as CSV.",
+        x=axis(""), y=axis(""), height=440, filename="accuracy-map", showlegend=True,
+    )  # fmt: skip
+    return [Selector("map-view", "Show", options, step=True), figure]

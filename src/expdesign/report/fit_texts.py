@@ -1,7 +1,4 @@
-"""What `expdesign check` says of a file, in words.
-
-What is said of a fit wherever it is said: the statement of fit, the worst row, and how well left-out rows lie.
-"""
+"""Sentences on pages and terminals: of a configuration, of a fit, and of an identification."""
 
 import math
 from typing import TYPE_CHECKING
@@ -10,14 +7,17 @@ import numpy as np
 
 from expdesign.counted import counted
 from expdesign.estimation.identify import Identification
-from expdesign.estimation.remarks import IdleActuators
-from expdesign.planning.feasibility import Feasibility
-from expdesign.planning.problem import DesignProblem
+from expdesign.estimation.remarks import IdleActuators, Implausible
 from expdesign.report import words
-from expdesign.report.arm_section import accuracy_lines, geometry_line
+from expdesign.report.arm_section import accuracy_lines, further_lines, geometry_line
+from expdesign.report.identification_tables import rms
+from expdesign.report.remark_texts import sentences
+from expdesign.report.stiffness import identified_stiffness, stiffness_lines
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # an identification needs neither diagnosis nor planning
     from expdesign.diagnosis.result import Diagnosis
+    from expdesign.planning.feasibility import Feasibility
+    from expdesign.planning.problem import DesignProblem
 
 
 def fit_sentences(result: Identification) -> list[str]:
@@ -63,34 +63,26 @@ _FEW = 0.01
 """Share of reachable poses below which the units of `experiment.poses` are probably wrong."""
 
 
-def problem_summary(problem: DesignProblem, found: Feasibility) -> str:
+def problem_summary(problem: "DesignProblem", found: "Feasibility") -> str:
     """What a configuration asks for, and how much of its design space serves."""
     space = problem.space
     continuous = int((~space.discrete).sum())
     discrete = int(space.choices.sum())
+    measurements = counted(space.measurements, "measurement")
+    if problem.budget is not None:  # what fits into it
+        number = counted(problem.budget.largest, "measurement")
+        measurements = f"at most {number}, as many as {problem.budget.minutes:g} minutes allow,"
+    share = f"{found.identifying:.0%} of the random plans that were tried determine"
+    identifying = "every random plan that was tried determines" if found.identifying == 1.0 else share
     return (
-        f"{problem.loaded.robot.kind} `{problem.loaded.robot.name}`, {_measurements(problem)} with "
+        f"{problem.loaded.robot.kind} `{problem.loaded.robot.name}`, {measurements} with "
         f"{continuous} continuous and {discrete} discrete variables each, "
         f"{counted(len(problem.targets.weights), 'target')}; {found.reachable:.0%} of the poses can be reached, "
-        f"{_identifying(found.identifying)}"
+        f"{identifying} what the targets need."
     )
 
 
-def _measurements(problem: DesignProblem) -> str:
-    """How many measurements a plan has; under a budget, what fits into it."""
-    if problem.budget is None:
-        return counted(problem.space.measurements, "measurement")
-    number = counted(problem.budget.largest, "measurement")
-    return f"at most {number}, as many as {problem.budget.minutes:g} minutes allow,"
-
-
-def _identifying(share: float) -> str:
-    if share == 1.0:
-        return "every random plan that was tried determines what the targets need."
-    return f"{share:.0%} of the random plans that were tried determine what the targets need."
-
-
-def problem_remarks(problem: DesignProblem, found: Feasibility) -> tuple[str, ...]:
+def problem_remarks(problem: "DesignProblem", found: "Feasibility") -> tuple[str, ...]:
     """What is doubtful about a configuration."""
     remarks = []
     if found.reachable < _FEW:
@@ -126,3 +118,40 @@ def identified_sentences(result: Identification) -> list[str]:
             f"±{1e6 * half.min():.3g} to ±{1e6 * half.max():.3g} µm."
         )
     return texts + fit_sentences(result)
+
+
+def identification_lines(result: Identification) -> list[str]:
+    """What was identified, with 95 % intervals, and how well it fits."""
+    lines = [*_geometry(result), *_stiffness(result), *fit_sentences(result)]
+    noise = result.noise
+    lines += [f"noise of the {one.name}, estimated from {noise.origin}: {one.deviation:.3g}" for one in noise.groups]
+    held_out = rms(result.test_residuals)
+    if held_out is not None:
+        lines += [f"RMS of the test rows: {held_out:.3g} standard deviations", coverage_sentence(result.coverage)]
+    return lines
+
+
+def identification_warnings(result: Identification) -> list[str]:
+    """What is doubtful, beside what is said of the recordings where they are read."""
+    doubts = [each for each in result.suspicions if not isinstance(each, Implausible)]
+    return [f"warning: {text}" for text in sentences(doubts)]
+
+
+def _geometry(result: Identification) -> list[str]:
+    if result.arm is not None:
+        line = geometry_line(result)
+        return [*([line] if line else []), *further_lines(result.arm), *accuracy_lines(result.arm)]
+    if result.geometry is None:
+        return []
+    deviation = (result.geometry.high - result.geometry.low) / 4.0
+    size = float(np.sqrt((result.geometry.estimate**2).mean()))
+    known = f"known to {1e3 * float(np.median(deviation)):.3g} mm (median)"
+    return [f"{len(deviation)} errors of joints and lengths: {1e3 * size:.3g} mm RMS, {known}"]
+
+
+def _stiffness(result: Identification) -> list[str]:
+    if not result.robot.actuators:
+        return [f"a {result.robot.kind} has no actuators whose stiffness could be identified: does it deflect at all?"]
+    if result.calibration == "geometric":
+        return []
+    return stiffness_lines(identified_stiffness(result), result.robot)
