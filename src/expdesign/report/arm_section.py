@@ -107,13 +107,13 @@ def arm_record(result: Identification) -> dict[str, Any] | None:
             for each in corrections(found, result.geometry)
         ],
         "origins": {
-            name: {"nominal": nominal.tolist(), "corrected": corrected.tolist()}
+            name: {"nominal": nominal, "corrected": corrected}
             for name, (nominal, corrected) in origins(found).items()
         }
         if result.geometry is not None
         else {},
         "frames": {
-            frame.name: {"link": frame.link, "pose": frame.pose.tolist()} for frame in attached_frames(found, train)
+            frame.name: {"link": frame.link, "pose": frame.pose} for frame in attached_frames(found, train)
         },
     }  # fmt: skip
 

@@ -14,6 +14,7 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.recordings.references import sharing_rows
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.intervals import Intervals
+from expdesign.io.output import plain
 from expdesign.probabilities import probability_text
 from expdesign.report import words
 from expdesign.report.arm_section import arm_record
@@ -30,7 +31,7 @@ def identification_record(result: Identification) -> dict[str, Any]:
     """The document; an interval without an end, and what does not exist, is null."""
     goodness, noise, robot = result.goodness, result.noise, result.robot
     lack = goodness.lack_of_fit
-    return {
+    record: dict[str, Any] = {
         "calibration": result.calibration,
         "stiffness": {} if result.calibration == "geometric" else _named(robot.actuators, result.stiffness),
         "unit": stiffness_unit(robot),
@@ -39,7 +40,7 @@ def identification_record(result: Identification) -> dict[str, Any]:
         "p_value": goodness.p_value,
         "birge_ratio": goodness.birge_ratio,
         "statement": goodness.record,
-        "covariance": result.covariance.tolist(),
+        "covariance": result.covariance,
         "rank": result.fit.rank,
         "compliance": {} if result.calibration == "geometric" else _named(robot.actuators, result.compliance),
         "geometry": None if result.geometry is None else _named(result.geometry_names, result.geometry),
@@ -54,7 +55,7 @@ def identification_record(result: Identification) -> dict[str, Any]:
         "fit": {
             "rms": rms(result.fit.residuals),
             "test_rms": rms(result.test_residuals),
-            "coverage_95": result.coverage if np.isfinite(result.coverage) else None,
+            "coverage_95": result.coverage,
         },
         "rows": {
             "total": len(result.recordings),
@@ -66,6 +67,8 @@ def identification_record(result: Identification) -> dict[str, Any]:
         "suspicions": sentences(result.suspicions),
         "measurements": _measurements(result),
     }
+    record = plain(record)
+    return record
 
 
 def rms(residuals: FloatArray) -> float | None:
@@ -73,12 +76,8 @@ def rms(residuals: FloatArray) -> float | None:
     return float(np.sqrt((residuals**2).mean())) if residuals.size else None
 
 
-def _named(names: tuple[str, ...], intervals: Intervals) -> dict[str, list[float | None]]:
-    columns = zip(intervals.estimate, intervals.low, intervals.high, strict=True)
-    return {
-        name: [float(value) if np.isfinite(value) else None for value in row]
-        for name, row in zip(names, columns, strict=True)
-    }
+def _named(names: tuple[str, ...], intervals: Intervals) -> dict[str, Any]:
+    return dict(zip(names, zip(intervals.estimate, intervals.low, intervals.high, strict=True), strict=True))
 
 
 def measurement_frame(result: Identification) -> pd.DataFrame:

@@ -11,11 +11,9 @@ RFC 1952) and unpacked by the browser, which makes a page a third of what it wou
 """
 
 import base64
-import dataclasses
 import gzip
 import html
 import json
-import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -23,11 +21,11 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 from plotly.offline import get_plotlyjs
 
+from expdesign.io.output import plain
 from expdesign.report.blocks import Block, DataTable, Figure, PageSection, SideBySide
 
 _FOLDER = Path(__file__).parent
@@ -46,8 +44,6 @@ _TILE_MAPS = (
 )
 
 
-PART = "part"
-"""Key that names the class of a part of a page."""
 _NO_STYLE = re.compile(r"[^\w .,-]")
 """Characters of a footer that do not go into the style of printed pages, where they could end the text."""
 
@@ -149,26 +145,6 @@ def embedded_json(content: Any) -> Markup:
     for character in "<>&\u2028\u2029":
         text = text.replace(character, f"\\u{ord(character):04x}")
     return Markup(text)
-
-
-def plain(value: Any) -> Any:
-    """A value for JSON: arrays become lists, what is not finite null, and parts of a page mappings that name them."""
-    kind = type(value)
-    if kind is str or kind is int:  # nearly all that a page has
-        return value
-    if kind is float:
-        return value if math.isfinite(value) else None
-    if isinstance(value, list | tuple):
-        return [plain(entry) for entry in value]
-    if dataclasses.is_dataclass(value):
-        return {PART: kind.__name__} | {one.name: plain(getattr(value, one.name)) for one in dataclasses.fields(value)}
-    if isinstance(value, Mapping):
-        if PART in value:
-            raise ValueError(f"`{PART}` is no key of a page's data")
-        return {str(key): plain(entry) for key, entry in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return plain(value.tolist())
-    return value
 
 
 def _flat(blocks: Iterable[Block]) -> Iterable[Block]:

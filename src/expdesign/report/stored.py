@@ -14,12 +14,12 @@ from typing import Any
 from jinja2 import TemplateError
 
 from expdesign.errors import InputError
-from expdesign.io.output import write_file
+from expdesign.io.output import PART, plain, write_file
 from expdesign.io.written import Purpose, note_written, require_free, unchanged
 from expdesign.io.yaml_reader import read_text
 from expdesign.report import blocks
 from expdesign.report.blocks import HERE
-from expdesign.report.page import PART, Page, known_scripts, plain, render
+from expdesign.report.page import Page, known_scripts, render
 
 CONTENT, PAGE = "report.json", "report.html"
 _DAMAGED = "The file is damaged, or of another version: run the command that made the folder again."
@@ -89,7 +89,7 @@ def page_from_text(text: str, source: str) -> Page:
     """
     try:
         page = _decoded(json.loads(text))
-    except (ValueError, TypeError, RecursionError) as error:
+    except (ValueError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(f"this is not a stored report ({error})", where=source, remedy=_DAMAGED) from None
     if not isinstance(page, Page) or not set(page.scripts) <= known_scripts():
         raise InputError("this is not a stored report", where=source, remedy=_DAMAGED)

@@ -1,6 +1,5 @@
 """`correct`: recordings from absolute measured poses, freed of thermal deflection by reference poses."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +22,7 @@ from expdesign.chain.recordings.thermal_correction import (
 from expdesign.counted import counted
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.estimation.identify import identify
+from expdesign.io.output import plain
 from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.robots.robot import Robot
 
@@ -76,26 +76,21 @@ class CorrectionResult(RecordedTable):
     @property
     def record(self) -> dict[str, Any]:
         """RMS before and after with the noise that is expected, and the covariance of every deflection."""
-        found: dict[str, Any] = {"axes": list(self.axes), "deflections": len(self.text)}
-        if self.repeatability is not None:
-            here = self.repeatability
+        found: dict[str, Any] = {"axes": self.axes, "deflections": len(self.text)}
+        here, covariance = self.repeatability, self.deflections.covariance
+        if here is not None:
             found["repeated_poses"] = {
-                "groups": here.groups,
-                "degrees_of_freedom": here.freedom,
-                "rms_before": here.before.tolist(),
-                "rms_after": here.after.tolist(),
-                "noise_before": None if here.noise_before is None else here.noise_before.tolist(),
-                "noise_after": None if here.noise_after is None else here.noise_after.tolist(),
-            }
-        noise = _mean_deviation(self.deflections.noise_before), _mean_deviation(self.deflections.covariance)
+                "groups": here.groups, "degrees_of_freedom": here.freedom, "rms_before": here.before,
+                "rms_after": here.after, "noise_before": here.noise_before, "noise_after": here.noise_after,
+            }  # fmt: skip
         if len(self.text):
-            found["deflection_noise"] = {"before": noise[0], "after": noise[1]}
-            covariance = self.deflections.covariance
-            found["covariance"] = None if covariance is None else covariance.tolist()
+            before = _mean_deviation(self.deflections.noise_before)
+            found["deflection_noise"] = {"before": before, "after": _mean_deviation(covariance)}
+            found["covariance"] = covariance
         if self.residuals is not None:
-            before, after = self.residuals
-            found["residuals_of_identification"] = {"rms_before": before.tolist(), "rms_after": after.tolist()}
-        return found
+            found["residuals_of_identification"] = dict(zip(("rms_before", "rms_after"), self.residuals, strict=True))
+        record: dict[str, Any] = plain(found)
+        return record
 
 
 def correct(robot: RobotInput, poses: TableInput, *, interpolate: bool = False) -> CorrectionResult:
@@ -165,12 +160,12 @@ def _residuals(text: pd.DataFrame, robot: Robot, found: CorrectedDeflections) ->
     return rms[0], rms[1]
 
 
-def _mean_deviation(covariance: FloatArray | None) -> list[float] | None:
+def _mean_deviation(covariance: FloatArray | None) -> FloatArray | None:
     if covariance is None or not len(covariance):
         return None
-    deviations: list[float] = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2).mean(axis=0)).tolist()
+    deviations: FloatArray = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2).mean(axis=0))
     return deviations
 
 
-def _micro(values: Sequence[float] | FloatArray | None) -> str:
+def _micro(values: FloatArray | None) -> str:
     return "not stated" if values is None else "[" + ", ".join(f"{1e6 * value:.3g}" for value in values) + "]"

@@ -26,6 +26,7 @@ from expdesign.chain.recordings.registered_deflections import (
 from expdesign.chain.recordings.states import RecordedState, matched
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
+from expdesign.io.output import plain
 from expdesign.io.table import Table
 from expdesign.io.units import Unit, unit_of
 from expdesign.mechanics.robots.orientation import rotation_matrix
@@ -90,13 +91,15 @@ class RegistrationResult(RecordedTable):
     @property
     def record(self) -> dict[str, Any]:
         """The covariance of every deflection, and what the registrations leave over."""
-        return {
-            "covariance": self.covariance.tolist(),
+        record: dict[str, Any] = {
+            "covariance": self.covariance,
             "estimated_deviation_m": self.estimated,
-            "residual_rms_m": [float(np.sqrt((one.residuals**2).mean())) for one in self.found],
-            "points": [list(one.points) for one in self.found],
-            "suspicions": list(self.suspicions),
+            "residual_rms_m": [np.sqrt((one.residuals**2).mean()) for one in self.found],
+            "points": [one.points for one in self.found],
+            "suspicions": self.suspicions,
         }
+        record = plain(record)
+        return record
 
 
 def register(
