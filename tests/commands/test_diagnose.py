@@ -219,8 +219,7 @@ def test_bad_recordings_end_with_2_and_leave_nothing(
     frame = pd.read_csv(path)
     spoil(frame)
     frame.to_csv(path, index=False)
-    assert call("diagnose", ROBOT, path, "--out", tmp_path / "out") == 2
-    error = capsys.readouterr().err
+    error = refusal(capsys, "diagnose", ROBOT, path, "--out", tmp_path / "out")
     assert "recordings.csv" in error
     assert message in error
     assert "Traceback" not in error

@@ -51,8 +51,7 @@ def test_what_others_wrote_stays(
     file = out / inner if inner else out
     file.parent.mkdir(exist_ok=True)
     file.write_text(OTHERS)
-    assert call(name, *arguments, "--out", out) == 2
-    said = capsys.readouterr().err
+    said = refusal(capsys, name, *arguments, "--out", out)
     assert f"{file}: this file is there already. Nothing was written." in said
     assert "--force" in said
     assert file.read_text() == OTHERS
@@ -91,9 +90,9 @@ def test_a_file_into_which_somebody_wrote(tmp_path: Path, capsys: pytest.Capture
     plan, out = plan_file(tmp_path), tmp_path / "rows.csv"
     assert call("simulate", CONFIG, plan, "--out", out) == 0
     out.write_text(out.read_text().replace("first", "read again by hand"))
-    capsys.readouterr()
-    assert call("simulate", CONFIG, plan, "--out", out) == 2
-    assert "changed since `expdesign simulate` wrote it. Nothing was written." in capsys.readouterr().err
+    assert "changed since `expdesign simulate` wrote it. Nothing was written." in refusal(
+        capsys, "simulate", CONFIG, plan, "--out", out
+    )
     assert "read again by hand" in out.read_text()
 
 
@@ -136,9 +135,7 @@ def test_a_filled_sheet_is_never_replaced(form: str, tmp_path: Path, capsys: pyt
     (out / RECORD).unlink()  # as after a copy of the file
     for command in (("sheet", CONFIG, plan, "--out", out), ("simulate", CONFIG, plan, "--out", path)):
         for options in ((), ("--force",)):
-            capsys.readouterr()
-            assert call(*command, *options) == 2
-            said = capsys.readouterr().err
+            said = refusal(capsys, *command, *options)
             assert "laboratory sheet with readings in it, which is never replaced" in said or not options
     assert path.read_bytes() == filled
 
@@ -148,9 +145,9 @@ def test_an_input_is_never_replaced(tmp_path: Path, capsys: pytest.CaptureFixtur
     (tmp_path / "link.csv").symlink_to(targets)
     before = targets.read_bytes()
     for out in (targets, tmp_path / "link.csv"):
-        capsys.readouterr()
-        assert call("compensate", model, targets, "--out", out, "--force") == 2
-        assert "this is an input of `compensate`. Nothing was written." in capsys.readouterr().err
+        assert "this is an input of `compensate`. Nothing was written." in refusal(
+            capsys, "compensate", model, targets, "--out", out, "--force"
+        )
     assert targets.read_bytes() == before
 
 

@@ -26,8 +26,7 @@ def test_in_the_place_of_a_table(
     name: str, content: bytes, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / name).write_bytes(content)
-    assert call("evaluate", CONFIG, tmp_path / name) == 2
-    error = capsys.readouterr().err
+    error = refusal(capsys, "evaluate", CONFIG, tmp_path / name)
     assert f"{name}: " in error
     assert said in error
 
@@ -51,15 +50,12 @@ def test_in_the_place_of_yaml(
 
 def test_a_robot_of_another_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     recordings = recordings_file(tmp_path)
-    capsys.readouterr()
-    assert call("identify", ARM, recordings, "--out", tmp_path / "out") == 2
-    said = capsys.readouterr().err
+    said = refusal(capsys, "identify", ARM, recordings, "--out", tmp_path / "out")
     assert "the rows have poses (x_m, y_m, z_m ...), and `UR5 arm` is commanded by q1_rad, q2_rad" in said
     assert "Is this the wrong robot file?" in said
     joints = pd.read_csv(recordings).rename(columns={"x_m": "q1_rad", "y_m": "q2_rad", "z_m": "q3_rad"})
     joints.drop(columns=["rx_rad", "ry_rad", "rz_rad"]).to_csv(tmp_path / "joints.csv", index=False)
-    assert call("identify", ROBOT, tmp_path / "joints.csv", "--out", tmp_path / "out") == 2
-    said = capsys.readouterr().err
+    said = refusal(capsys, "identify", ROBOT, tmp_path / "joints.csv", "--out", tmp_path / "out")
     assert "the rows have joints (q1_rad, q2_rad, q3_rad ...), and `hexapod-h1` is commanded by x_m" in said
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.commands.calls import call, model_file, plan_file
+from tests.commands.calls import call, model_file, plan_file, refusal
 
 from expdesign.chain.models.model_file import read_model
 from expdesign.chain.recordings.points import points_from_table
@@ -38,7 +38,8 @@ def test_bad_input_ends_with_2(tmp_path: Path, capsys: pytest.CaptureFixture[str
     capsys.readouterr()
     assert call("predict", plan, plan, "--out", out) == 2
     plan.write_text(plan.read_text().replace("z_m", "zz_m", 1), encoding="utf-8")
-    assert call("predict", model, plan, "--out", out) == 2
-    assert "plan.csv, column z_m: the column is missing. Is `zz_m` meant?" in capsys.readouterr().err
+    assert "plan.csv, column z_m: the column is missing. Is `zz_m` meant?" in refusal(
+        capsys, "predict", model, plan, "--out", out
+    )
     assert call("predict", tmp_path / "none.yaml", plan, "--out", out) == 2
     assert not out.exists()

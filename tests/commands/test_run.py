@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import call
+from tests.commands.calls import call, refusal
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -113,8 +113,7 @@ def test_a_wrong_configuration_ends_in_one_message(
         part = part[key]
     part[keys[-1]] = value
     out = tmp_path / "out"
-    assert call(command, written(tmp_path, content), *(["--out", out] if command == "run" else [])) == 2
-    error = capsys.readouterr().err
+    error = refusal(capsys, command, written(tmp_path, content), *(["--out", out] if command == "run" else []))
     message = error.strip().splitlines()[-1]
     assert message.startswith("expdesign: ")
     assert "config.yaml" in message
@@ -137,8 +136,9 @@ def test_unknown_frames_have_no_lower_bound_and_say_so(tmp_path: Path, capsys: p
     record = json.loads(capsys.readouterr().out.split("report.html")[-1])
     assert record["rank"] == 42
     assert record["identifies_targets"]
-    assert call("montecarlo", tmp_path / "config.yaml", out / "plan.csv", "--out", tmp_path / "repeated") == 2
-    assert "Take `frames: unknown` out" in capsys.readouterr().err
+    assert "Take `frames: unknown` out" in refusal(
+        capsys, "montecarlo", tmp_path / "config.yaml", out / "plan.csv", "--out", tmp_path / "repeated"
+    )
 
 
 def test_a_reference_pose_makes_a_protocol(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 import yaml
 from openpyxl import load_workbook
-from tests.commands.calls import CONFIG, ROBOT, call
+from tests.commands.calls import CONFIG, ROBOT, call, refusal
 
 import expdesign as xd
 from expdesign.io.table import read_table
@@ -108,24 +108,24 @@ def test_a_sheet_that_was_not_filled_in(tmp_path: Path, capsys: pytest.CaptureFi
     config, plan = config_file(tmp_path, shared=True), plan_file(tmp_path)
     assert call("sheet", config, plan, "--out", tmp_path / "sheet") == 0
     for name in ("sheet.csv", "sheet.xlsx"):
-        capsys.readouterr()
-        assert call("identify", ROBOT, tmp_path / "sheet" / name, "--out", tmp_path / "out") == 2
-        assert "nothing is filled in under reading_x_m" in capsys.readouterr().err
+        assert "nothing is filled in under reading_x_m" in refusal(
+            capsys, "identify", ROBOT, tmp_path / "sheet" / name, "--out", tmp_path / "out"
+        )
 
 
 def test_a_sheet_without_the_columns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "other.xlsx"
     xd.load(plan_file(tmp_path))[["series", "x_m"]].to_excel(path, index=False, sheet_name="Tabelle1")
-    assert call("identify", ROBOT, path, "--out", tmp_path / "out") == 2
-    message = capsys.readouterr().err
+    message = refusal(capsys, "identify", ROBOT, path, "--out", tmp_path / "out")
     assert "other.xlsx, sheet `Tabelle1`, column sequence: the column is missing. Add the column." in message
 
 
 def test_a_workbook_in_the_place_of_a_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "plan.xlsx"
     xd.load(plan_file(tmp_path)).to_excel(path, index=False)
-    assert call("identify", path, ROBOT, "--out", tmp_path / "out") == 2
-    assert "plan.xlsx: this is a workbook, not text. Check the order of the files." in capsys.readouterr().err
+    assert "plan.xlsx: this is a workbook, not text. Check the order of the files." in refusal(
+        capsys, "identify", path, ROBOT, "--out", tmp_path / "out"
+    )
 
 
 def test_numbers_in_the_files_are_those_of_the_page(tmp_path: Path) -> None:

@@ -45,8 +45,9 @@ def test_wrong_arguments(tmp_path: Path, capsys: pytest.CaptureFixture[str], arg
 def test_a_wrong_key_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = (CONFIGURATIONS / "bipod-feir.yaml").read_text(encoding="utf-8")
     (tmp_path / "bipod-feir.yaml").write_text(text.replace("map_step:", "map_stop:"), encoding="utf-8")
-    assert call("study", "bipod-feir", "--out", tmp_path / "out", "--configurations", tmp_path) == 2
-    assert "Did you mean `map_step`?" in capsys.readouterr().err
+    assert "Did you mean `map_step`?" in refusal(
+        capsys, "study", "bipod-feir", "--out", tmp_path / "out", "--configurations", tmp_path
+    )
 
 
 def test_without_the_extra_the_remedy_is_said(

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.commands.calls import call
+from tests.commands.calls import call, refusal
 from tests.watching.runs import asked, config_file, state_of
 
 import expdesign as xd
@@ -187,8 +187,7 @@ def test_a_port_that_is_taken(tmp_path: Path, capsys: pytest.CaptureFixture[str]
         taken.bind((HOST, 0))
         taken.listen()
         port = taken.getsockname()[1]
-        assert call("run", config_file(tmp_path), "--out", tmp_path / "out", "--watch", "--port", port) == 2
-    said = capsys.readouterr().err
+        said = refusal(capsys, "run", config_file(tmp_path), "--out", tmp_path / "out", "--watch", "--port", port)
     assert f"port {port} cannot be opened" in said
     assert "--port" in said
     assert call("run", config_file(tmp_path), "--out", tmp_path / "out", "--watch", "--port", 99999) == 2

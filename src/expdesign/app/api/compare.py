@@ -109,7 +109,6 @@ class ComparisonResult(FolderResult):
         }
 
     def page(self) -> Page:
-        """The report."""
         settings = self.settings
         how = {
             "Repetitions of the experiment": str(settings.samples),

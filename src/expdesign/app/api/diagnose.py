@@ -118,7 +118,6 @@ class DiagnosisResult(RecordedResult):
         return ["interrupted: the best model so far is written"] if self.result.ended else []
 
     def page(self) -> Page:
-        """The report."""
         at = self.at_targets
         if at is None:
             return diagnosis_report(self.result)

@@ -101,7 +101,6 @@ class IdentificationResult(RecordedResult):
         return identification_record(self.result) | ({} if self.at_targets is None else self.at_targets.record)
 
     def page(self) -> Page:
-        """The report."""
         at = self.at_targets
         further = [] if at is None else at.sections("the identified robot")
         source = self.robot.document.source

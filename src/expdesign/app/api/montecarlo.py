@@ -78,7 +78,6 @@ class MonteCarloResult(FolderResult):
         return self.result.record()
 
     def page(self) -> Page:
-        """The report."""
         return montecarlo_report(self.result, *self.purpose.inputs[1:2])
 
 

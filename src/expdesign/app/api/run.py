@@ -111,7 +111,6 @@ class RunResult(FolderResult):
         return plan_of(self.problem, self.front, design)
 
     def page(self) -> Page:
-        """The report."""
         return design_report(self.problem, self.front, self.record)
 
     def save_plan(self, folder: PathLike, *, force: bool = False) -> None:

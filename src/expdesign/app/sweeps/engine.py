@@ -19,9 +19,8 @@ import os
 import signal
 import threading
 from abc import ABC, abstractmethod
-from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import lru_cache
@@ -41,7 +40,7 @@ Work = Callable[[Any], Any]
 
 SINGLE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 MOST_ATTEMPTS = 3
-"""Times that a process may end at the same work before it is given up."""
+"""Times in a row that processes may end without a result before their work is given up."""
 
 
 class WorkersError(ExpdesignError):
@@ -91,29 +90,19 @@ class Processes(Engine):
         self.workers = workers
 
     def execute(self, work: Work, tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
-        waiting, ended = deque(range(len(tasks))), Counter[int]()
+        waiting, ended = dict(enumerate(tasks)), 0
         while waiting:
-            running: dict[Future[Any], int] = {}
             with _single_threaded(), _pool(min(self.workers, len(waiting))) as pool:
+                running = {pool.submit(work, task): index for index, task in waiting.items()}
                 try:
-                    while waiting or running:
-                        # More tasks than there are workers, so that none of them waits for the next while results
-                        # are written; not all of them, because submitted tasks are lost with the pool.
-                        while waiting and len(running) <= 2 * self.workers:
-                            index = waiting.popleft()
-                            running[pool.submit(work, tasks[index])] = index
-                        for future in wait(running, return_when=FIRST_COMPLETED).done:
-                            if not _lost(future):
-                                yield running.pop(future), future.result()
-                        if any(_lost(future) for future in running):
-                            break  # the others are lost with it
-                except BrokenProcessPool:
-                    pass
-            for index in sorted(running.values(), reverse=True):
-                waiting.appendleft(index)
-            ended.update(running.values())
-            often = [index for index, count in ended.items() if count >= MOST_ATTEMPTS and index in waiting]
-            if often:
+                    for future in as_completed(running):
+                        result = future.result()
+                        del waiting[running[future]]
+                        ended = 0
+                        yield running[future], result
+                except BrokenProcessPool:  # what was running or waiting is lost with it
+                    ended += 1
+            if ended == MOST_ATTEMPTS:
                 what = f"worker processes ended {MOST_ATTEMPTS} times while they did the same work"
                 raise WorkersError(what, remedy="Is there enough memory? Use fewer workers.")
 
@@ -141,11 +130,6 @@ def engine_of(workers: int | None, cluster: str | None, default: int | None = No
         raise ArgumentError(f"{workers} is not a number of processes", argument="workers", remedy="Use at least 1.")
     count = workers or default or processors()
     return Serial() if count == 1 else Processes(count)
-
-
-def _lost(future: Future[Any]) -> bool:
-    """Whether a task ended because a worker did."""
-    return future.done() and isinstance(future.exception(), BrokenProcessPool)
 
 
 @contextmanager
