@@ -10,6 +10,7 @@ from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
 from expdesign.estimation.accuracy import Errors
 from expdesign.estimation.arm import ArmCalibration
 from expdesign.estimation.arm_outcome import Corrected, attached_frames, corrections, origins
+from expdesign.estimation.coverage import NORMAL_95
 from expdesign.estimation.identify import Identification
 from expdesign.io.output import csv_text
 from expdesign.report import words
@@ -61,7 +62,7 @@ def further_lines(found: ArmCalibration) -> list[str]:
             continue
         told = [index for index in range(part.start, part.stop) if found.told_apart[index]]
         for index in told:
-            value, spread = fit.values[index], 1.96 * deviations[index]
+            value, spread = fit.values[index], NORMAL_95 * deviations[index]
             name = chain.parameters[index].name
             lines.append(
                 f"{effect.component}, {name}: {value:.4g} (95 %: {value - spread:.4g} to {value + spread:.4g})"
@@ -197,7 +198,7 @@ def _frame_table(result: Identification, found: ArmCalibration) -> DataTable | N
         found.labels[chain.compliances : chain.base], parameters, values, deviation, strict=True
     ):
         factor, unit = (180.0 / np.pi, "°") if parameter.name.endswith("_rad") else (1e3, "mm")
-        rows.append([label, f"{factor * value:.4f}", words.number(1.96 * factor * spread, 2), unit])
+        rows.append([label, f"{factor * value:.4f}", words.number(NORMAL_95 * factor * spread, 2), unit])
     caption = (
         "The instrument's pose in the base frame, and the markers on the tip. What the geometry cannot be told from is "
         "in them: the base frame is that of joint 1 as it is."

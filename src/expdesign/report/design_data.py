@@ -23,13 +23,9 @@ from expdesign.report import error_maps, words
 from expdesign.report.blocks import DataTable
 from expdesign.report.design_figures import criterion_title, described, hover_text, plotted, shown_criteria
 from expdesign.report.error_budget import ErrorBudget, acceptance_rows, decision
+from expdesign.report.options import SHOWN
 from expdesign.report.robot_section import target_levers, target_text
 from expdesign.report.robot_view import levers, robot_states, view_data
-
-_GROWTH = 0.01
-"""Part by which the total error may grow where the plan is not met exactly."""
-_MOST_DESIGNS = 120
-"""Longer fronts get this for the recommended design and the knee alone, so that the report does not take long."""
 
 
 class PlanDeviations:
@@ -42,7 +38,7 @@ class PlanDeviations:
 
     def __init__(self, problem: DesignProblem, front: Front) -> None:
         count = len(front)
-        chosen = range(count) if count <= _MOST_DESIGNS else sorted({front.recommended, front.knee})
+        chosen = range(count) if count <= SHOWN.delicate_designs else sorted({front.recommended, front.knee})
         self._place = {design: place for place, design in enumerate(chosen)}
         self._found: Deviations = plan_deviations(problem, front.decisions[list(chosen)])
         self._n_pose = len(problem.loaded.robot.configuration)
@@ -62,11 +58,11 @@ class PlanDeviations:
             f"the error to expect changes by about ±{words.number(100.0 * spread, 2)}\u00a0%"
             + (f" and grows by {words.number(100.0 * mean, 2)}\u00a0% on average." if mean > 0.0 else ".")
         ]
-        allowed = found.allowed(_GROWTH)[place] / found.stated
+        allowed = found.allowed(SHOWN.growth)[place] / found.stated
         measurement, quantity = np.unravel_index(int(np.argmin(allowed)), allowed.shape)
         if np.isfinite(allowed[measurement, quantity]):
             column = words.plan_column(found.names[quantity])
-            value = found.allowed(_GROWTH)[place, measurement, quantity] * column.factor
+            value = found.allowed(SHOWN.growth)[place, measurement, quantity] * column.factor
             texts.append(
                 f"The most delicate is the {column.title} of measurement {measurement + 1}: "
                 f"{words.number(float(value), 2)}\u00a0{column.unit} off costs 1\u00a0%."

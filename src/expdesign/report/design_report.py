@@ -42,11 +42,9 @@ from expdesign.report.design_figures import (
 from expdesign.report.design_texts import about_run, lower_bound_sentence, next_steps, poses_text, vocabulary
 from expdesign.report.error_budget import EXPLAINED, ErrorBudget, decision, error_budget, headings, worst_sentence
 from expdesign.report.hidden_physics import hidden_section
+from expdesign.report.options import SHOWN
 from expdesign.report.page import Page
 from expdesign.report.robot_view import view_figure
-
-_BARS_BESIDE = 12
-"""So many axes of the error budget, at most, are drawn beside the robot; more take the full width."""
 
 _PLAN_CAPTION = (
     "Plan of design {design}: one row per measurement. Shown in mm, mrad and, of joints, degrees, rounded; the CSV "
@@ -181,7 +179,7 @@ def _design(problem: DesignProblem, front: Front, budget: ErrorBudget, data: Map
     ]
     bars = budget_figure(budget)
     wide: list[Block] = []
-    (achieved if len(budget.rows_that_matter()) <= _BARS_BESIDE else wide).append(bars)
+    (achieved if len(budget.rows_that_matter()) <= SHOWN.bars_beside else wide).append(bars)
     blocks: list[Block] = [Subheading(f"Plan of design {number}", id="plan-title"), plan]
     if data["view"] is None:
         blocks += [Paragraph(f"There is no picture for a robot of the kind {problem.loaded.robot.kind}."), *achieved]

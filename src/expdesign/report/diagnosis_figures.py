@@ -19,11 +19,7 @@ from expdesign.report import words
 from expdesign.report.blocks import Block, DataTable, Figure, SideBySide, framed
 from expdesign.report.diagnosis_texts import in_prose
 from expdesign.report.figures import axis, band, bars, chart, curve, level, points
-
-_LISTED = 0.01
-"""Probability from which a place is listed."""
-_MOST_LINES = 6
-"""Outputs of a law that its figure shows, the largest."""
+from expdesign.report.options import SHOWN
 
 
 def law_blocks(result: Diagnosis) -> list[Block]:
@@ -44,7 +40,7 @@ def law_figure(result: Diagnosis, finding: LawFinding) -> Figure:
     chosen = {name: (outputs == name) & (varied == telling) for name in dict.fromkeys(found.output)}
     largest = sorted(chosen, key=lambda name: -float(np.ptp(found.mean[chosen[name]])))
     traces = []
-    for name in largest[:_MOST_LINES]:
+    for name in largest[: SHOWN.curve_lines]:
         rows = chosen[name]
         x = found.inputs[rows, telling]
         traces += [band(x, found.low[rows], found.high[rows]), curve(name, x, found.mean[rows])]
@@ -70,7 +66,7 @@ def _places_table(result: Diagnosis) -> DataTable:
         (number, place)
         for number, part in enumerate(result.laws.parts, start=1)
         for place in part.places
-        if place.probability >= _LISTED
+        if place.probability >= SHOWN.listed_place
     ]
     caption = (
         "Where each law may be. The evidence is that of all laws that the place could hold, beside the other laws; "
@@ -87,10 +83,6 @@ def _places_table(result: Diagnosis) -> DataTable:
         columns=["law", "component", "log_evidence", "probability"],
     )
     return framed("places", caption, frame, shown)
-
-
-MOST_POINTS = 2000
-"""Points of a figure; of more rows every second, third ... is drawn."""
 
 
 def added(result: Diagnosis) -> bool:
@@ -168,7 +160,7 @@ def _most_informative_coordinate(result: Diagnosis) -> str:
 def _scatter(result: Diagnosis, name: str, driver: FloatArray, label: str) -> Figure:
     """RMS over the axes of every row, before and after, against a quantity (one value per row)."""
     chosen = np.zeros(len(driver), dtype=bool)
-    chosen[:: max(1, len(driver) // MOST_POINTS)] = True
+    chosen[:: max(1, len(driver) // SHOWN.points)] = True
     chosen &= result.names.sample.counts & ~result.model.outliers
     before, after = (
         np.sqrt((residuals**2).mean(axis=1))[chosen]

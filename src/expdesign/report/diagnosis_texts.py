@@ -13,11 +13,9 @@ from expdesign.diagnosis.result import Diagnosis
 from expdesign.probabilities import probability_text
 from expdesign.report import words
 from expdesign.report.fit_texts import coverage_sentence, diagnosed_fit_sentences
+from expdesign.report.options import SHOWN
 from expdesign.report.remark_texts import sentences
 from expdesign.report.stiffness import added_physics, diagnosed_stiffness, stiffness_lines
-
-_LISTED = 0.001
-"""Probability from which a component is listed."""
 
 
 def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[str, Any]:
@@ -103,7 +101,7 @@ def _candidates(diagnosis: Diagnosis) -> list[dict[str, Any]]:
         }
         for number, part in enumerate(diagnosis.laws.parts, start=1)
         for place in part.places
-        if place.probability >= _LISTED
+        if place.probability >= SHOWN.recorded_place
     ]
 
 

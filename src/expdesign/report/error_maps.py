@@ -18,9 +18,8 @@ from expdesign.report import words
 from expdesign.report.blocks import Block, DataTable, Option, Selector
 from expdesign.report.error_budget import ErrorBudget
 from expdesign.report.figures import axis, chart
+from expdesign.report.options import SHOWN
 
-PROBABILITY = 0.95
-"""Of the error to lie inside an ellipse."""
 ELLIPSE_CAPTION = (
     "Principal axes of the error to expect with design {design}, as standard deviations: the largest of each part, "
     "the smallest of both together, and the direction in which the largest lies."
@@ -47,7 +46,7 @@ def ellipse_views(problem: DesignProblem, budget: ErrorBudget) -> dict[str, Any]
                 "tolerance": 1e6 * tolerance,
             }
         )
-    return {"scale": ellipse_scale(PROBABILITY), "views": views}
+    return {"scale": ellipse_scale(SHOWN.ellipse), "views": views}
 
 
 def ellipses_of(problem: DesignProblem, covariances: TargetCovariances, design: int) -> list[list[float]]:
@@ -94,7 +93,7 @@ def ellipse_blocks(problem: DesignProblem, first: list[list[str]], number: str) 
         options.append(Option(str(index), f"Target {target + 1}: {names[0]} and {names[1]}", index == 0))
     if not options:
         return []
-    percent = words.given(100.0 * PROBABILITY)
+    percent = words.given(100.0 * SHOWN.ellipse)
     figure = chart(
         "ellipses", "Error ellipses at the targets", [],
         f"In {percent} of 100 calibrations with this plan the error that is left at the target lies inside the ellipse "

@@ -11,6 +11,7 @@ from expdesign.estimation.remarks import IdleActuators, Implausible
 from expdesign.report import words
 from expdesign.report.arm_section import accuracy_lines, further_lines, geometry_line
 from expdesign.report.identification_tables import rms
+from expdesign.report.options import SHOWN
 from expdesign.report.remark_texts import sentences
 from expdesign.report.stiffness import identified_stiffness, stiffness_lines
 
@@ -59,10 +60,6 @@ def coverage_sentence(share: float) -> str:
     )
 
 
-_FEW = 0.01
-"""Share of reachable poses below which the units of `experiment.poses` are probably wrong."""
-
-
 def problem_summary(problem: "DesignProblem", found: "Feasibility") -> str:
     """What a configuration asks for, and how much of its design space serves."""
     space = problem.space
@@ -85,7 +82,7 @@ def problem_summary(problem: "DesignProblem", found: "Feasibility") -> str:
 def problem_remarks(problem: "DesignProblem", found: "Feasibility") -> tuple[str, ...]:
     """What is doubtful about a configuration."""
     remarks = []
-    if found.reachable < _FEW:
+    if found.reachable < SHOWN.few_poses:
         remarks.append("hardly any pose in `experiment.poses` can be reached; check their units (m, rad)")
     if problem.found is not None:
         remarks.append(problem.found.note)

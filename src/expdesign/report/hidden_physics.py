@@ -18,11 +18,7 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
 from expdesign.report.blocks import Block, DataTable, Figure, PageSection, Sentences, framed
 from expdesign.report.figures import axis, bars_across, chart, level, points
-
-_MOST = 30
-"""Bars of the figure; the table has all effects."""
-_CHEAP = 0.05
-"""Part of the least total error that noticing may cost before it is called dear."""
+from expdesign.report.options import SHOWN
 
 
 def hidden_section(problem: DesignProblem, front: Front) -> PageSection:
@@ -69,10 +65,10 @@ def cheapest_sentences(front: Front) -> list[str]:
     total, meir = front.criteria["total"], front.criteria["meir"]
     if not np.isfinite(meir[front.recommended]):
         return []
-    affordable = np.flatnonzero(total <= (1.0 + _CHEAP) * total[front.recommended])
+    affordable = np.flatnonzero(total <= (1.0 + SHOWN.cheap) * total[front.recommended])
     best = int(affordable[np.nanargmin(meir[affordable])])
     if meir[best] >= meir[front.recommended] * (1.0 - 1e-6):
-        percent = f"{100.0 * _CHEAP:.0f}\u00a0%"
+        percent = f"{100.0 * SHOWN.cheap:.0f}\u00a0%"
         return [f"No design on the front hides less than that within {percent} of the least total error."]
     text = (
         f"Design {best + 1} hides {words.number(float(meir[best]))} tolerances instead of "
@@ -101,7 +97,7 @@ def by_component(physics: tuple[HiddenPhysics, ...]) -> list[HiddenPhysics]:
 
 def hidden_figure(physics: tuple[HiddenPhysics, ...]) -> Figure:
     """A bar per physics and component: the error that stays hidden."""
-    shown = by_component(physics)[:_MOST]
+    shown = by_component(physics)[: SHOWN.hidden_bars]
     traces = []
     for limit, name, shade in (
         ("detection", "as large as goes unnoticed", "noise"),

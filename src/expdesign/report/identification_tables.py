@@ -20,11 +20,9 @@ from expdesign.report import words
 from expdesign.report.arm_section import arm_record
 from expdesign.report.blocks import Block, DataTable, Option, PageSection, Selector, Sentences, framed
 from expdesign.report.figures import chart, points
+from expdesign.report.options import SHOWN
 from expdesign.report.remark_texts import sentences
 from expdesign.report.stiffness import stiffness_unit
-
-MOST_ROWS = 2000
-"""Files with more rows list only those that are flagged."""
 
 
 def identification_record(result: Identification) -> dict[str, Any]:
@@ -95,7 +93,7 @@ def measurement_frame(result: Identification) -> pd.DataFrame:
 def _measurements(result: Identification) -> list[dict[str, Any]]:
     """The rows of the frame; of long recordings those that are flagged."""
     frame = measurement_frame(result)
-    listed = frame if len(frame) <= MOST_ROWS else frame[frame["outlier"]]
+    listed = frame if len(frame) <= SHOWN.recorded_rows else frame[frame["outlier"]]
     return [dict(zip(map(str, listed.columns), row, strict=True)) for row in listed.astype(object).to_numpy().tolist()]
 
 
@@ -122,12 +120,6 @@ def geometry_section(result: Identification) -> PageSection:
     return PageSection("geometry", "Geometry", [Sentences([text]), table])
 
 
-MOST_ROWS = 200
-"""Rows that the table of measurements shows; of more the outliers and the largest leverages."""
-MOST_DOWNLOADED = 10000
-"""Rows beyond which the table's CSV holds what is shown, so that the page stays small."""
-
-
 def measurement_table(result: Identification) -> DataTable:
     """Leverage, doubt and share of the information of every fitted row."""
     frame = measurement_frame(result)
@@ -148,7 +140,7 @@ def measurement_table(result: Identification) -> DataTable:
         "Informs most": "informs",
         "Share": lambda row: f"{words.number(100.0 * row.share, 2)} %",
     }
-    if len(frame) > MOST_DOWNLOADED:
+    if len(frame) > SHOWN.downloaded_rows:
         return framed("measurements", caption + part, frame.iloc[listed], shown, tall=True)
     return framed("measurements", caption + part, frame, shown, rows=listed.tolist(), tall=True)
 
@@ -156,20 +148,14 @@ def measurement_table(result: Identification) -> DataTable:
 def _most_influential(result: Identification) -> IntArray:
     """Rows for the table: all, or the outliers and those with the largest leverage."""
     leverage = result.influence.leverage
-    if len(leverage) <= MOST_ROWS:
+    if len(leverage) <= SHOWN.listed_rows:
         return np.arange(len(leverage))
     ranked = np.argsort(-(leverage + 1e9 * result.influence.outlier), kind="stable")
-    return np.sort(ranked[:MOST_ROWS])
+    return np.sort(ranked[: SHOWN.listed_rows])
 
 
 SCRIPT = "residual_figure.js"
-MOST_POINTS = 3000
-"""Points of the figure; of more rows every second, third ... is drawn."""
-_FAST = 500
-"""Rows from which points are drawn by the graphics card."""
 _SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross")
-_DECIMALS = 6
-"""Of the range of a quantity, to which its values are the same level."""
 
 
 def varied(result: Identification, train: Recordings) -> dict[str, FloatArray]:
@@ -189,17 +175,17 @@ def varied(result: Identification, train: Recordings) -> dict[str, FloatArray]:
     varying = {
         name: values for name, values in columns.items() if span[name] > 1e-9 * max(1e-3, float(np.abs(values).max()))
     }
-    levels = {name: len(np.unique(np.round(values / span[name], _DECIMALS))) for name, values in varying.items()}
+    levels = {name: len(np.unique(np.round(values / span[name], SHOWN.levels))) for name, values in varying.items()}
     return dict(sorted(varying.items(), key=lambda item: -levels[item[0]]))
 
 
 def residual_blocks(result: Identification, train: Recordings) -> list[Block]:
     """The selector and the figure, which shows the coordinate that varies most; the order where none does."""
-    step = max(1, len(train) // MOST_POINTS)
+    step = max(1, len(train) // SHOWN.points)
     choices = _choices(result, train)
     first = choices[0]
     names = result.recordings.components(result.robot.coordinates)
-    kind = "scattergl" if len(train) > _FAST else "scatter"
+    kind = "scattergl" if len(train) > SHOWN.fast_points else "scatter"
     traces = [
         points(
             words.axis(names[axis]), first["values"], np.round(result.fit.residuals[::step, column], 4),
@@ -224,7 +210,7 @@ def residual_data(result: Identification, train: Recordings) -> dict[str, Any]:
 
 
 def _choices(result: Identification, train: Recordings) -> list[dict[str, Any]]:
-    step = max(1, len(train) // MOST_POINTS)
+    step = max(1, len(train) // SHOWN.points)
     found: list[dict[str, Any]] = []
     for name, values in varied(result, train).items():
         column = words.plan_column(name)
@@ -235,7 +221,7 @@ def _choices(result: Identification, train: Recordings) -> list[dict[str, Any]]:
 
 def _frame(result: Identification, train: Recordings) -> pd.DataFrame:
     """Whitened residuals of the rows that are drawn, with what varied (SI)."""
-    step = max(1, len(train) // MOST_POINTS)
+    step = max(1, len(train) // SHOWN.points)
     frame = pd.DataFrame({"sequence": train.sequence[::step], "row": train.lines[::step]})
     for name, values in varied(result, train).items():
         frame[name] = values[::step]

@@ -26,9 +26,8 @@ from expdesign.estimation.remarks import (
     NegativeCompliance,
 )
 from expdesign.report import words
+from expdesign.report.options import SHOWN
 
-_MOST_NAMES = 6
-"""Names that a sentence lists."""
 _NOT_SOUGHT = {
     Sought.TIME: "Laws of time and creep were not considered: the recordings have no column `time_s`.",
     Sought.MEMORY: "Effects that remember a load were not considered: no series has two rows in a stated order.",
@@ -48,7 +47,7 @@ def sentence(remark: Remark) -> str:
 
 
 def _first(names: Sequence[str]) -> str:
-    return ", ".join(names[:_MOST_NAMES]) + (" and others" if len(names) > _MOST_NAMES else "")
+    return ", ".join(names[: SHOWN.names]) + (" and others" if len(names) > SHOWN.names else "")
 
 
 def _vector(components: Sequence[float]) -> str:
@@ -94,7 +93,7 @@ def _confounded_time(one: ConfoundedTime) -> str:
 
 
 def _averaged(one: Averaged) -> str:
-    named, more = ", ".join(f"`{effect}`" for effect in one.effects[:_MOST_NAMES]), len(one.effects) - _MOST_NAMES
+    named, more = ", ".join(f"`{effect}`" for effect in one.effects[: SHOWN.names]), len(one.effects) - SHOWN.names
     return (
         f"{one.rows} rows are too few to rule out small effects. Predictions are the average over what may be there, "
         f"weighted by evidence: {named}{f' and {more} others' if more > 0 else ''}. Record more poses to decide."
@@ -120,8 +119,8 @@ TEXTS: Mapping[type[Remark], Callable[[Any], str]] = {
     ),
     HeldMarker: _held_marker,
     BlindPoses: lambda one: (
-        f"The fitted poses do not show {words.listed(one.names[:_MOST_NAMES])}"
-        f"{' and others' if len(one.names) > _MOST_NAMES else ''}, which stay as drawn. Poses in which all joints move "
+        f"The fitted poses do not show {words.listed(one.names[: SHOWN.names])}"
+        f"{' and others' if len(one.names) > SHOWN.names else ''}, which stay as drawn. Poses in which all joints move "
         "would determine them."
     ),
     NoiseBeyondStated: lambda one: (

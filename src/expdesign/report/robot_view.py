@@ -16,12 +16,9 @@ from expdesign.mechanics.robots.drawing import Drawing
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.report.blocks import Figure
 from expdesign.report.figures import Trace, chart, colour, curve, points
+from expdesign.report.options import SHOWN
 from expdesign.report.page import plot_text
 
-_ARROW_SHARE = 0.3
-"""Length of the largest force's arrow as a share of the robot's size."""
-_AXIS_SHARE, _LABEL_SHARE = 0.1, 0.07
-"""Length of a joint's axis, and distance of a leg's number from its base joint, as shares of the robot's size."""
 _FLAT: dict[str, dict[str, Any]] = {
     "xaxis": {"title": {"text": "x (m)"}, "scaleanchor": "y", "constrain": "domain"},
     "yaxis": {"title": {"text": "y (m)"}},
@@ -93,11 +90,11 @@ def labels(robot: Robot, drawing: Drawing) -> dict[str, FloatArray]:
     places = {}
     for name, start in starts.items():
         if name in drawing.directions:
-            places[name] = start + _AXIS_SHARE * size * drawing.directions[name]
+            places[name] = start + SHOWN.axis * size * drawing.directions[name]
             continue
         outward = start - np.mean(list(starts.values()), axis=0)
         length = np.linalg.norm(outward, axis=-1, keepdims=True)
-        places[name] = start + _LABEL_SHARE * size * outward / np.where(length > 0.0, length, 1.0)
+        places[name] = start + SHOWN.label * size * outward / np.where(length > 0.0, length, 1.0)
     return places
 
 
@@ -121,7 +118,7 @@ def view_data(robot: Robot, states: RobotStates, concerned: Sequence[str] = ()) 
     count, dimension = drawing.points.shape[-2:]
     size = _size(drawing)
     largest = float(np.linalg.norm(states.force, axis=-1).max())
-    tip = states.contact + states.force * (_ARROW_SHARE * size / (largest or 1.0))
+    tip = states.contact + states.force * (SHOWN.arrow * size / (largest or 1.0))
     named, markers = labels(robot, drawing), marker_places(robot, drawing, states.rotation)
     further = [drawing.origin, states.contact, tip, *named.values(), *markers.values()]
     whole = np.concatenate([drawing.points, np.stack(further, axis=-2)], axis=-2)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from expdesign.estimation.coverage import NORMAL_95
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.intervals import Intervals
 from expdesign.mechanics.robots.robot import Robot
@@ -16,8 +17,6 @@ from expdesign.report.figures import chart, points, whiskers
 if TYPE_CHECKING:  # an identification need not wait for it
     from expdesign.diagnosis.result import Diagnosis
 
-_NORMAL_95 = 1.959963984540054
-"""Standard deviations of a normal 95 % interval to each side."""
 _HEADS = {"low": "Low", "high": "High", "springs_alone": "Springs alone", "robot_file": "Robot file"}
 """Headings by the columns that are stiffnesses."""
 
@@ -50,7 +49,7 @@ def diagnosed_stiffness(result: "Diagnosis") -> pd.DataFrame:
     fit, robot = result.known, result.robot
     part = slice(0, fit.chain.compliances)
     estimate = fit.values[part] * robot.compliance
-    half = _NORMAL_95 * np.sqrt(np.diag(fit.covariance)[part]) * robot.compliance
+    half = NORMAL_95 * np.sqrt(np.diag(fit.covariance)[part]) * robot.compliance
     interval = Intervals(estimate, estimate - half, estimate + half).inverse()
     springs = 1.0 / (result.base.values[part] * robot.compliance)
     columns = {"stiffness": interval.estimate, "low": interval.low, "high": interval.high, "springs_alone": springs}

@@ -5,6 +5,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from expdesign.report.options import SHOWN
+
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _SMALL_NUMBERS = (
     "no one two three four five six seven eight nine ten eleven twelve".split()  # noqa: SIM905 (easier to read)
@@ -26,8 +28,6 @@ _NAMES = {"com": "centre of mass", "sequence": "no."}
 SOURCES = {"com": "centre of mass", "mass": "mass", "direction": "direction", "wrench": "wrench"}
 
 UNDETERMINED = "not determined"
-NEGLIGIBLE = 1e-6
-"""Part of the scale of a column below which a number is shown as 0: rounding of the computation, not a finding."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ def number(value: float, digits: int = 3, scale: float = 0.0) -> str:
     """
     if not math.isfinite(value):
         return UNDETERMINED if math.isnan(value) else ("∞" if value > 0 else "−∞")
-    if value == 0.0 or abs(value) < NEGLIGIBLE * scale:
+    if value == 0.0 or abs(value) < SHOWN.negligible * scale:
         return "0"
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
     power = int(exponent)
