@@ -117,7 +117,10 @@ def test_a_sheet_without_the_columns(tmp_path: Path, capsys: pytest.CaptureFixtu
     path = tmp_path / "other.xlsx"
     xd.load(plan_file(tmp_path))[["series", "x_m"]].to_excel(path, index=False, sheet_name="Tabelle1")
     message = refusal(capsys, "identify", ROBOT, path, "--out", tmp_path / "out")
-    assert "other.xlsx, sheet `Tabelle1`, column sequence: the column is missing. Add the column." in message
+    assert (
+        "other.xlsx, sheet `Tabelle1`, column sequence: the column is missing. Add the column: whole numbers, the order"
+        in message
+    )
 
 
 def test_a_workbook_in_the_place_of_a_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

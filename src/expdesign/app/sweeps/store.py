@@ -67,7 +67,10 @@ class Store:
         self.runs = runs
         self._rows = {run.identity: self._row(run.identity) for run in runs}
         times = folder / TIMES
-        self._seconds: dict[str, float] = dict(_read(times).itertuples(index=False)) if times.is_file() else {}
+        self._seconds: dict[str, float] = {}
+        if times.is_file():
+            known = _read(times)
+            self._seconds = dict(zip(known["folder"], known["wall_s"].astype(float), strict=True))
         self._written = -_INTERVAL
 
     def waiting(self) -> list[SweepRun]:
@@ -115,7 +118,7 @@ class Store:
             if not (folder / _RECORD).is_file():
                 return None
             record = json.loads((folder / _RECORD).read_text(encoding="utf-8"))
-            best = _read(folder / "pareto.csv").query("recommended").iloc[0]
+            best = _read(folder / "pareto.csv").query("recommended == 'true'").iloc[0]
         except (OSError, ValueError, KeyError, IndexError) as error:
             remedy = "Remove this folder, and give the same command again."
             raise InputError(
@@ -127,5 +130,5 @@ class Store:
 
 
 def _read(file: Path) -> pd.DataFrame:
-    """A table as it was written, to the last digit; identities are text, whatever they look like."""
-    return pd.read_csv(file, dtype={"folder": str}, float_precision="round_trip")
+    """The cells of a table as text: numbers to the last digit, and identities whatever they look like."""
+    return pd.read_csv(file, dtype=str, keep_default_na=False)
