@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from expdesign.app.sweeps.store import RUNS, TABLE, TIMES
+from expdesign.io.written import RECORD
 from expdesign.io.output import write_file
 
 COMMAND = (sys.executable, "-m", "expdesign", "sweep")
@@ -97,10 +98,10 @@ def finished_runs(folder: Path) -> int:
 
 
 def finished(folder: Path, wall: float) -> Timed:
-    """A finished sweep with the digest of every file but the times."""
+    """A finished sweep with the digest of every file but the times and the record that names the sweep's file."""
     digest = hashlib.sha256()
     for path in sorted(folder.rglob("*")):
-        if path.is_file() and path.name != TIMES:
+        if path.is_file() and path.name not in (TIMES, RECORD):
             digest.update(str(path.relative_to(folder)).encode() + b"\0" + path.read_bytes())
     with (folder / TIMES).open(encoding="utf-8", newline="") as stream:
         runs = [float(row["wall_s"]) for row in csv.DictReader(stream)]
