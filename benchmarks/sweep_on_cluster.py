@@ -20,8 +20,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from expdesign.app.sweeps.store import RUNS, TABLE, TIMES
-from expdesign.io.written import RECORD
 from expdesign.io.output import write_file
+from expdesign.io.written import RECORD
 
 COMMAND = (sys.executable, "-m", "expdesign", "sweep")
 

@@ -7,15 +7,6 @@ import pytest
 from tests.commands.calls import ROBOT, call, plan_file, recordings_file, refusal
 
 
-def test_without_and_with_the_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    recordings = recordings_file(tmp_path)
-    capsys.readouterr()
-    assert call("check", recordings) == 0
-    assert "4 rows in 3 series" in capsys.readouterr().out
-    assert call("check", recordings, "--robot", ROBOT) == 0
-    assert "identify all 6 stiffnesses" in capsys.readouterr().out
-
-
 def test_what_is_wrong_or_not_identifiable_ends_with_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     recordings = recordings_file(tmp_path)
     frame = pd.read_csv(recordings)

@@ -79,7 +79,7 @@ def test_a_leg_without_load_ends_with_2_and_its_name(tmp_path: Path, capsys: pyt
     assert call("identify", ROBOT, path, "--out", tmp_path / "out", "--prior", 30) == 0
 
 
-@pytest.mark.parametrize("prior", ["0", "-5", "nan"])
+@pytest.mark.parametrize("prior", ["0", "-5", "nan", "1e-300"])
 def test_a_prior_must_be_a_size(prior: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "--prior" in refusal(
         capsys, "identify", ROBOT, recordings_file(tmp_path), "--out", tmp_path / "out", f"--prior={prior}"

@@ -51,12 +51,5 @@ def test_a_sweep_alone_comes_with_what_it_points_to(tmp_path: Path, capsys: pyte
     assert (tmp_path / "my sweep" / "robot.yaml").is_file()
 
 
-def test_nothing_is_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "robot.yaml").write_text("mine")
-    assert "robot.yaml: this file is there already" in refusal(capsys, "new", "bipod", "--out", tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == ["robot.yaml"]
-    assert (tmp_path / "robot.yaml").read_text() == "mine"
-
-
 def test_a_name_that_is_nearly_right(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "Did you mean `hexapod`?" in refusal(capsys, "new", "hexpod", "--out", tmp_path)

@@ -150,14 +150,6 @@ def test_simulated_recordings_can_be_identified(
     assert word in message
 
 
-def test_separators_other_than_commas(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    plan = written(tmp_path, PLAN.replace(",", ";").replace(".", ","), "plan.csv")
-    assert call("evaluate", CONFIG, plan, "--json") == 0
-    assert "plan.csv: columns separated by semicolons; decimal commas" in capsys.readouterr().err
-    mixed = written(tmp_path, PLAN.replace(",", ";").replace("26.5", "26,5"), "mixed.csv")
-    assert "a comma (26,5 in row 2) and with a point (0.01 in row 2)" in refused(capsys, "evaluate", CONFIG, mixed)
-
-
 def test_no_other_column_is_taken_for_the_missing_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     model = model_file(tmp_path)
     points = written(tmp_path, PLAN.replace("com_x_m", "colour"), "points.csv")
@@ -252,14 +244,6 @@ def test_a_file_where_the_folder_should_be(
     assert (tmp_path / "taken").read_text() == "mine"
 
 
-@pytest.mark.parametrize("options", [["next", "--seed", "-1"], ["identify", "--prior", "1e-300"]])
-def test_options_that_cannot_be_right(tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str]) -> None:
-    command, *rest = options
-    first = CONFIG if command == "next" else ROBOT
-    message = refused(capsys, command, first, recordings_file(tmp_path), "--out", tmp_path / "out", *rest)
-    assert message.startswith(f"expdesign: {rest[0]}: ")
-
-
 def test_one_file_is_not_two_measurements(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     recordings = recordings_file(tmp_path)
     out = tmp_path / "out"
@@ -283,6 +267,8 @@ def test_too_little_memory_is_a_message(capsys: pytest.CaptureFixture[str], monk
         (("identify", "config", "plan", "--out", "out"), "this is a run configuration, not a robot"),
         (("compensate", "robot", "plan", "--out", "out"), "this is a robot, not an identified model"),
         (("predict", "config", "plan", "--out", "out"), "this is a run configuration, not a robot"),
+        (("sweep", "robot", "--out", "out"), "this is a robot, not a sweep"),
+        (("sweep", "config", "--out", "out"), "this is a run configuration, not a sweep"),
     ],
 )
 def test_a_file_in_the_place_of_another_is_called_by_its_name(

@@ -79,13 +79,6 @@ def test_options_of_compare_are_taken_as_they_are_given(tmp_path: Path, capsys: 
     assert "--generations: 0 is too small" in refused(capsys, "compare", CONFIG, "--out", tmp_path / "out", *none)
 
 
-@pytest.mark.parametrize(("file", "kind"), [(ROBOT, "robot"), (CONFIG, "run configuration")])
-def test_another_file_in_the_place_of_a_sweep(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], file: Path, kind: str
-) -> None:
-    assert f"this is a {kind}, not a sweep" in refused(capsys, "sweep", file, "--out", tmp_path / "out")
-
-
 def test_a_robot_in_the_place_of_the_configuration_that_is_varied(tmp_path: Path) -> None:
     sweep = {"schema_version": 1, "config": str(ROBOT), "vary": {"optimiser.seed": [1]}}
     with pytest.raises(InputError, match="this is a robot, not a run configuration"):
