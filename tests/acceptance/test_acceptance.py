@@ -11,7 +11,7 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 import expdesign as xd
 from expdesign.assurance.acceptance.budget import Contribution, UncertaintyBudget
 from expdesign.assurance.acceptance.decision import Basis, Decision
-from expdesign.assurance.acceptance.planned import check_readings, planned_decision
+from expdesign.assurance.acceptance.planned import check_readings, planned_decisions
 from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.errors import InputError
@@ -33,7 +33,7 @@ def plan_for(case: DesignProblem, seed: int = 1, *, at_one_pose: bool = False) -
 
 
 def decision(case: DesignProblem, plan: Plan) -> Decision:
-    return planned_decision(case, case.assess(plan.configurations[None], plan.loads[None], plan.series[None]))
+    return planned_decisions(case, case.assess(plan.configurations[None], plan.loads[None], plan.series[None]))[0]
 
 
 def test_coverage_factors() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from expdesign.assurance.acceptance.budget import UncertaintyBudget, planned_budgets
 from expdesign.assurance.acceptance.planned import recommended_acceptance
 from expdesign.assurance.acceptance.said import sentences
 from expdesign.planning.laboratory_sheet import Costs
@@ -17,7 +18,7 @@ from expdesign.report import words
 from expdesign.report.design_data import criteria_cells
 from expdesign.report.design_report import design_report
 from expdesign.report.design_texts import lower_bound_sentence
-from expdesign.report.error_budget import error_budget
+from expdesign.report.error_budget import parts
 from expdesign.report.page import content_of, render
 
 
@@ -75,19 +76,25 @@ def test_the_figure_of_the_front_shows_the_front(case: Any) -> None:
     np.testing.assert_array_equal(trace["y"], case.front.criteria[y])
 
 
+def budgets(case: Any) -> list[UncertaintyBudget]:
+    """Of every design of the front."""
+    return planned_budgets(case.problem, case.problem.assess(*case.problem.space.decode(case.front.decisions)))
+
+
 def test_the_error_budget_adds_up_to_the_criteria(case: Any) -> None:
-    budget = error_budget(case.problem, case.problem.assess(*case.problem.space.decode(case.front.decisions)))
     weights = case.problem.targets.weights / case.problem.targets.weights.sum()
-    for sigma, name in ((budget.noise, "duir"), (budget.load, "feir"), (budget.total, "total")):
-        rms = np.sqrt(budget.in_tolerances(sigma) ** 2 @ weights)
-        np.testing.assert_allclose(rms, case.front.criteria[name], rtol=1e-12)
-    np.testing.assert_allclose(np.linalg.norm(budget.sources, axis=-1), budget.load, rtol=1e-12)
+    for design, budget in enumerate(budgets(case)):
+        of_axes = parts(budget) / budget.tolerance[..., None]  # noise, load and both, then each source
+        squares = np.nansum(of_axes**2, axis=1)[:, :3]
+        rms = dict(zip(("duir", "feir", "total"), np.sqrt(weights @ squares), strict=True))
+        for name, found in rms.items():
+            np.testing.assert_allclose(found, case.front.criteria[name][design], rtol=1e-12)
 
 
 def test_each_source_of_load_error_is_what_feir_is_without_the_others(case: Any) -> None:
     """Removing the other sources from the problem leaves the share that the budget gives to one."""
     loaded = case.problem.loaded
-    budget = error_budget(case.problem, case.problem.assess(*case.problem.space.decode(case.front.decisions)))
+    found = np.array([[one.deviation for one in budget.contributions[1:]] for budget in budgets(case)])
     measured = loaded.measure(*case.problem.space.decode(case.front.decisions))
     for index, source in enumerate(loaded.sources):
         assessment = case.problem.assess(*case.problem.space.decode(case.front.decisions))
@@ -101,7 +108,7 @@ def test_each_source_of_load_error_is_what_feir_is_without_the_others(case: Any)
             (source.shared,),
             case.problem.targets,
         )
-        np.testing.assert_allclose(budget.sources[..., index], np.sqrt(alone.force_variance), rtol=1e-9)
+        np.testing.assert_allclose(found[:, index], np.sqrt(alone.force_variance), rtol=1e-9)
 
 
 def test_one_table_has_the_budget_and_what_is_accepted(case: Any) -> None:

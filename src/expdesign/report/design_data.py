@@ -4,12 +4,14 @@ Among them further criteria beside the best of the front (the observability indi
 has to be met, in two sentences.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
+from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.acceptance.said import sentences
 from expdesign.io.output import csv_text
 from expdesign.planning.accuracy_map import AccuracyMap
@@ -22,7 +24,7 @@ from expdesign.planning.result import plans_frame
 from expdesign.report import error_maps, words
 from expdesign.report.blocks import DataTable
 from expdesign.report.design_figures import criterion_title, described, hover_text, plotted, shown_criteria
-from expdesign.report.error_budget import ErrorBudget, acceptance_rows, decision
+from expdesign.report.error_budget import acceptance_rows, parts
 from expdesign.report.options import SHOWN
 from expdesign.report.robot_section import target_levers, target_text
 from expdesign.report.robot_view import levers, robot_states, view_data
@@ -119,7 +121,7 @@ def design_data(
     problem: DesignProblem,
     front: Front,
     assessment: Assessment,
-    budget: ErrorBudget,
+    accepted: Sequence[Decision],
     deviations: PlanDeviations,
     maps: list[AccuracyMap],
     bound: float | None,
@@ -132,8 +134,8 @@ def design_data(
     rows_of = np.split(np.arange(len(plans)), np.flatnonzero(np.diff(plans["design"])) + 1)
     plans = plans.drop(columns="design")
     shown, (heading, *lines) = plan_cells(plans), csv_text(plans).splitlines(keepends=True)
-    ellipses = error_maps.ellipse_cells(problem, covariances, budget)
-    accepted = [decision(problem, budget, design) for design in range(len(front))]
+    budget = accepted[front.recommended].budget
+    ellipses = error_maps.ellipse_cells(problem, covariances, budget.axes)
     designs = []
     for design, (first, last) in enumerate((own[0], own[-1] + 1) for own in rows_of):
         designs.append(
@@ -145,7 +147,10 @@ def design_data(
                 "csv": "".join([heading, *lines[first:last]]),
                 "forces": [words.number(force, 4) for force in forces[design]],
                 "budget": acceptance_rows(accepted[design]),
-                "sigma": _sigma(budget, design),
+                "sigma": [
+                    [float(f"{x:.4g}") for x in row]
+                    for row in parts(accepted[design].budget).reshape(budget.matters.size, -1)
+                ],
                 "sentences": sentences(accepted[design]),
                 "ellipses": error_maps.ellipses_of(problem, covariances, design),
                 "ellipseTable": ellipses[design],
@@ -154,7 +159,6 @@ def design_data(
                 "compliance": compliances[design],
             }
         )
-    rows = budget.rows()
     names = dict.fromkeys(shown_criteria(front))
     return {
         "designs": designs,
@@ -165,9 +169,9 @@ def design_data(
         "criteria": {name: {"values": front.criteria[name], "title": criterion_title(name)} for name in names},
         "columns": plan_headings(plans),
         "budget": {
-            "rows": [[target + 1, budget.axes[axis], budget.tolerance[target, axis]] for target, axis in rows],
-            "bars": [rows.index(row) for row in budget.rows_that_matter()],
-            "sources": [f"{name.replace(' ', '_')}_std" for name in budget.source_names],
+            "rows": [[t + 1, budget.axes[i], budget.tolerance[t, i]] for t, i in np.ndindex(budget.matters.shape)],
+            "bars": np.flatnonzero(budget.matters),
+            "sources": [f"{words.source(one.name).replace(' ', '_')}_std" for one in budget.contributions[1:]],
         },
         "view": view,
         "ellipses": error_maps.ellipse_views(problem, budget),
@@ -175,13 +179,6 @@ def design_data(
         "targets": [target_text(problem, target) for target in range(len(problem.targets.weights))],
         "bound": bound,
     }
-
-
-def _sigma(budget: ErrorBudget, design: int) -> list[list[float]]:
-    """Standard deviations of a design per row of its budget: noise, load, total and each source, to four digits."""
-    parts = np.stack([budget.noise[design], budget.load[design], budget.total[design]], axis=-1)
-    table = np.concatenate([parts, budget.sources[design]], axis=-1)
-    return [[float(f"{value:.4g}") for value in table[row]] for row in budget.rows()]
 
 
 def _view(problem: DesignProblem, front: Front) -> tuple[dict[str, Any] | None, FloatArray]:

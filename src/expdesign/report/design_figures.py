@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 
+from expdesign.assurance.acceptance.budget import UncertaintyBudget
 from expdesign.assurance.model_error.meir import Meir
 from expdesign.planning.criteria.criterion import Criterion, known_criteria
 from expdesign.planning.front import Front
 from expdesign.report import words
 from expdesign.report.blocks import Figure
-from expdesign.report.error_budget import ErrorBudget
 from expdesign.report.figures import Trace, axis, bars_across, chart, curve, points
 
 
@@ -114,9 +114,9 @@ def parallel_figure(front: Front) -> Figure:
     )  # fmt: skip
 
 
-def budget_figure(budget: ErrorBudget) -> Figure:
+def budget_figure(budget: UncertaintyBudget) -> Figure:
     """Noise, load error and total of every axis that matters, in tolerances; the script fills in the bars."""
-    rows = budget.rows_that_matter()
+    rows = np.argwhere(budget.matters)
     labels = [f"target {target + 1}, {words.axis(budget.axes[column])}" for target, column in rows]
     traces = [
         bars_across(name, labels, [], shade, textposition="none",

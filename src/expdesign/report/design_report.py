@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
+from expdesign.assurance.acceptance.decision import Decision
+from expdesign.assurance.acceptance.planned import planned_decisions
 from expdesign.io.output import csv_text
 from expdesign.planning.accuracy_map import AccuracyMap, accuracy_maps
 from expdesign.planning.front import Front
@@ -40,7 +42,7 @@ from expdesign.report.design_figures import (
     shown_criteria,
 )
 from expdesign.report.design_texts import about_run, lower_bound_sentence, next_steps, poses_text, vocabulary
-from expdesign.report.error_budget import EXPLAINED, ErrorBudget, decision, error_budget, headings, worst_sentence
+from expdesign.report.error_budget import EXPLAINED, headings, worst_sentence
 from expdesign.report.hidden_physics import hidden_section
 from expdesign.report.options import SHOWN
 from expdesign.report.page import Page
@@ -65,10 +67,10 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
         run: the content of `run.json` (file-formats.md, run.json).
     """
     assessment = problem.assessed(front.decisions)
-    budget = error_budget(problem, assessment)
+    accepted = planned_decisions(problem, assessment)
     maps = accuracy_maps(problem)
     bound = run.get("duir_lower_bound")
-    data = design_data(problem, front, assessment, budget, PlanDeviations(problem, front), maps, bound)
+    data = design_data(problem, front, assessment, accepted, PlanDeviations(problem, front), maps, bound)
     further = bool(further_criteria(front))
     data["captions"] = {
         "plan": _PLAN_CAPTION,
@@ -78,8 +80,8 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
     }
     robot = problem.loaded.robot
     sections = (
-        _summary(problem, front, run, budget),
-        _design(problem, front, budget, data),
+        _summary(problem, front, run, accepted[front.recommended]),
+        _design(problem, front, accepted[front.recommended], data),
         _choice(problem, front, data),
         _over_workspace(problem, front, data, maps),
         hidden_section(problem, front),
@@ -101,13 +103,12 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
     )
 
 
-def _summary(problem: DesignProblem, front: Front, run: Mapping[str, Any], budget: ErrorBudget) -> PageSection:
-    accepted = decision(problem, budget, front.recommended).verdict
+def _summary(problem: DesignProblem, front: Front, run: Mapping[str, Any], accepted: Decision) -> PageSection:
     best = {name: words.number(float(values[front.recommended])) for name, values in front.criteria.items()}
     minutes = design_minutes(problem, front)
     figures = [
         KeyFigure("Expected error after calibration", best["total"], "tolerances", "RMS over all axes together"),
-        KeyFigure("Acceptance, axis by axis", accepted, "", "every axis is below"),
+        KeyFigure("Acceptance, axis by axis", accepted.verdict, "", "every axis is below"),
         KeyFigure("From measurement noise (DUIR)", best["duir"], "tolerances"),
         KeyFigure("From load errors (FEIR)", best["feir"], "tolerances"),
         KeyFigure("Measurements", str(problem.space.measurements), "", poses_text(problem, front)),
@@ -115,7 +116,7 @@ def _summary(problem: DesignProblem, front: Front, run: Mapping[str, Any], budge
     ]
     if minutes is not None:
         figures.insert(5, KeyFigure("Time of the plan", words.number(float(minutes[front.recommended])), "min"))
-    sentences = [worst_sentence(budget, front.recommended)]
+    sentences = [worst_sentence(accepted.budget)]
     bound = lower_bound_sentence(problem, front, run)
     if bound is not None:
         sentences.append(bound)
@@ -164,7 +165,7 @@ def _choice(problem: DesignProblem, front: Front, data: Mapping[str, Any]) -> Pa
     return PageSection("choice", "Choose another design", (SideBySide(figures, (table, jumps)), *below, chosen))
 
 
-def _design(problem: DesignProblem, front: Front, budget: ErrorBudget, data: Mapping[str, Any]) -> PageSection:
+def _design(problem: DesignProblem, front: Front, accepted: Decision, data: Mapping[str, Any]) -> PageSection:
     first = data["designs"][front.recommended]
     number = str(front.recommended + 1)
     plan = DataTable(
@@ -177,16 +178,15 @@ def _design(problem: DesignProblem, front: Front, budget: ErrorBudget, data: Map
         Subheading(f"What design {number} achieves", id="accuracy-title"),
         Sentences(first["sentences"], id="accuracy"),
     ]
-    bars = budget_figure(budget)
+    bars = budget_figure(accepted.budget)
     wide: list[Block] = []
-    (achieved if len(budget.rows_that_matter()) <= SHOWN.bars_beside else wide).append(bars)
+    (achieved if accepted.budget.matters.sum() <= SHOWN.bars_beside else wide).append(bars)
     blocks: list[Block] = [Subheading(f"Plan of design {number}", id="plan-title"), plan]
     if data["view"] is None:
         blocks += [Paragraph(f"There is no picture for a robot of the kind {problem.loaded.robot.kind}."), *achieved]
     else:
         blocks.append(SideBySide(_robot_blocks(problem, data), achieved))
-    heads = headings(decision(problem, budget, front.recommended))
-    table = DataTable("budget-table", _BUDGET_CAPTION.replace("{design}", number), heads, first["budget"])
+    table = DataTable("budget-table", _BUDGET_CAPTION.replace("{design}", number), headings(accepted), first["budget"])
     exactness = [
         Subheading("How exactly the plan has to be met"),
         Sentences(first["deviationsText"], id="deviations-text"),

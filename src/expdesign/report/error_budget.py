@@ -6,18 +6,13 @@ Standard deviations of the attained pose after compensation: noise √U_ii (theo
 The section of a report that says what is accepted: uncertainty budgets, tolerances, pass or fail.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.acceptance.budget import NOISE, Contribution, UncertaintyBudget, tolerances
+from expdesign.assurance.acceptance.budget import UncertaintyBudget
 from expdesign.assurance.acceptance.decision import Decision
-from expdesign.assurance.acceptance.planned import expected_decision
 from expdesign.assurance.acceptance.said import DECISION_RULE, acceptance_record, sentences
-from expdesign.planning.criteria.assessment import Assessment
-from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
 from expdesign.report.blocks import PageSection, Paragraph, Sentences, table_of
 
@@ -50,7 +45,7 @@ def acceptance_section(decision: Decision, of: str) -> PageSection:
 
 def headings(decision: Decision) -> list[str]:
     """Headings of the table of uncertainty budget and acceptance."""
-    parts = [f"u: {words.SOURCES.get(one.name, one.name)}" for one in decision.budget.contributions]
+    parts = [f"u: {words.source(one.name)}" for one in decision.budget.contributions]
     return ["Target, axis", "Unit", *parts, "u, combined", "k", "U", "Tolerance", "U / tolerance", "Result",
             "Repetitions needed"]  # fmt: skip
 
@@ -82,79 +77,19 @@ def _row(decision: Decision, target: int, axis: int, expanded: float, repetition
     ]
 
 
-@dataclass(frozen=True)
-class ErrorBudget:
-    """Standard deviations (m, rad) of the attained pose of b designs at t targets along n axes, NaN where unknown.
-
-    Attributes:
-        noise: from measurement noise, shape (b, t, n).
-        load: from all load errors, shape (b, t, n).
-        sources: from each source of load error, shape (b, t, n, s).
-        source_names: what the sources are called.
-        axes: deflection columns along the axes.
-        tolerance: shape (t, n), NaN where an axis does not matter.
-    """
-
-    noise: FloatArray
-    load: FloatArray
-    sources: FloatArray
-    source_names: tuple[str, ...]
-    axes: tuple[str, ...]
-    tolerance: FloatArray
-
-    @property
-    def total(self) -> FloatArray:
-        """RMS error to expect, shape (b, t, n)."""
-        total: FloatArray = np.hypot(self.noise, self.load)
-        return total
-
-    def rows(self) -> list[tuple[int, int]]:
-        """Target and axis of each row of a table of the budget."""
-        return [(target, axis) for target in range(len(self.tolerance)) for axis in range(len(self.axes))]
-
-    def rows_that_matter(self) -> list[tuple[int, int]]:
-        """The rows whose axis has a tolerance."""
-        return [(target, axis) for target, axis in self.rows() if np.isfinite(self.tolerance[target, axis])]
-
-    def in_tolerances(self, sigma: FloatArray) -> FloatArray:
-        """RMS over the axes that matter of sigma (b, t, n) in units of the tolerance, shape (b, t).
-
-        This is what DUIR and FEIR are made of: √(Σ_i σ_i²/tol_i²) of one target.
-        """
-        matters = np.isfinite(self.tolerance)
-        return np.sqrt(np.where(matters, (sigma / self.tolerance) ** 2, 0.0).sum(axis=-1))
+def parts(budget: UncertaintyBudget) -> FloatArray:
+    """Standard deviations (m, rad) of noise, all load errors, both and each source at every axis, (t, n, 3 + s)."""
+    noise, *sources = (one.deviation for one in budget.contributions)
+    load = np.sqrt(sum((source**2 for source in sources), start=np.zeros_like(noise)))
+    return np.stack([noise, load, budget.standard, *sources], axis=-1)
 
 
-def error_budget(problem: DesignProblem, assessment: Assessment) -> ErrorBudget:
-    """The error budget of the designs of an assessment."""
-    noise = np.sqrt(assessment.noise_variance)
-    return ErrorBudget(
-        noise=noise,
-        load=np.sqrt(assessment.force_variance),
-        sources=np.sqrt(assessment.source_variances),
-        source_names=tuple(words.SOURCES.get(one.source, one.source) for one in problem.loaded.sources),
-        axes=problem.loaded.robot.coordinates.deflection,
-        tolerance=tolerances(problem),
-    )
-
-
-def decision(problem: DesignProblem, budget: ErrorBudget, design: int) -> Decision:
-    """What is accepted of one design: its uncertainty budget against the tolerances."""
-    sources = (
-        Contribution(source.source, budget.sources[design, ..., index], not source.shared)
-        for index, source in enumerate(problem.loaded.sources)
-    )
-    parts = (Contribution(NOISE, budget.noise[design], True), *sources)
-    whole = UncertaintyBudget(parts, budget.tolerance, budget.axes, problem.coverage, problem.space.measurements)
-    return expected_decision(problem, whole)
-
-
-def worst_sentence(budget: ErrorBudget, design: int) -> str:
+def worst_sentence(budget: UncertaintyBudget) -> str:
     """The most demanding axis of all targets in words."""
-    ratio = budget.total[design] / budget.tolerance
+    ratio = budget.standard / budget.tolerance
     target, axis = (int(i) for i in np.unravel_index(int(np.nanargmax(ratio)), ratio.shape))
     name = budget.axes[axis]
-    sigma = f"{words.number(1e6 * budget.total[design, target, axis])}\u00a0{words.micro_unit(name)}"
+    sigma = f"{words.number(1e6 * budget.standard[target, axis])}\u00a0{words.micro_unit(name)}"
     tolerance = f"{words.given(1e6 * budget.tolerance[target, axis])}\u00a0{words.micro_unit(name)}"
     return (
         f"After calibration with this plan, the most demanding axis is {words.axis(name)} at target "

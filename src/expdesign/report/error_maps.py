@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.assurance.acceptance.budget import UncertaintyBudget
 from expdesign.planning.accuracy_map import AccuracyMap
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.error_ellipses import TargetCovariances, ellipse_scale, principal_axes
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
 from expdesign.report.blocks import Block, DataTable, Option, Selector
-from expdesign.report.error_budget import ErrorBudget
 from expdesign.report.figures import axis, chart
 from expdesign.report.options import SHOWN
 
@@ -32,7 +32,7 @@ def planes(problem: DesignProblem) -> list[tuple[int, int, int]]:
     return [(target, *pair) for target in range(len(problem.targets.weights)) for pair in pairs]
 
 
-def ellipse_views(problem: DesignProblem, budget: ErrorBudget) -> dict[str, Any]:
+def ellipse_views(problem: DesignProblem, budget: UncertaintyBudget) -> dict[str, Any]:
     """What does not depend on the design."""
     views = []
     for target, first, second in planes(problem):
@@ -58,7 +58,9 @@ def ellipses_of(problem: DesignProblem, covariances: TargetCovariances, design: 
     return entries
 
 
-def ellipse_cells(problem: DesignProblem, covariances: TargetCovariances, budget: ErrorBudget) -> list[list[list[str]]]:
+def ellipse_cells(
+    problem: DesignProblem, covariances: TargetCovariances, axes: tuple[str, ...]
+) -> list[list[list[str]]]:
     """Rows of the table of every design: per target, translations and rotations."""
     tables: list[list[list[str]]] = [[] for _ in covariances.noise]
     for target in range(len(problem.targets.weights)):
@@ -70,13 +72,13 @@ def ellipse_cells(problem: DesignProblem, covariances: TargetCovariances, budget
                 principal_axes(part[:, target][:, within[0], within[1]])
                 for part in (covariances.noise, covariances.load, covariances.total)
             )
-            names = [_name(budget.axes[axis]) for axis in block]
+            names = [_name(axes[axis]) for axis in block]
             for design, rows in enumerate(tables):
                 largest = 1e6 * float(total[0][design, 0])
                 rows.append(
                     [
                         f"target {target + 1}, {' '.join(names)}",
-                        words.micro_unit(budget.axes[block[0]]),
+                        words.micro_unit(axes[block[0]]),
                         *(words.number(1e6 * float(one[0][design, 0]), scale=largest) for one in (noise, load, total)),
                         words.number(1e6 * float(total[0][design, -1]), scale=largest),
                         _direction(total[1][design, :, 0]),

@@ -27,6 +27,12 @@ _NAMES = {"com": "centre of mass", "sequence": "no."}
 #: What a source of load error is called.
 SOURCES = {"com": "centre of mass", "mass": "mass", "direction": "direction", "wrench": "wrench"}
 
+
+def source(name: str) -> str:
+    """What a source of load error is called."""
+    return SOURCES.get(name, name)
+
+
 UNDETERMINED = "not determined"
 
 

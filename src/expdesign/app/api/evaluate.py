@@ -13,7 +13,7 @@ from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import TableInput, purpose_of, table_of
 from expdesign.app.api.result import Result
 from expdesign.assurance.acceptance.decision import Decision
-from expdesign.assurance.acceptance.planned import planned_decision
+from expdesign.assurance.acceptance.planned import planned_decisions
 from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.model_error.meir import meir_of_problem
 from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden, hidden_by_plan
@@ -83,7 +83,7 @@ class EvaluationResult(Result):
     @property
     def acceptance(self) -> Decision:
         """Expanded uncertainty, tolerance and pass or fail of every axis of every target."""
-        return planned_decision(self.problem, self.assessment)
+        return planned_decisions(self.problem, self.assessment)[0]
 
     @cached_property
     def hidden(self) -> WhatIsHidden | None:

@@ -125,18 +125,22 @@ def tolerances(problem: "DesignProblem") -> FloatArray:
         return np.where(importance > 0.0, 1.0 / np.sqrt(importance), np.nan)
 
 
-def planned_budget(problem: "DesignProblem", assessment: "Assessment") -> UncertaintyBudget:
-    """The budget of the first design of an assessment, before anything is measured."""
-    noise = Contribution(NOISE, np.sqrt(assessment.noise_variance[0]), True)
-    deviations = np.sqrt(assessment.source_variances[0])
-    loads = (
-        Contribution(source.source, deviations[..., index], not source.shared)
-        for index, source in enumerate(problem.loaded.sources)
-    )
-    return UncertaintyBudget(
-        contributions=(noise, *loads),
-        tolerance=tolerances(problem),
-        axes=problem.loaded.robot.coordinates.deflection,
-        coverage=problem.coverage,
-        measurements=assessment.count,
-    )
+def planned_budgets(problem: "DesignProblem", assessment: "Assessment") -> list[UncertaintyBudget]:
+    """The budgets of the designs of an assessment, before anything is measured."""
+    noises, loads = np.sqrt(assessment.noise_variance), np.sqrt(assessment.source_variances)
+    return [
+        UncertaintyBudget(
+            contributions=(
+                Contribution(NOISE, noise, True),
+                *(
+                    Contribution(source.source, load[..., index], not source.shared)
+                    for index, source in enumerate(problem.loaded.sources)
+                ),
+            ),
+            tolerance=tolerances(problem),
+            axes=problem.loaded.robot.coordinates.deflection,
+            coverage=problem.coverage,
+            measurements=assessment.count,
+        )
+        for noise, load in zip(noises, loads, strict=True)
+    ]

@@ -10,7 +10,7 @@ probability that the coverage states, conformity is proven where
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.acceptance.budget import UncertaintyBudget, planned_budget
+from expdesign.assurance.acceptance.budget import UncertaintyBudget, planned_budgets
 from expdesign.assurance.acceptance.decision import Basis, Decision
 from expdesign.assurance.acceptance.options import ACCEPTANCE
 from expdesign.planning.criteria.assessment import Assessment
@@ -18,22 +18,18 @@ from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
 
 
-def planned_decision(problem: DesignProblem, assessment: Assessment) -> Decision:
-    """The decision on the first plan of an assessment."""
-    return expected_decision(problem, planned_budget(problem, assessment))
+def planned_decisions(problem: DesignProblem, assessment: Assessment) -> list[Decision]:
+    """The decisions on the plans of an assessment."""
+    deviations = reading_deviations(problem) if problem.loaded.regressor.referenced else None
+    return [
+        Decision(budget, Basis.PLAN, check_readings=None if deviations is None else check_readings(budget, deviations))
+        for budget in planned_budgets(problem, assessment)
+    ]
 
 
 def recommended_acceptance(problem: DesignProblem, front: Front) -> Decision:
     """The decision on the plan of the design that a search recommends."""
-    return planned_decision(problem, problem.assessed(front.decisions[front.recommended][None]))
-
-
-def expected_decision(problem: DesignProblem, budget: UncertaintyBudget) -> Decision:
-    """The decision on a plan with this budget."""
-    readings = None
-    if problem.loaded.regressor.referenced:
-        readings = check_readings(budget, reading_deviations(problem))
-    return Decision(budget, Basis.PLAN, check_readings=readings)
+    return planned_decisions(problem, problem.assessed(front.decisions[front.recommended][None]))[0]
 
 
 def reading_deviations(problem: DesignProblem) -> FloatArray:
