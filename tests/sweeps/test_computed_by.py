@@ -40,7 +40,7 @@ def test_the_modules_that_numbers_come_from() -> None:
     assert found >= {
         "planning/search.py", "planning/optimality/certificate.py", "mechanics/elastostatics/measurements.py",
         "planning/criteria/accuracy.py", "mechanics/robots/hexapod.py", "mechanics/loads/errors/source.py",
-        "chain/effects/base/compliance.py", "coordinates.py",
+        "chain/effect.py", "coordinates.py",
     }  # fmt: skip
     folders = {part for name in found for part in name.split("/")[:2]}
     assert not folders & {"commands", "diagnosis", "report", "sweeps", "templates", "watching", "comparison"}
