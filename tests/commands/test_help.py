@@ -17,7 +17,7 @@ def test_every_command_has_help_with_an_example(name: str, capsys: pytest.Captur
     assert call(name, "--help") == 0
     text = capsys.readouterr().out
     assert f"expdesign {name} " in text.split("Example:")[1]
-    first = listed_commands()[name].first
+    first = listed_commands()[name]
     assert first.endswith((".", "not identifiable."))
     assert first.split()[0] in text
 
@@ -31,9 +31,9 @@ def test_the_list_of_commands_imports_no_library() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert done.stderr.strip() == "[]"
-    for name, listed in listed_commands().items():
+    for name, first in listed_commands().items():
         assert name in done.stdout
-        assert listed.first.split()[0] in done.stdout
+        assert first.split()[0] in done.stdout
 
 
 def test_the_commands_stand_in_three_groups(capsys: pytest.CaptureFixture[str]) -> None:

@@ -161,16 +161,21 @@ def test_a_new_family_of_robots_is_planned_identified_diagnosed_and_read_by_mark
     _identify_and_diagnose(tmp_path)
 
 
-def _identify_and_diagnose(folder: Path) -> None:
-    """Play in one limb is concealed in simulated recordings, and found; without it they are consistent."""
+def random_plan(folder: Path, count: int) -> tuple[Path, np.ndarray, np.ndarray]:
+    """A plan of the triangle, and its poses and wrenches."""
     rng = np.random.default_rng(5)
-    count = 40
     poses = rng.uniform([-0.08, -0.08, -0.3], [0.08, 0.08, 0.3], (count, 3))
     wrenches = rng.uniform([-300, -300, -30], [300, 300, 30], (count, 3))
     plan = pd.DataFrame(np.hstack([poses, wrenches]), columns=["x_m", "y_m", "rz_rad", "fx_N", "fy_N", "mz_Nm"])
     plan.insert(0, "series", np.arange(1, count + 1))
     plan.insert(0, "sequence", np.arange(1, count + 1))
     plan.to_csv(folder / "plan.csv", index=False)
+    return folder / "plan.csv", poses, wrenches
+
+
+def _identify_and_diagnose(folder: Path) -> None:
+    """Play in one limb is concealed in simulated recordings, and found; without it they are consistent."""
+    random_plan(folder, 40)
     for name, concealed in (("sound", []), ("play", ["--conceal", "leg_backlash at leg 2, middle, 4e-4"])):
         recordings = folder / f"{name}.csv"
         assert call("simulate", folder / "run.yaml", folder / "plan.csv", *concealed,

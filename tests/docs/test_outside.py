@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from tests.docs.test_extending import FILES, PAGE, RRR, RRR_RUN
+from tests.docs.test_extending import FILES, PAGE, RRR, RRR_RUN, random_plan
 
 import expdesign as xd
 from expdesign import plugins
@@ -57,17 +57,6 @@ def command(beside: Path, *arguments: object) -> str:
     return done.stdout
 
 
-def _plan(folder: Path, count: int) -> tuple[Path, np.ndarray, np.ndarray]:
-    rng = np.random.default_rng(5)
-    poses = rng.uniform([-0.08, -0.08, -0.3], [0.08, 0.08, 0.3], (count, 3))
-    wrenches = rng.uniform([-300, -300, -30], [300, 300, 30], (count, 3))
-    plan = pd.DataFrame(np.hstack([poses, wrenches]), columns=["x_m", "y_m", "rz_rad", "fx_N", "fy_N", "mz_Nm"])
-    plan.insert(0, "series", np.arange(1, count + 1))
-    plan.insert(0, "sequence", np.arange(1, count + 1))
-    plan.to_csv(folder / "plan.csv", index=False)
-    return folder / "plan.csv", poses, wrenches
-
-
 @pytest.mark.slow
 def test_everything_of_an_installed_package_is_used(installed: Path, tmp_path: Path) -> None:
     """Robot and load error in a run, criteria as objectives, physics in MEIR, `simulate`, `diagnose` and `next`."""
@@ -85,7 +74,7 @@ def test_everything_of_an_installed_package_is_used(installed: Path, tmp_path: P
     page = (tmp_path / "plan" / "report.html").read_text(encoding="utf-8")
     assert "weak directions" in page
     assert "seat of leg" in page
-    plan, _, _ = _plan(tmp_path, 40)
+    plan, _, _ = random_plan(tmp_path, 40)
     recordings = tmp_path / "recordings.csv"
     command(installed, "simulate", tmp_path / "run.yaml", plan, "--conceal", "leg_settling at leg 2, 4e-4",
             "--no-load-errors", "--seed", "4", "--out", recordings)  # fmt: skip
@@ -112,7 +101,7 @@ def test_a_law_at_a_port_of_an_installed_package_is_found_and_kept(installed: Pa
     robot = tmp_path / "robot.yaml"
     robot.write_text(yaml.safe_dump(RRR), encoding="utf-8")
     (tmp_path / "run.yaml").write_text(yaml.safe_dump(RRR_RUN), encoding="utf-8")
-    plan, poses, wrenches = _plan(tmp_path, 80)
+    plan, poses, wrenches = random_plan(tmp_path, 80)
     made = tmp_path / "recordings.csv"
     command(installed, "simulate", tmp_path / "run.yaml", plan, "--no-load-errors", "--seed", "4", "--out", made)
     frame = pd.read_csv(made)

@@ -30,16 +30,6 @@ SAMPLES, RANDOM = 4000, 40
 """Repetitions and random designs where nothing is said."""
 
 
-@dataclass(frozen=True)
-class Settings:
-    """How a comparison is made: repetitions, random designs, generations of each search, and the seed."""
-
-    samples: int
-    random: int
-    generations: int | None
-    seed: int
-
-
 @dataclass(frozen=True, repr=False)
 class ComparisonResult(FolderResult):
     """A finished comparison.
@@ -50,7 +40,7 @@ class ComparisonResult(FolderResult):
         correlations: of each configuration.
         bounds: on the criterion `total` of every plan of each configuration's number of measurements.
         together: whether their accuracies mean the same, so that they are laid over each other.
-        settings: how it was made.
+        settings: how it was made: names and values in words.
     """
 
     FILES: ClassVar = {"comparison.csv": "frame", "correlation.csv": "correlation", "plan-*.csv": "optimised", **PAGE}
@@ -59,7 +49,7 @@ class ComparisonResult(FolderResult):
     correlations: tuple[list[RankCorrelation], ...]
     bounds: tuple[LowerBound, ...]
     together: bool
-    settings: Settings
+    settings: Mapping[str, str]
 
     @property
     def summary(self) -> str:
@@ -109,14 +99,8 @@ class ComparisonResult(FolderResult):
         }
 
     def page(self) -> Page:
-        settings = self.settings
-        how = {
-            "Repetitions of the experiment": str(settings.samples),
-            "Random designs": str(settings.random),
-            "Generations of each search": str(settings.generations or "as configured"),
-            "Seed": str(settings.seed),
-        }
-        return comparison_report(self.names, self.judgements, self.correlations, self.bounds, self.together, how)
+        found = (self.judgements, self.correlations, self.bounds)
+        return comparison_report(self.names, *found, self.together, self.settings)
 
 
 @shows_progress("comparing")
@@ -160,7 +144,12 @@ def compare(
     names = _names(problems)
     if not separate:
         require_comparable(problems)
-    settings = Settings(samples, random, generations, seed)
+    settings = {
+        "Repetitions of the experiment": str(samples),
+        "Random designs": str(random),
+        "Generations of each search": str(generations or "as configured"),
+        "Seed": str(seed),
+    }
     given = [_given(problem, plans or {}) for problem in problems]
     total = sum(2 * len(problem.criteria) + random + len(plans or {}) + 2 for problem in problems)
     done = 0

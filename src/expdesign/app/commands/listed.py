@@ -1,7 +1,6 @@
 """The list of commands. Nothing is imported for it: what a command does is read off its source."""
 
 import ast
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -21,14 +20,6 @@ _HERE = Path(__file__).parent
 _API = _HERE.parent / "api"
 
 
-@dataclass(frozen=True)
-class Listed:
-    """A command in the list: what it does, in one sentence, and its group."""
-
-    first: str
-    group: str
-
-
 def function_of(name: str) -> str | None:
     """The function of the package that a command calls, in a module of its name; None where there is none."""
     function = _FUNCTIONS.get(name, name)
@@ -36,9 +27,9 @@ def function_of(name: str) -> str | None:
 
 
 @lru_cache(maxsize=1)
-def listed_commands() -> dict[str, Listed]:
-    """The commands by their names, in the order of the list."""
-    return {name: Listed(_first(name), group) for group, names in COMMANDS.items() for name in names}
+def listed_commands() -> dict[str, str]:
+    """What each command does, in one sentence, in the order of the list."""
+    return {name: _first(name) for names in COMMANDS.values() for name in names}
 
 
 def _first(name: str) -> str:

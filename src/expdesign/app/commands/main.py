@@ -59,7 +59,7 @@ class LazyCommands(TyperGroup):
         width = max(map(len, listed))
         for title, names in COMMANDS.items():
             with formatter.section(title):
-                formatter.write_dl([(name.ljust(width), listed[name].first) for name in names])
+                formatter.write_dl([(name.ljust(width), listed[name]) for name in names])
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         self.commands = dict.fromkeys(listed_commands(), self)  # for the suggestion of the nearest name
