@@ -12,15 +12,11 @@ _SMALL_NUMBERS = (
     "no one two three four five six seven eight nine ten eleven twelve".split()  # noqa: SIM905 (easier to read)
 )
 
-#: Unit at the end of a column's name: how it is written, and the unit and factor in which plans show it.
-_SUFFIXES = {
-    "_m_s2": ("m/s²", 1.0),
-    "_rad": ("mrad", 1e3),
-    "_Nm": ("N·m", 1.0),
-    "_kg": ("kg", 1.0),
-    "_N": ("N", 1.0),
-    "_m": ("mm", 1e3),
-}
+_UNITS = {
+    "_rad_per_Nm": "rad/(N·m)", "_m_per_N": "m/N", "_per_s": "1/s", "_Nm_per_rad": "N·m/rad", "_N_per_m": "N/m",
+    "_per_K": "1/K", "_per_N": "1/N", "_m_s2": "m/s²", "_Nm": "N·m", "_kg": "kg", "_N": "N", "_s": "s",
+}  # fmt: skip
+"""How the unit at the end of a name is written; lengths and angles have a prefix besides."""
 _JOINT_ANGLE = re.compile(r"q\d+_rad")
 _NAMES = {"com": "centre of mass", "sequence": "no."}
 
@@ -101,42 +97,26 @@ def plan_column(name: str) -> Column:
     """How the column `name` of a plan is shown (lengths in mm, angles in mrad, those of joints in degrees)."""
     if _JOINT_ANGLE.fullmatch(name):
         return Column(name.removesuffix("_rad"), "°", 180.0 / math.pi)
-    for suffix, (unit, factor) in _SUFFIXES.items():
+    return _with_unit(name, "m", 1e3) or Column(_spoken(name), "", 1.0)
+
+
+def parameter(name: str, size: float) -> Column:
+    """How a parameter of an effect is shown whose values are about as large as `size` (SI units)."""
+    prefix, factor = ("µ", 1e6) if abs(size) < 5e-4 else ("m", 1e3)
+    return _with_unit(name, prefix, factor) or Column(name.replace("_", " "), "", 1.0)
+
+
+def _with_unit(name: str, prefix: str, factor: float) -> Column | None:
+    for suffix, unit in _UNITS.items():
         if name.endswith(suffix):
-            return Column(_spoken(name.removesuffix(suffix)), unit, factor)
-    return Column(_spoken(name), "", 1.0)
+            return Column(_spoken(name.removesuffix(suffix)), unit, 1.0)
+    stem, _, unit = name.rpartition("_")
+    return Column(_spoken(stem), prefix + unit, factor) if stem and unit in ("m", "rad") else None
 
 
 def _spoken(stem: str) -> str:
     head, *rest = stem.split("_")
     return " ".join((_NAMES.get(head, head), *rest))
-
-
-_PARAMETER_SUFFIXES = {
-    "_rad_per_Nm": "rad/(N·m)",
-    "_m_per_N": "m/N",
-    "_per_s": "1/s",
-    "_Nm_per_rad": "N·m/rad",
-    "_N_per_m": "N/m",
-    "_per_K": "1/K",
-    "_per_N": "1/N",
-    "_Nm": "N·m",
-    "_kg": "kg",
-    "_N": "N",
-    "_s": "s",
-}
-
-
-def parameter(name: str, size: float) -> Column:
-    """How a parameter of an effect is shown whose values are about as large as `size` (SI units)."""
-    for suffix, unit in _PARAMETER_SUFFIXES.items():
-        if name.endswith(suffix):
-            return Column(_spoken(name.removesuffix(suffix)), unit, 1.0)
-    for suffix, unit in (("_m", "m"), ("_rad", "rad")):
-        if name.endswith(suffix):
-            prefix, factor = ("µ", 1e6) if abs(size) < 5e-4 else ("m", 1e3)
-            return Column(_spoken(name.removesuffix(suffix)), prefix + unit, factor)
-    return Column(name.replace("_", " "), "", 1.0)
 
 
 def sentence(text: str) -> str:
