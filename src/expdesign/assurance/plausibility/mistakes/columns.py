@@ -68,9 +68,11 @@ def units_of_readings(evidence: Evidence) -> Iterator[Alternative]:
     """Translations or rotations, or one column, in another unit; what is computed with has to be in m and rad."""
     linear, write = evidence.linear, "Write the unit into the columns' names, as in"
     if linear.any() and (~linear).any():
-        for factor, unit in ((1e-3, "mm"), (1e-6, "µm"), (1e3, "km")):
+        for factor, unit in ((1e-3, "mm"), (1e-6, "µm")):
             text = f"Are the translations in {unit}? {write} `dx_{unit}`."
             yield Alternative(text, evidence.readings(_scaled(linear, factor)))
+        text = "Are the translations in m, in columns that are named for mm? Name them `dx_m` ... then."
+        yield Alternative(text, evidence.readings(_scaled(linear, 1e3)))
         for factor, unit, said in ((DEGREE, "deg", "degrees"), (1e-3, "mrad", "mrad"), (1e-6, "µrad", "µrad")):
             text = f"Are the rotations in {said}? {write} `drx_{unit}`."
             yield Alternative(text, evidence.readings(_scaled(~linear, factor)))

@@ -230,7 +230,10 @@ def stiffness_factor(evidence: Evidence) -> Iterator[Implausibility]:
     softer = "softer" if ratio > 1.0 else "stiffer"
     all_alike = "" if known is None else ", all actuators alike"
     what = f"the robot comes out {max(ratio, 1.0 / ratio):.3g} times {softer} than its file says{all_alike}"
-    unit = "Is a mass in grams or a force in mN, are deflections in km, or is `actuator_stiffness` in N/µm or N/mm?"
+    unit = (
+        "Is a mass in grams or a force in mN, are deflections in m in columns that are named for mm, or is "
+        "`actuator_stiffness` in N/µm or N/mm?"
+    )
     if ratio > 1.0:
         unit = (
             "Are deflections in mm (and mrad), a mass in tonnes, a force in kN, or `actuator_stiffness` in another "
