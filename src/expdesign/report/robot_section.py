@@ -14,7 +14,7 @@ from expdesign.mechanics.robots.robot import Robot
 from expdesign.report import words
 from expdesign.report.blocks import Block, Option, PageSection, Paragraph, Selector, SideBySide, table_of
 from expdesign.report.page import Page
-from expdesign.report.robot_view import RobotStates, at_rest, plan_view, robot_states, view_data, view_figure
+from expdesign.report.robot_view import RobotStates, at_rest, levers, plan_view, robot_states, view_data, view_figure
 
 if TYPE_CHECKING:  # an identification is drawn without planning
     from expdesign.planning.problem import DesignProblem
@@ -212,10 +212,4 @@ def target_text(problem: "DesignProblem", target: int) -> str:
 
 def target_levers(problem: "DesignProblem") -> FloatArray:
     """Where the load acts at each target in the platform frame (m), shape (t, d)."""
-    coordinates = problem.loaded.robot.coordinates
-    levers = np.zeros((len(problem.targets.weights), len(coordinates.gravity)))
-    for target, section in enumerate(problem.config["targets"]):
-        centre = (section.get("payload") or {}).get("com_m")
-        if centre and coordinates.centre_of_mass:
-            levers[target] = centre
-    return levers
+    return np.array([levers(loaded.load, parameters) for loaded, parameters in problem.target_loads])

@@ -119,8 +119,7 @@ def sheet(config: Config, plan: TableInput) -> SheetResult:
     shared = problem.noise.shared_reference
     planned = read_plan(table, problem.loaded, problem.noise)
     referenced = problem.loaded.regressor.referenced
-    stated = problem.config["experiment"].get("costs")
-    costs = Costs(**stated) if stated else Costs()
+    costs = problem.costs or Costs()
     try:
         steps = ordered(planned, costs, referenced=referenced, shared=shared)
     except InputError as error:
