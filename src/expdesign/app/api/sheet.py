@@ -18,9 +18,8 @@ from expdesign.io.excel import workbook
 from expdesign.io.output import csv_text
 from expdesign.io.tables_in_units import in_units
 from expdesign.planning.laboratory_sheet import Costs, Steps, in_plan_order, ordered
-from expdesign.planning.plan import Plan, read_plan
+from expdesign.planning.plan import Plan, plan_columns, read_plan
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.tips import named_tips
 from expdesign.report.laboratory_sheet import rounded, sheet_page
 
 _FILL = "FFF8DC"
@@ -141,18 +140,15 @@ def sheet(config: Config, plan: TableInput) -> SheetResult:
 
 
 def _frame(problem: DesignProblem, plan: Plan, steps: Steps, *, referenced: bool) -> pd.DataFrame:
-    robot, load = problem.loaded.robot, problem.loaded.load
-    count, rows = len(steps.rows), steps.rows
-    columns: dict[str, object] = {"sequence": np.arange(1, count + 1), "series": plan.series[rows]}
-    columns |= {name: plan.configurations[rows, i] for i, name in enumerate(robot.configuration)}
-    columns |= named_tips(robot, plan.configurations[rows])
-    own = load.gravity_columns
-    taken_off = ("mass_kg", *robot.coordinates.wrench)
-    for i, name in enumerate(load.columns):
-        values = plan.loads[rows, i]
-        if name in own and np.all(values == robot.gravity[own.index(name)]):
-            continue
-        columns[name] = np.where(steps.reference, 0.0, values) if name in taken_off else values
+    robot, rows = problem.loaded.robot, steps.rows
+    count = len(rows)
+    stepped = Plan(plan.configurations[rows], plan.loads[rows], plan.series[rows])
+    columns = plan_columns(stepped, problem.loaded, with_gravity=True)
+    for name, own in zip(robot.coordinates.gravity, robot.gravity, strict=True):
+        if name in columns and np.all(columns[name] == own):
+            del columns[name]
+    for name in {"mass_kg", *robot.coordinates.wrench} & set(columns):
+        columns[name] = np.where(steps.reference, 0.0, columns[name])
     columns["do"] = [_what(plan, steps, index) for index in range(count)]
     columns["plan_row"] = rows + 1
     readings = (

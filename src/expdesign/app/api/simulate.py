@@ -36,7 +36,7 @@ from expdesign.io.units import NUMBER, QUANTITY, quantities, quantity, require_d
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import require_same_robot
-from expdesign.planning.plan import Plan, completed, read_plan
+from expdesign.planning.plan import completed, read_plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.synthetic import simulated_deflections, simulated_poses
 
@@ -117,42 +117,29 @@ def simulate(
         base = base or model_of_robot(problem.loaded.robot, YamlDocument(problem.source, Path(), {}))
         identified = with_concealed(base, [conceal] if isinstance(conceal, str) else conceal, problem)
         require_history(identified, complete)
-    if not problem.loaded.regressor.referenced:
-        drawn = simulated_poses(problem, given, points, identified, seed, noise=noise, errors=load_errors)
-        return SimulationResult(_measured(complete.frame, drawn, problem, given), seed, noise, purpose=purpose)
-    deflections = simulated_deflections(problem, given, points, identified, seed, noise=noise, errors=load_errors)
-    pose_map = problem.loaded.robot.jacobians(given.configurations).pose
-    frame = complete.frame.drop(columns=[REFERENCE], errors="ignore")
-    if problem.noise.shared_reference:  # the unloaded readings that rows have in common
+    referenced = problem.loaded.regressor.referenced
+    made = simulated_deflections if referenced else simulated_poses
+    readings = made(problem, given, points, identified, seed, noise=noise, errors=load_errors)
+    frame = complete.frame.drop(columns=[REFERENCE if referenced else "kind"], errors="ignore")
+    if not referenced:
+        frame["kind"] = "pose"
+    elif problem.noise.shared_reference:  # the unloaded readings that rows have in common
         frame[REFERENCE] = reference_names(given.series)
-    text = _recorded(frame, deflections, problem, problem.noise.deviations_at(pose_map))
+    text = _with_readings(frame, readings, problem, given.configurations)
     return SimulationResult(text, seed, noise, purpose=purpose)
 
 
-def _measured(frame: pd.DataFrame, poses: FloatArray, problem: DesignProblem, plan: Plan) -> pd.DataFrame:
-    """The frame with measured poses and their standard deviations filled in."""
-    coordinates = problem.loaded.robot.coordinates
-    names, deviations = measured_names(coordinates), coordinates.deviation
-    measured = frame.drop(columns=[name for name in (*names, *deviations, "kind") if name in frame])
-    measured["kind"] = "pose"
-    spread = problem.noise.deviations_at(problem.loaded.robot.jacobians(plan.configurations).pose)
-    for column, axis in enumerate(problem.noise.axes):
-        measured[names[axis]] = poses[:, axis]
-        measured[deviations[axis]] = spread[..., column]
-    return measured
-
-
-def _recorded(
-    frame: pd.DataFrame, deflections: FloatArray, problem: DesignProblem, deviations: FloatArray
+def _with_readings(
+    frame: pd.DataFrame, readings: FloatArray, problem: DesignProblem, configurations: FloatArray
 ) -> pd.DataFrame:
     """The frame with the measured components and their standard deviations filled in; others are taken out."""
-    coordinates = problem.loaded.robot.coordinates
-    measured = frame.drop(columns=[name for name in (*coordinates.deflection, *coordinates.deviation) if name in frame])
-    for axis in problem.noise.axes:
-        measured[coordinates.deflection[axis]] = deflections[:, axis]
-    for axis, deviation in zip(problem.noise.axes, deviations.T, strict=True):
-        measured[coordinates.deviation[axis]] = deviation
-    return measured
+    coordinates, axes = problem.loaded.robot.coordinates, problem.noise.axes
+    names = coordinates.deflection if problem.loaded.regressor.referenced else measured_names(coordinates)
+    spread = problem.noise.deviations_at(problem.loaded.robot.jacobians(configurations).pose)
+    frame = frame.drop(columns=[*names, *coordinates.deviation], errors="ignore")
+    columns = dict(zip((names[axis] for axis in axes), readings[:, axes].T, strict=True))
+    columns |= dict(zip((coordinates.deviation[axis] for axis in axes), spread.T, strict=True))
+    return frame.assign(**columns)
 
 
 WHERE = "argument `conceal`"
