@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.app.api.inputs import RobotInput, TableInput, purpose_of, robot_of, table_of
-from expdesign.app.api.result import RecordedTable
+from expdesign.app.api.result import RecordedTable, filled
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.points import order_in_time
 from expdesign.chain.recordings.reader import recordings_from_table
@@ -118,8 +118,7 @@ def correct(robot: RobotInput, poses: TableInput, *, interpolate: bool = False) 
     names = here.coordinates.pose
     rows = table.frame.iloc[order_in_time(table)].reset_index(drop=True)
     kept = rows.iloc[corrected.rows].reset_index(drop=True)
-    for axis, name in enumerate(names):
-        kept[f"corrected_{name}"] = corrected.after[:, axis]
+    kept = filled(kept, (f"corrected_{name}" for name in names), corrected.after)
     dropped = [*(f"measured_{name}" for name in names), *(f"corrected_{name}" for name in names), "kind"]
     text = kept.iloc[found.index].reset_index(drop=True).drop(columns=dropped)
     return CorrectionResult(
@@ -134,13 +133,11 @@ def correct(robot: RobotInput, poses: TableInput, *, interpolate: bool = False) 
 
 
 def _recordings(text: pd.DataFrame, robot: Robot, values: FloatArray, covariance: FloatArray | None) -> pd.DataFrame:
-    frame = text.drop(columns=[name for name in robot.coordinates.deviation if name in text])
-    for axis, name in enumerate(robot.coordinates.deflection):
-        frame[name] = values[:, axis]
-    if covariance is not None:
-        for axis, name in enumerate(robot.coordinates.deviation):
-            frame[name] = np.sqrt(covariance[:, axis, axis])
-    return frame
+    frame = text.drop(columns=[*robot.coordinates.deviation], errors="ignore")
+    frame = filled(frame, robot.coordinates.deflection, values)
+    if covariance is None:
+        return frame
+    return filled(frame, robot.coordinates.deviation, np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)))
 
 
 def _residuals(text: pd.DataFrame, robot: Robot, found: CorrectedDeflections) -> tuple[FloatArray, FloatArray] | None:

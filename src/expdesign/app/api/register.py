@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.app.api.inputs import RobotInput, TableInput, purpose_of, robot_of, table_of
-from expdesign.app.api.result import PathLike, RecordedTable
+from expdesign.app.api.result import PathLike, RecordedTable, filled
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.filled_in import reading_names, unloaded_rows
@@ -231,11 +231,8 @@ def _deflections(
 ) -> pd.DataFrame:
     text = _without_measured(table, robot).iloc[[state.row for state in states]].reset_index(drop=True)
     text[REFERENCE] = [state.reference.name for state in states]
-    for axis, name in enumerate(robot.coordinates.deflection):
-        text[name] = [float(one.deflection[axis]) for one in found]
-    for axis, name in enumerate(robot.coordinates.deviation):
-        text[name] = np.sqrt(covariance[:, axis, axis])
-    return text
+    text = filled(text, robot.coordinates.deflection, np.array([one.deflection for one in found]))
+    return filled(text, robot.coordinates.deviation, np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)))
 
 
 def _positions(table: Table, states: list[RecordedState], robot: Robot, deviation: float | None) -> pd.DataFrame:

@@ -5,13 +5,14 @@ command prints stands in it as well (`lines`, `notes`), so that a notebook can s
 """
 
 import html
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import pandas as pd
 
+from expdesign.arrays import FloatArray
 from expdesign.chain.models.model_file import Model, model_text
 from expdesign.copying import Copied
 from expdesign.io.excel import is_excel_name, workbook
@@ -191,6 +192,12 @@ def _written(content: Any, folder: Path) -> str | bytes:
     if isinstance(content, Model):
         return model_text(content, folder)
     return content if isinstance(content, str | bytes) else json_text(content)
+
+
+def filled(frame: pd.DataFrame, names: Iterable[str], values: FloatArray) -> pd.DataFrame:
+    """A frame with columns of values (N, k) at its end, also where it had some of these names before."""
+    columns = dict(zip(names, values.T, strict=True))
+    return frame.drop(columns=list(columns), errors="ignore").assign(**columns)
 
 
 def numeric(text: pd.DataFrame) -> pd.DataFrame:

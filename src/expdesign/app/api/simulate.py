@@ -15,7 +15,7 @@ import pandas as pd
 
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import TableInput, TruthInput, purpose_of, require_seed, table_of, truth_of
-from expdesign.app.api.result import TableResult
+from expdesign.app.api.result import TableResult, filled
 from expdesign.arrays import FloatArray
 from expdesign.assurance.model_error.prior import PriorSizes
 from expdesign.assurance.model_error.settings import Assumptions
@@ -137,9 +137,8 @@ def _with_readings(
     names = coordinates.deflection if problem.loaded.regressor.referenced else measured_names(coordinates)
     spread = problem.noise.deviations_at(problem.loaded.robot.jacobians(configurations).pose)
     frame = frame.drop(columns=[*names, *coordinates.deviation], errors="ignore")
-    columns = dict(zip((names[axis] for axis in axes), readings[:, axes].T, strict=True))
-    columns |= dict(zip((coordinates.deviation[axis] for axis in axes), spread.T, strict=True))
-    return frame.assign(**columns)
+    frame = filled(frame, (names[axis] for axis in axes), readings[:, axes])
+    return filled(frame, (coordinates.deviation[axis] for axis in axes), spread)
 
 
 WHERE = "argument `conceal`"
