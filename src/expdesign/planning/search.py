@@ -77,17 +77,11 @@ def search(problem: DesignProblem, report: Follow = lambda progress: None, start
         NotIdentifiableError: no design identifies what the targets need.
         InputError: `report` ended the search before any design was known.
     """
-    settings, space = problem.optimiser, problem.space
-    generator = np.random.default_rng(settings.seed)
-    drawn = starting_designs(problem, settings.population, generator)
-    drawn = drawn.reshape(len(drawn), space.measurements, space.decisions)
-    require_identifiable(problem, drawn)
-    if space.decisions == 0:
+    drawn = _drawn(problem)
+    if problem.space.decisions == 0:
         return _front(problem, drawn[:1], DesignPopulation(problem), None, 0.0)
-    _require_finite(problem, drawn)
-    population = DesignPopulation(problem)
-    found = evolution(population, drawn if start is None else np.concatenate([drawn, start]))
-    course = _Course(settings.generations or 0, report)
+    found = evolution(DesignPopulation(problem), drawn if start is None else np.concatenate([drawn, start]))
+    course = _Course(problem.optimiser.generations or 0, report)
     complete = _first_generation(found, course)
     while not complete and not course.ended and found.has_next():
         found.next()
@@ -99,6 +93,24 @@ def search(problem: DesignProblem, report: Follow = lambda progress: None, start
     if not complete and not course.ended:
         settle(found.state, archive.designs[_chosen(problem, archive.values, len(problem.objectives))])
     return _front(problem, archive.designs, DesignPopulation(problem), course.point, missing, found)
+
+
+def begun(problem: DesignProblem) -> Evolution:
+    """A search after its first generation, for whoever wants to go on with it as he likes (`benchmarks`)."""
+    found = evolution(DesignPopulation(problem), _drawn(problem))
+    _first_generation(found, _Course(0, lambda progress: None))
+    return found
+
+
+def _drawn(problem: DesignProblem) -> FloatArray:
+    """Designs (b, m, g) at random, of which some identify what the targets need, with finite objectives."""
+    settings, space = problem.optimiser, problem.space
+    drawn = starting_designs(problem, settings.population, np.random.default_rng(settings.seed))
+    drawn = drawn.reshape(len(drawn), space.measurements, space.decisions)
+    require_identifiable(problem, drawn)
+    if space.decisions:
+        _require_finite(problem, drawn)
+    return drawn
 
 
 def search_single(

@@ -12,6 +12,7 @@ from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.certificate import LowerBound, duir_lower_bound, total_lower_bound
 from expdesign.planning.optimality.measurement_maps import MeasurementMaps
+from expdesign.planning.optimality.pool import Pool
 from expdesign.planning.optimality.weights import Relaxation, dual_of, optimal_weights
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.start import starting_designs
@@ -186,16 +187,19 @@ def bound_value(bound: LowerBound) -> float:
 
 
 def test_gradients_of_the_sensitivity() -> None:
-    for name in ("hexapod", "hexapod-own-errors", "bipod-shared-reference"):
+    for name in ("hexapod", "hexapod-own-errors"):
         here = problem(*CASES[name])
         information = MeasurementMaps(here, 1.3)
         decisions = random_designs(here, 30, 8)[:, 0]
         rows = information.rows(decisions)
         dual = dual_of(information.relaxation(), rows, np.full(30, 1.0 / 30.0), np.ones(1))
-        found, gradient = information.sensitivity(dual, decisions[:5])
+        found, gradient = Pool(information, 10).sensitivity(dual, decisions[:5, None])
         np.testing.assert_allclose(found, dual.sensitivities(rows[:5]), rtol=1e-12)
         span = here.space.upper - here.space.lower
-        for decision in np.flatnonzero(~here.space.discrete):
+        moved_by_ascents = ~here.space.discrete
+        if information.convex_in_load:  # loads matter at their extremes alone
+            moved_by_ascents[information.load_variables().index] = False
+        for decision in np.flatnonzero(moved_by_ascents):
             step = 1e-5 * span[decision]
             moved = np.stack([decisions[:5], decisions[:5]])
             moved[:, :, decision] += np.array([[-step], [step]])

@@ -9,7 +9,7 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
 from expdesign.planning.optimality.measurement_maps import MeasurementMaps
-from expdesign.planning.optimality.pool import SeriesPool, takes_series
+from expdesign.planning.optimality.pool import Pool, takes_series
 from expdesign.planning.optimality.series import longer, quadratic, sizes
 from expdesign.planning.optimality.weights import Dual, dual_of
 from expdesign.planning.problem import DesignProblem
@@ -21,10 +21,10 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 }
 
 
-def pool_and_dual(here: DesignProblem, factor: float) -> tuple[SeriesPool, Dual, Array]:
+def pool_and_dual(here: DesignProblem, factor: float) -> tuple[Pool, Dual, Array]:
     information = MeasurementMaps(here, factor)
     assert takes_series(information)
-    pool = SeriesPool(information, 100)
+    pool = Pool(information, 100)
     candidates = pool.first(None)
     relaxation, count = information.relaxation(), len(candidates)
     dual = dual_of(relaxation, pool.rows(candidates), np.full(count, 1.0 / count), np.ones(len(relaxation.targets)))
@@ -79,7 +79,7 @@ def test_the_most_sensitive_series_is_the_best_of_all(name: str, factor: float) 
             series[:, :n] = at_corners[:, list(chosen)]
             listed.append(dual.sensitivities(pool.rows(series)))
     best = np.array(listed).max(axis=0)
-    maps = pool.information.reference_rows(at_corners)
+    maps = pool.maps(at_corners)
     found = pool.multisets.best(dual, maps)
     np.testing.assert_allclose(found.values, best, rtol=1e-9)
     np.testing.assert_allclose(found.bound, best, rtol=1e-9)

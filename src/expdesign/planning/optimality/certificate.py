@@ -15,7 +15,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.planning.optimality.measurement_maps import MeasurementMaps
-from expdesign.planning.optimality.pool import BRIEF, THOROUGH, Effort, MeasurementPool, Pool, SeriesPool, takes_series
+from expdesign.planning.optimality.pool import BRIEF, THOROUGH, Effort, Pool
 from expdesign.planning.optimality.weights import Dual, Relaxation, dual_of, optimal_weights
 from expdesign.planning.problem import DesignProblem
 
@@ -94,7 +94,6 @@ class Certificate:
         load_errors: see `MeasurementMaps`.
         effort: of the searches for the largest d over a continuum on which a bound rests.
         tolerance: of the relaxation over the present candidates, relative to the criterion squared.
-        candidates: the only measurements that may be chosen, variables (j, g); the whole design space where left out.
     """
 
     def __init__(
@@ -103,16 +102,11 @@ class Certificate:
         load_errors: float,
         effort: Effort = THOROUGH,
         tolerance: float = 1e-6,
-        candidates: FloatArray | None = None,
     ) -> None:
         self._problem, self._effort, self._tolerance = problem, effort, tolerance
         self.information = MeasurementMaps(problem, load_errors)
         self.relaxation: Relaxation = self.information.relaxation()
-        self.pool: Pool = (
-            SeriesPool(self.information, effort.samples)
-            if candidates is None and takes_series(self.information)
-            else MeasurementPool(self.information, effort.samples, candidates)
-        )
+        self.pool = Pool(self.information, effort.samples)
 
     @property
     def name(self) -> str:

@@ -16,9 +16,8 @@ from itertools import product
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.mechanics.differentiation import gradient, independent, inverse_root, one_and_gram, plain, sum_of_squares
-from expdesign.planning.optimality.differentiated import to_variables
-from expdesign.planning.optimality.weights import Dual, Relaxation
+from expdesign.mechanics.differentiation import inverse_root, one_and_gram, plain
+from expdesign.planning.optimality.weights import Relaxation
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.variables import Rows
 
@@ -72,22 +71,22 @@ class MeasurementMaps:
         prior = np.diag(np.concatenate([np.zeros(rows.shape[-1]), np.ones(nuisance)]))
         return Relaxation(padded, prior, self.problem.space.measurements if count is None else count)
 
-    def rows(self, variables: FloatArray) -> FloatArray:
-        """R (j, k, q) of measurements with variables (j, g)."""
+    def rows(self, variables: FloatArray, *, reference: bool = False) -> FloatArray:
+        """R (j, k, q) of measurements with variables (j, g); [R, H] with the `reference` that they share."""
         count = len(self.problem.noise.axes)
-        rows = np.empty((len(variables), count, len(self._scale) + int(self.common.sum())))
+        rows = np.empty((len(variables), count, len(self._scale) + int(self.common.sum()) + count * reference))
         for start in range(0, len(variables), CHUNK):
-            part = variables[start : start + CHUNK]
-            rows[start : start + CHUNK] = self._assembled(*self.problem.whitened(*self.problem.space.decode(part)))
+            quantities = self.problem.space.quantities(variables[start : start + CHUNK])
+            rows[start : start + CHUNK] = self.of_quantities(quantities, reference=reference)
         return rows
 
-    def reference_rows(self, quantities: FloatArray) -> FloatArray:
-        """[R, H] (b, k, q + k) of readings with quantities (b, z), plain or recorded: H is what an unknown reading of
-        the reference adds to the whitened deflection (theory.md 10.6).
+    def of_quantities(self, quantities: FloatArray, *, reference: bool = False) -> FloatArray:
+        """R (b, k, q) of readings with quantities (b, z), plain or recorded; behind it, where wanted, H (b, k, k), what
+        an unknown reading of the reference adds to the whitened deflection (theory.md 10.6).
         """
-        return self._assembled(*self.problem.whitened(*self.problem.space.split(quantities)), reference=True)
+        return self._assembled(*self.problem.whitened(*self.problem.space.split(quantities)), reference)
 
-    def _assembled(self, observation: FloatArray, errors: FloatArray, reference: bool = False) -> FloatArray:
+    def _assembled(self, observation: FloatArray, errors: FloatArray, reference: bool) -> FloatArray:
         """R = W·[A, B] with the inverse root W of the noise, and W itself behind it where `reference` is set.
 
         An ascent may pass a singular pose, where the maps overflow; the limit on the condition number keeps such a
@@ -111,15 +110,6 @@ class MeasurementMaps:
         """What takes the load errors of some sources from those of all, weighted as they count, shape (d, d')."""
         chosen: FloatArray = self._sharpness * self.load_errors * np.eye(len(flags))[:, flags]
         return chosen
-
-    def sensitivity(self, dual: Dual, variables: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """D = ‖R·Q‖² (b,) and its gradient (b, g) at measurements with design variables (b, g)."""
-        quantities = self.problem.space.quantities(variables)
-        with np.errstate(all="ignore"):
-            rows = self._assembled(*self.problem.whitened(*self.problem.space.split(independent(quantities))))
-            found = sum_of_squares(rows @ dual.matrix, (1, 2))
-        by_quantities = gradient(found, np.ones(len(variables)), quantities)
-        return plain(found), to_variables(self.problem, by_quantities)
 
     @property
     def convex_in_load(self) -> bool:

@@ -1,10 +1,9 @@
-"""Candidates of a bound: single measurements or series, and the search for the most sensitive one (theory.md 10).
+"""Candidates of a bound: series of measurements, and the search for the most sensitive one (theory.md 10).
 
 A candidate is a series of measurements at one pose that share their reference reading; where references are not shared,
-or loads are not convex, a single one. It is an array (n, g) of variables, NaN for missing measurements.
+or loads are not convex, a series is a single measurement. It is an array (n, g) of variables, NaN for missing ones.
 """
 
-from abc import ABC, abstractmethod
 from typing import NamedTuple
 
 import numpy as np
@@ -12,16 +11,18 @@ import numpy as np
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.mechanics.differentiation import gradient, independent, plain, sum_of_squares
+from expdesign.planning.criteria.information import Information
 from expdesign.planning.optimality.differentiated import to_variables
-from expdesign.planning.optimality.measurement_maps import CHUNK, MeasurementMaps
-from expdesign.planning.optimality.series import Multisets, SeriesMaps
+from expdesign.planning.optimality.measurement_maps import CHUNK, LoadVariables, MeasurementMaps
+from expdesign.planning.optimality.series import Multisets, sizes
 from expdesign.planning.optimality.sqp import MinimaxSearch
 from expdesign.planning.optimality.weights import Dual
 from expdesign.planning.problem import DesignProblem
 
 ENUMERABLE = 1_000_000
 """Largest number of candidates that are all looked at."""
-_ADDED, _LEAST_POSES = 40, 200
+_ADDED, _DRAWN = 40, 400
+"""Most sensitive series that become candidates, and series of every length that are drawn first."""
 
 
 class Found(NamedTuple):
@@ -95,7 +96,22 @@ def ascent_words(values: FloatArray, largest: float) -> str:
     )
 
 
-class Pool(ABC):
+def takes_series(information: MeasurementMaps) -> bool:
+    """Whether a problem's measurements share references in a way that candidates may be series.
+
+    A measurement is then a pose and a load, and what a series tells is convex in each load.
+    """
+    problem = information.problem
+    space = problem.space
+    index = information.load_variables().index
+    return (
+        problem.noise.shared_reference
+        and information.convex_in_load
+        and bool((space.of_pose | np.isin(np.arange(space.decisions), index)).all())
+    )
+
+
+class Pool:
     """Candidates of the relaxation, variables (j, n, g).
 
     Args:
@@ -104,45 +120,94 @@ class Pool(ABC):
 
     Attributes:
         complete: whether the first candidates are all that there are.
+        multisets: the series at a pose, by the extreme loads of their measurements.
     """
 
-    complete = False
-    _tolerance = 1e-6
-
     def __init__(self, information: MeasurementMaps, samples: int) -> None:
-        self._problem, self._samples = information.problem, samples
-        self._generator = np.random.default_rng(information.problem.optimiser.seed)
+        self._problem, self._information, self._samples = information.problem, information, samples
+        space = self._problem.space
+        self._generator = np.random.default_rng(self._problem.optimiser.seed)
+        self._shared = takes_series(information)
         self._loads = information.load_variables()
-
-    @abstractmethod
-    def first(self, front: FloatArray | None) -> FloatArray:
-        """The first candidates; `front` holds designs (d, m, g) that are known."""
-
-    @abstractmethod
-    def rows(self, candidates: FloatArray) -> FloatArray:
-        """Maps R (j, k, q) with RᵀR the information of a candidate per measurement in it."""
-
-    @abstractmethod
-    def sensitivity(self, dual: Dual, candidates: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """‖R·Q‖² (b,) of candidates, and its gradient with respect to the variables of their first measurement, (b, g),
-        which those that they have in common follow.
-        """
-
-    @abstractmethod
-    def _everything(self, dual: Dual, candidates: FloatArray, rows: FloatArray) -> Found | None:
-        """The largest of all that could be a candidate; None where these are a continuum."""
-
-    @abstractmethod
-    def _at_best_loads(self, dual: Dual, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The most sensitive candidates at the poses of measurements (b, g), and what none there exceeds, (b,)."""
-
-    @abstractmethod
-    def _moved(self, candidates: FloatArray, first: FloatArray) -> FloatArray:
-        """Candidates whose first measurement is moved to variables (b, g)."""
+        if not information.convex_in_load:
+            self._loads = LoadVariables(np.zeros(0, dtype=np.int64), np.zeros((1, 0)))
+        self._moves = ~np.isin(np.arange(space.decisions), self._loads.index)
+        vertices = len(self._loads.vertices)
+        self._poses = enumerated(self._problem, self._loads.index)
+        if self._poses is not None and not self._shared and len(self._poses) * vertices > ENUMERABLE:
+            self._poses = None
+        self.complete = self._poses is not None and not self._shared
+        poses = samples if self._poses is None else len(self._poses)
+        self.multisets = Multisets(vertices, space.measurements if self._shared else 1, poses)
+        self._maps: FloatArray | None = None
 
     def caveat(self) -> str:
         """What a bound over these candidates leaves out, or nothing."""
+        if self._problem.noise.shared_reference and not self._shared:
+            return "measurements that share a reference are counted as independent with half the covariance"
         return ""
+
+    def first(self, front: FloatArray | None) -> FloatArray:
+        """The first candidates: all, or random series of every length and those of known designs (d, m, g)."""
+        if self.complete and self._poses is not None:
+            return self._options(self._poses).reshape(-1, 1, self._poses.shape[1])
+        parts = []
+        for members in self.multisets.members:
+            poses = self._drawn(_DRAWN if self._shared else self._samples)
+            parts.append(self._series(poses, members[self._generator.integers(len(members), size=len(poses))]))
+        if front is not None:
+            parts.append(
+                self._of_designs(front) if self._shared else usable(self._problem, np.concatenate(front))[:, None]
+            )
+        return np.concatenate(parts)
+
+    def maps(self, variables: FloatArray) -> FloatArray:
+        """[R, H] (..., k, q + s) of measurements with variables (..., g), H of a shared reference's reading; zero for
+        missing ones.
+        """
+        flat = variables.reshape(-1, variables.shape[-1])
+        there = ~np.isnan(flat[:, 0])
+        found = self._information.rows(flat[there], reference=self._shared)
+        if not there.all():
+            rows = np.zeros((len(flat), *found.shape[1:]))
+            rows[there] = found
+            found = rows
+        return found.reshape(*variables.shape[:-1], *found.shape[1:])
+
+    def rows(self, candidates: FloatArray) -> FloatArray:
+        """Maps R (j, r, q) with RᵀR the information of a candidate per measurement in it, N_s/n of a series."""
+        rows, k = self.maps(candidates), len(self._problem.noise.axes)
+        if not self._shared:
+            return rows[:, 0]
+        stacked = rows.reshape(len(candidates), -1, rows.shape[-1])
+        left = Information.beside(stacked[..., :-k], stacked[..., -k:], np.full(k, np.sqrt(2.0)))
+        return left.root / np.sqrt(sizes(candidates))[:, None, None]
+
+    def sensitivity(self, dual: Dual, candidates: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """‖R·Q‖² (b,) of candidates (b, n, g), and its gradient with respect to the variables of their first
+        measurement, (b, g), which the others follow; 0 for loads that only matter at their extremes.
+        """
+        q, there = dual.matrix.shape[0], ~np.isnan(candidates[..., 0])
+        share = (there / there.sum(axis=1, keepdims=True)).reshape(-1)
+        quantities = self._problem.space.quantities(np.where(there[..., None], candidates, candidates[:, :1]))
+        flat = independent(quantities.reshape(-1, quantities.shape[-1]))
+        rest: FloatArray | float = 0.0
+        with np.errstate(all="ignore"):
+            rows = self._information.of_quantities(flat, reference=self._shared)
+            missed = rows[..., :q] @ dual.matrix
+            if self._shared:
+                numbers = plain(rows).reshape(*there.shape, *rows.shape[1:]) * there[..., None, None]
+                # The reference that tells least: at its best value the derivative needs no change of it.
+                turned = np.einsum("bnki,bnkr->bir", numbers[..., q:], numbers[..., :q] @ dual.matrix)
+                gram = np.einsum("bnki,bnkj->bij", numbers[..., q:], numbers[..., q:])
+                reference = np.linalg.solve(2.0 * np.eye(gram.shape[-1]) + gram, turned)
+                spread = np.repeat(reference[:, None], there.shape[1], axis=1).reshape(-1, *reference.shape[1:])
+                missed = missed - rows[..., q:] @ spread
+                rest = 2.0 * (reference**2).sum(axis=(1, 2)) / there.sum(axis=1)
+            found = sum_of_squares(missed, (1, 2))
+        values: FloatArray = (plain(found) * share).reshape(there.shape).sum(axis=1) + rest
+        by_quantities = gradient(found, share, flat).reshape(*there.shape, -1)
+        return values, np.where(self._moves, to_variables(self._problem, by_quantities.sum(axis=1)), 0.0)
 
     def measurements(self, candidates: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The single measurements (i, g) of candidates, and their weights (i,)."""
@@ -161,16 +226,36 @@ class Pool(ABC):
 
     def largest(self, dual: Dual, candidates: FloatArray, rows: FloatArray, effort: Effort) -> Found:
         """The largest ‖R·Q‖² of all that could be a candidate, and candidates that come near it."""
-        found = self._everything(dual, candidates, rows)
-        if found is not None:
-            return found
         known = dual.sensitivities(rows)
         order = np.argsort(-known, kind="stable")
+        if self._poses is not None:
+            return self._everything(dual, candidates[order[:1]], float(known[order[0]]), self._poses)
         # The best candidates, and as many from the better half at random.
         best, rest = np.split(order, [effort.starts // 2])
         rest = rest[: max(effort.starts, len(order) // 2) - len(best)]
         chosen = np.concatenate([best, self._generator.permutation(rest)[: effort.starts - len(best)]])
         return self._ascend(dual, candidates[chosen], float(known[order[0]]), effort)
+
+    def _everything(self, dual: Dual, best: FloatArray, known: float, poses: FloatArray) -> Found:
+        """The largest of all, where these are finitely many poses (p, g); `best` of the candidates has `known`."""
+        extreme = " with extreme loads, where it is largest because it is convex in {} load" * bool(
+            self._loads.index.size
+        )
+        if self.complete:
+            words = f"its sensitivity was evaluated at all {len(poses) * len(self._loads.vertices)} measurements"
+            return Found(best, known, words + extreme.format("the"))
+        if self._maps is None:
+            self._maps = self.maps(self._options(poses))
+        found = self.multisets.best(dual, self._maps)
+        order = np.argsort(-found.values, kind="stable")[:_ADDED]
+        words = (
+            f"the sensitivity of a series (measurements at one pose with one reference) was evaluated at all "
+            f"{len(poses)} poses for all series of up to {self.multisets.longest} measurements"
+        )
+        words += extreme.format("every")
+        if self.multisets.longest < self._problem.space.measurements:
+            words += ", and bounded for longer ones"
+        return Found(self._series(poses[order], found.chosen[order]), float(found.bound.max()), words)
 
     def _ascend(self, dual: Dual, starts: FloatArray, known: float, effort: Effort) -> Found:
         size = max(known, 1e-300)
@@ -183,7 +268,7 @@ class Pool(ABC):
         search = MinimaxSearch(self._problem, pieces)
         for _ in range(effort.passes):
             ends = search.minimise(
-                reached[:, :1].copy(), iterations=effort.steps, tolerance=self._tolerance, inner=1e-4
+                reached[:, :1].copy(), iterations=effort.steps, tolerance=1e-8 if self._shared else 1e-6, inner=1e-4
             )[:, 0]
             before = self._moved(reached, ends)[..., self._loads.index]
             reached, bound = self._at_best_loads(dual, ends)
@@ -198,175 +283,12 @@ class Pool(ABC):
         words = ascent_words(values, max(known, float(values.max())))
         return Found(reached[order], max(known, float(bound.max()), float(values.max())), words)
 
-
-class MeasurementPool(Pool):
-    """Single measurements as candidates, variables (j, 1, g).
-
-    Args:
-        information: maps of single measurements.
-        samples: number of random measurements among the first candidates over a continuum.
-        given: the only measurements that may be chosen, variables (j, g); the whole design space where left out.
-    """
-
-    def __init__(self, information: MeasurementMaps, samples: int, given: FloatArray | None = None) -> None:
-        super().__init__(information, samples)
-        self._information, self._given = information, given is not None
-        self._extreme = information.convex_in_load and bool(self._loads.index.size)
-        self._whole = self._enumerated() if given is None else usable(self._problem, given)
-        self.complete = self._whole is not None
-
-    def caveat(self) -> str:
-        if self._problem.noise.shared_reference:
-            return "measurements that share a reference are counted as independent with half the covariance"
-        return ""
-
-    def rows(self, candidates: FloatArray) -> FloatArray:
-        return self._information.rows(candidates[:, 0])
-
-    def sensitivity(self, dual: Dual, candidates: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return self._information.sensitivity(dual, candidates[:, 0])
-
-    def first(self, front: FloatArray | None) -> FloatArray:
-        space = self._problem.space
-        if self._whole is not None:
-            return self._whole[:, None]
-        sampled = space.sample(self._samples, self._generator)
-        if self._extreme:
-            drawn = self._generator.integers(len(self._loads.vertices), size=len(sampled))
-            sampled[:, self._loads.index] = self._loads.vertices[drawn]
-        parts = [sampled] if front is None else [sampled, front.reshape(-1, space.decisions)]
-        return usable(self._problem, np.concatenate(parts))[:, None]
-
-    def _everything(self, dual: Dual, candidates: FloatArray, rows: FloatArray) -> Found | None:
-        if self._whole is None:
-            return None
-        known = dual.sensitivities(rows)
-        order = np.argsort(-known, kind="stable")
-        words = f"its sensitivity was evaluated at all {len(candidates)} measurements"
-        if not self._given and self._extreme:
-            words += " with extreme loads, where it is largest because it is convex in the load"
-        return Found(candidates[order[:20]], float(known[order[0]]), words)
-
-    def _enumerated(self) -> FloatArray | None:
-        """Every measurement that can be extreme (j, g), where the design space has finitely many; else None."""
-        index = self._loads.index if self._extreme else np.zeros(0, dtype=np.int64)
-        vertices = self._loads.vertices if self._extreme else np.zeros((1, 0))
-        poses = enumerated(self._problem, index)
-        if poses is None or len(poses) * len(vertices) > ENUMERABLE:
-            return None
-        variables = np.repeat(poses[:, None], len(vertices), axis=1)
-        variables[..., index] = vertices
-        return variables.reshape(-1, poses.shape[1])
-
-    def _at_best_loads(self, dual: Dual, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
-        vertices = self._loads.vertices if self._extreme else np.zeros((1, 0))
-        spread = np.repeat(poses[:, None], len(vertices), axis=1)
-        if self._extreme:
-            spread[..., self._loads.index] = vertices
-        values = dual.sensitivities(self._information.rows(spread.reshape(-1, poses.shape[1])))
-        values = values.reshape(len(poses), -1)
-        return spread[np.arange(len(poses)), values.argmax(axis=1)][:, None], values.max(axis=1)
-
-    def _moved(self, candidates: FloatArray, first: FloatArray) -> FloatArray:
-        return first[:, None]
-
-
-def takes_series(information: MeasurementMaps) -> bool:
-    """Whether a problem's measurements share references in a way that candidates may be series.
-
-    A measurement is then a pose and a load, and what a series tells is convex in each load.
-    """
-    problem = information.problem
-    space = problem.space
-    index = information.load_variables().index
-    return (
-        problem.noise.shared_reference
-        and information.convex_in_load
-        and bool((space.of_pose | np.isin(np.arange(space.decisions), index)).all())
-    )
-
-
-class SeriesPool(Pool):
-    """Series as candidates.
-
-    Args:
-        information: maps of single measurements.
-        samples: number of random measurements among the first candidates over a continuum.
-
-    Attributes:
-        information: maps of series.
-        multisets: the series at a pose, by the extreme loads of their measurements.
-    """
-
-    _tolerance = 1e-8
-
-    def __init__(self, information: MeasurementMaps, samples: int) -> None:
-        super().__init__(information, samples)
-        self.information = SeriesMaps(information)
-        self._poses = enumerated(self._problem, self._loads.index)
-        self._maps: FloatArray | None = None
-        poses = samples if self._poses is None else len(self._poses)
-        self.multisets = Multisets(len(self._loads.vertices), self._problem.space.measurements, poses)
-
-    def rows(self, candidates: FloatArray) -> FloatArray:
-        return self.information.rows(candidates)
-
-    def first(self, front: FloatArray | None) -> FloatArray:
-        """Random series, of one to m measurements, and those of the front."""
-        poses = self._poses if self._poses is not None else self._sampled()
-        if len(poses) == 0:
-            return np.zeros((0, self.multisets.longest, self._problem.space.decisions))
-        taken = poses[np.linspace(0, len(poses) - 1, min(len(poses), _LEAST_POSES)).round().astype(int)]
-        parts = []
-        for members in self.multisets.members:
-            drawn = members[self._generator.integers(len(members), size=2 * len(taken))]
-            parts.append(self._series(np.concatenate([taken, taken]), drawn))
-        if front is not None:
-            parts.append(self._of_designs(front))
-        return np.concatenate(parts)
-
-    def _everything(self, dual: Dual, candidates: FloatArray, rows: FloatArray) -> Found | None:
-        if self._poses is None:
-            return None
-        if self._maps is None:
-            self._maps = self.information.reference_rows(self._options(self._poses))
-        best = self.multisets.best(dual, self._maps)
-        order = np.argsort(-best.values, kind="stable")[:_ADDED]
-        words = (
-            f"the sensitivity of a series (measurements at one pose with one reference) was evaluated at all "
-            f"{len(self._poses)} poses for all series of up to {self.multisets.longest} measurements"
-        )
-        if self._loads.index.size:
-            words += " with extreme loads, where it is largest because it is convex in every load"
-        if self.multisets.longest < self._problem.space.measurements:
-            words += ", and bounded for longer ones"
-        series = self._series(self._poses[order], best.chosen[order])
-        return Found(series, float(best.bound.max()), words)
-
-    def sensitivity(self, dual: Dual, candidates: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """tr(QᵀN_sQ)/n (b,) of series (b, n, g), and its gradient with respect to the pose's variables (b, g)."""
-        q, there = dual.matrix.shape[0], ~np.isnan(candidates[..., 0])
-        quantities = self._problem.space.quantities(np.where(there[..., None], candidates, candidates[:, :1]))
-        flat = independent(quantities.reshape(-1, quantities.shape[-1]))
-        with np.errstate(all="ignore"):
-            rows = self.information.information.reference_rows(flat)
-            numbers = plain(rows).reshape(*there.shape, *rows.shape[1:]) * there[..., None, None]
-            # The reference that tells least: at its best value the derivative needs no change of it.
-            turned = np.einsum("bnki,bnkr->bir", numbers[..., q:], numbers[..., :q] @ dual.matrix)
-            gram = np.einsum("bnki,bnkj->bij", numbers[..., q:], numbers[..., q:])
-            reference = np.linalg.solve(2.0 * np.eye(gram.shape[-1]) + gram, turned)
-            spread = np.repeat(reference[:, None], there.shape[1], axis=1).reshape(-1, *reference.shape[1:])
-            found = sum_of_squares(rows[..., :q] @ dual.matrix - rows[..., q:] @ spread, (1, 2))
-        share = (there / there.sum(axis=1, keepdims=True)).reshape(-1)
-        values = (plain(found) * share).reshape(there.shape).sum(axis=1)
-        values = values + 2.0 * (reference**2).sum(axis=(1, 2)) / there.sum(axis=1)
-        by_quantities = gradient(found, share, flat).reshape(*there.shape, -1)
-        slopes = to_variables(self._problem, by_quantities.sum(axis=1))
-        return values, np.where(self._problem.space.of_pose, slopes, 0.0)
-
-    def _sampled(self) -> FloatArray:
-        count = max(_LEAST_POSES, self._samples // len(self._loads.vertices))
-        return usable(self._problem, self._problem.space.sample(count, self._generator))
+    def _drawn(self, count: int) -> FloatArray:
+        """Poses (p, g), as many or fewer."""
+        if self._poses is not None:
+            return self._poses[self._generator.integers(len(self._poses), size=count * bool(len(self._poses)))]
+        sampled = self._problem.space.sample(max(count, self._samples), self._generator)
+        return usable(self._problem, sampled)[:count]
 
     def _options(self, poses: FloatArray) -> FloatArray:
         """The measurements with extreme loads at poses (p, g), shape (p, v, g)."""
@@ -384,11 +306,12 @@ class SeriesPool(Pool):
         return series
 
     def _moved(self, candidates: FloatArray, first: FloatArray) -> FloatArray:
-        there = ~np.isnan(candidates[..., :1])
-        return np.where(self._problem.space.of_pose & there, first[:, None], candidates)
+        """Candidates whose first measurement is moved to variables (b, g), and the others with it."""
+        return np.where(self._moves & ~np.isnan(candidates[..., :1]), first[:, None], candidates)
 
     def _at_best_loads(self, dual: Dual, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
-        best = self.multisets.best(dual, self.information.reference_rows(self._options(poses)))
+        """The most sensitive candidates at the poses of measurements (b, g), and what none there exceeds, (b,)."""
+        best = self.multisets.best(dual, self.maps(self._options(poses)))
         return self._series(poses, best.chosen), best.bound
 
     def _of_designs(self, designs: FloatArray) -> FloatArray:

@@ -16,8 +16,6 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.planning.criteria.information import Information
-from expdesign.planning.optimality.measurement_maps import CHUNK, MeasurementMaps
 from expdesign.planning.optimality.weights import Dual
 
 _ENTRIES = 4_000_000
@@ -28,39 +26,6 @@ def sizes(series: FloatArray) -> IntArray:
     """Number of measurements of series (j, n, g), whose missing ones are NaN, shape (j,)."""
     found: IntArray = (~np.isnan(series[..., 0])).sum(axis=1)
     return found
-
-
-class SeriesMaps:
-    """Maps of series of a problem whose measurements share their reference.
-
-    Args:
-        information: of single measurements.
-    """
-
-    def __init__(self, information: MeasurementMaps) -> None:
-        self.information = information
-        self.readings = len(information.problem.noise.axes)
-
-    def reference_rows(self, variables: FloatArray) -> FloatArray:
-        """[R, H] (..., k, q + k) of measurements with variables (..., g); zero for missing ones."""
-        flat = variables.reshape(-1, variables.shape[-1])
-        there = ~np.isnan(flat[:, 0])
-        quantities = self.information.problem.space.quantities(flat[there])
-        parts = [
-            self.information.reference_rows(quantities[start : start + CHUNK])
-            for start in range(0, len(quantities), CHUNK)
-        ]
-        found = np.concatenate(parts)
-        rows = np.zeros((len(flat), *found.shape[1:]))
-        rows[there] = found
-        return rows.reshape(*variables.shape[:-1], *found.shape[1:])
-
-    def rows(self, series: FloatArray) -> FloatArray:
-        """Roots R (j, r, q) with RᵀR = N_s/n of series (j, n, g)."""
-        rows, k = self.reference_rows(series), self.readings
-        stacked = rows.reshape(len(series), -1, rows.shape[-1])
-        left = Information.beside(stacked[..., :-k], stacked[..., -k:], np.full(k, np.sqrt(2.0)))
-        return left.root / np.sqrt(sizes(series))[:, None, None]
 
 
 @dataclass(frozen=True)
@@ -115,7 +80,9 @@ class Multisets:
         return found
 
     def best(self, dual: Dual, rows: FloatArray) -> BestSeries:
-        """The best series at every pose, options with maps [R, H] (p, v, k, q + k), H the same for all of a pose."""
+        """The best series at every pose, options with maps [R, H] (p, v, k, q + k), H the same for all of a pose and
+        left out where no reference is shared.
+        """
         parts = [
             self._best(dual, rows[start : start + self._together]) for start in range(0, len(rows), self._together)
         ]
@@ -130,12 +97,14 @@ class Multisets:
 
     def _best(self, dual: Dual, rows: FloatArray) -> BestSeries:
         gains, interactions = quadratic(dual, rows)
-        poses = len(rows)
+        poses, shared = len(rows), rows.shape[-1] > len(dual.matrix)
         values = np.full(poses, -np.inf)
         chosen = np.full((poses, self.longest), -1, dtype=np.int64)
         for n, (members, counts) in enumerate(zip(self.members, self.counts, strict=True), start=1):
-            pairs = (counts[:, :, None] * counts[:, None, :]).reshape(len(counts), -1)
-            found = (gains @ counts.T - interactions(n).reshape(poses, -1) @ pairs.T) / n
+            found = gains @ counts.T / n
+            if shared:
+                pairs = (counts[:, :, None] * counts[:, None, :]).reshape(len(counts), -1)
+                found -= interactions(n).reshape(poses, -1) @ pairs.T / n
             best = found.argmax(axis=1)
             value = found[np.arange(poses), best]
             better = value > values
@@ -158,10 +127,11 @@ def quadratic(dual: Dual, rows: FloatArray) -> tuple[FloatArray, Callable[[int],
     Returns:
         a, shape (p, v), and B_n as a function of n = Σc, shape (p, v, v).
     """
-    q, k = dual.matrix.shape[0], rows.shape[-2]
+    q = dual.matrix.shape[0]
+    k = rows.shape[-1] - q
     products = rows[..., :q] @ dual.matrix
     whitener = rows[:, 0, :, q:]
-    turned = (whitener.swapaxes(-1, -2)[:, None] @ products).reshape(*products.shape[:2], k, -1)
+    turned = (whitener.swapaxes(-1, -2)[:, None] @ products).reshape(*products.shape[:2], k, products.shape[-1])
     gram = whitener.swapaxes(-1, -2) @ whitener
 
     def interactions(n: int) -> FloatArray:
