@@ -24,7 +24,7 @@ import numpy as np
 
 from expdesign.io.yaml_reader import read_yaml
 from expdesign.planning.problem_file import read_problem
-from expdesign.planning.result import plan_of_decisions
+from expdesign.planning.result import plan_of
 
 ROOT = Path(__file__).resolve().parent.parent
 SAME = 1e-9
@@ -135,7 +135,7 @@ def drawn_plan(config: Path, file: Path) -> None:
     drawn = problem.space.sample(4000, np.random.default_rng(0))
     poses, _ = problem.space.decode(drawn)
     usable = drawn[problem.loaded.robot.usable(poses)][: problem.space.measurements]
-    plan_of_decisions(problem, usable).to_csv(file, index=False)
+    plan_of(problem, usable).to_csv(file, index=False)
 
 
 def figures(state: State, config: Path, robot: Path, plan: Path, recordings: Path, folder: Path) -> dict[str, Any]:

@@ -12,7 +12,7 @@ import expdesign as xd
 from expdesign.app.api.configuration import problem_of
 from expdesign.assurance.comparison.contenders import distinct_criteria
 from expdesign.errors import InputError
-from expdesign.planning.optimality.certificate import total_lower_bound
+from expdesign.planning.optimality.certificate import Certificate
 
 CONFIG = Path(__file__).parents[2] / "configs" / "hexapod-geometric.yaml"
 POSE = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
@@ -110,7 +110,7 @@ def bipod(folder: Path, measurements: int, targets: list[list[float]]) -> Path:
 
 def test_the_bound_where_the_best_plan_identifies_nothing_but_the_target(tmp_path: Path) -> None:
     """Six measurements at the one target: two axes of one tolerance each with a sixth of the variance, √(2/6)."""
-    bound = total_lower_bound(problem_of(bipod(tmp_path, 6, [[0.1, -0.05]])))
+    bound = Certificate(problem_of(bipod(tmp_path, 6, [[0.1, -0.05]])), 1.0).bound()
     assert bound.value == pytest.approx(np.sqrt(1.0 / 3.0), rel=1e-4)
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import yaml
 from tests.sweeps.small import SMALL
 
-from expdesign.planning.optimality.certificate import duir_lower_bound
+from expdesign.planning.optimality.certificate import Certificate
 from expdesign.planning.problem_file import read_problem
 from expdesign.planning.search import search
 
@@ -15,6 +15,6 @@ def test_a_fixed_load_has_a_bound(tmp_path: Path) -> None:
     (tmp_path / "config.yaml").write_text(yaml.safe_dump(SMALL), encoding="utf-8")
     problem = read_problem(tmp_path / "config.yaml")
     front = search(problem)
-    bound = duir_lower_bound(problem, front.decisions).value
+    bound = Certificate(problem, 0.0).bound(front.decisions).value
     assert bound is not None
     assert 0.0 < bound <= float(front.criteria["duir"].min()) * (1.0 + 1e-9)

@@ -15,7 +15,7 @@ from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.targets import GivenVariances
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
-from expdesign.planning.result import plan_of_decisions
+from expdesign.planning.result import plan_of
 
 PARTS = {"noise", "load_errors", "total", "hidden", "hidden_physics", "hidden_component", "sentence"}
 
@@ -34,7 +34,7 @@ def evaluation(problem: DesignProblem) -> xd.EvaluationResult:
 
 def plan(problem: DesignProblem) -> pd.DataFrame:
     decisions = problem.space.sample(6, np.random.default_rng(2))
-    return plan_of_decisions(problem, decisions)
+    return plan_of(problem, decisions)
 
 
 def test_of_a_plan(problem: DesignProblem, evaluation: xd.EvaluationResult) -> None:

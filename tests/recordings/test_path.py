@@ -12,7 +12,7 @@ import expdesign as xd
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.io.table import Table
 from expdesign.planning.problem_file import read_problem
-from expdesign.planning.result import plan_of_decisions
+from expdesign.planning.result import plan_of
 
 ROOT = Path(xd.__file__).parent
 CONFIG = ROOT.parents[1] / "configs" / "bipod.yaml"
@@ -48,7 +48,7 @@ def files_entered(recordings: Path) -> list[str]:
 
 def test_a_table_passes_few_files(tmp_path: Path) -> None:
     problem = read_problem(CONFIG)
-    plan = plan_of_decisions(problem, problem.space.sample(6, np.random.default_rng(2)))
+    plan = plan_of(problem, problem.space.sample(6, np.random.default_rng(2)))
     xd.simulate(problem, plan, seed=1).frame.to_csv(tmp_path / "recordings.csv", index=False)
     entered = files_entered(tmp_path / "recordings.csv")
     assert entered[-1].startswith("diagnosis/")

@@ -58,12 +58,12 @@ def test_the_downloads_are_the_files_of_the_run(case: Any) -> None:
     pd.testing.assert_frame_equal(front, pareto_frame(case.front), check_exact=True)
     for index, design in enumerate(page["data"]["designs"]):
         plan = pd.read_csv(io.StringIO(design["csv"]))
-        pd.testing.assert_frame_equal(plan, plan_of(case.problem, case.front, index), check_exact=True)
+        pd.testing.assert_frame_equal(plan, plan_of(case.problem, case.front.decisions[index]), check_exact=True)
 
 
 def test_the_plan_is_shown_in_millimetres_and_milliradians(case: Any) -> None:
     design = content(case.html)["data"]["designs"][case.front.recommended]
-    plan = plan_of(case.problem, case.front, case.front.recommended)
+    plan = plan_of(case.problem, case.front.decisions[case.front.recommended])
     position = list(plan.columns).index("x_m")
     shown = [float(row[position].replace("−", "-")) for row in design["plan"]]
     np.testing.assert_allclose(shown, 1e3 * plan["x_m"], atol=0.0005001)

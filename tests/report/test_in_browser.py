@@ -94,7 +94,7 @@ class Screen:
         """Assert that the whole page shows one design."""
         case = self.case
         until(lambda: self.text("plan-title") == f"Plan of design {design + 1}")
-        assert self.rows("plan") == plan_cells(plan_of(case.problem, case.front, design))
+        assert self.rows("plan") == plan_cells(plan_of(case.problem, case.front.decisions[design]))
         assert self.text("chosen-text").startswith(f"Design {design + 1}")
         assert words.number(float(case.front.criteria["total"][design])) in self.text("chosen-text")
         assert f"Plan of design {design + 1}:" in self.text("plan-caption")
@@ -192,7 +192,7 @@ def test_the_plan_of_the_chosen_design_is_saved(hexapod_screen: Screen) -> None:
     screen.shows(design)
     saved = screen.download("button[data-csv=plan]", f"plan-design-{design + 1}.csv")
     table = pd.read_csv(io.BytesIO(saved))
-    pd.testing.assert_frame_equal(table, plan_of(case.problem, case.front, design), check_exact=True)
+    pd.testing.assert_frame_equal(table, plan_of(case.problem, case.front.decisions[design]), check_exact=True)
 
 
 def test_every_figure_and_table_is_saved(bipod_screen: Screen) -> None:

@@ -18,7 +18,6 @@ from expdesign.planning.operators.continuation import Continuation, FrontDescent
 from expdesign.planning.operators.exchange import PairExchange, SingleExchange
 from expdesign.planning.operators.operator import WEIGHTS, Archive, Credit, Operator, State
 from expdesign.planning.operators.recombination import CanonicalOrder, DesignCrossover, DesignMutation, Recombination
-from expdesign.planning.optimality.objectives import Objectives
 from expdesign.planning.options import EXPECTED_GAIN, SearchOptions
 from expdesign.planning.pymoo_problem import DesignPopulation
 
@@ -172,7 +171,7 @@ def expected_gain(history: Sequence[tuple[float, float]]) -> float:
 def evolution(population: DesignPopulation, first: FloatArray) -> Evolution:
     """The search of a problem from a first generation (b, m, g), ready to go on."""
     problem = population.design_problem
-    number, names = len(problem.objectives), Objectives.with_total(problem).names
+    number, names = population.n_obj, population.wanted.names
     weights = np.array([WEIGHTS.get(name, 0.0) for name in names])
     if number == 1:
         weights[0] = WEIGHTS["total"]

@@ -6,7 +6,7 @@ from pymoo.core.problem import Problem
 from expdesign.arrays import FloatArray
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
 from expdesign.planning.constraints import LIMITS
-from expdesign.planning.criteria.criterion import criterion_values, known_criteria
+from expdesign.planning.optimality.objectives import Objectives
 from expdesign.planning.problem import DesignProblem
 
 UNIDENTIFIED = 1e30
@@ -23,12 +23,14 @@ class DesignPopulation(Problem):  # type: ignore[misc]
 
     Attributes:
         design_problem: what is designed.
+        wanted: the objectives and `total`.
         evaluations: designs evaluated so far.
     """
 
     def __init__(self, problem: DesignProblem) -> None:
         space = problem.space
         self.design_problem = problem
+        self.wanted = Objectives(problem)
         self.evaluations = 0
         super().__init__(
             n_var=space.measurements * space.decisions,
@@ -50,19 +52,16 @@ class DesignPopulation(Problem):  # type: ignore[misc]
 
     def criteria(self, decisions: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The same with `total` behind the objectives, where it is none of them."""
-        problem = self.design_problem
-        total = known_criteria()["total"]
-        wanted = problem.objectives if total in problem.objectives else (*problem.objectives, total)
-        if len(decisions) == 0:
-            return np.zeros((0, len(wanted))), np.zeros((0, self.n_ieq_constr))
-        self.evaluations += len(decisions)
+        problem, count = self.design_problem, len(decisions)
+        if count == 0:
+            return np.zeros((0, len(self.wanted.criteria))), np.zeros((0, self.n_ieq_constr))
+        self.evaluations += count
         configurations, loads = problem.space.decode(decisions)
         assessment = problem.assessed(decisions)
         condition = assessment.measurements.jacobians.condition.max(axis=1)
         singular = ~np.isfinite(condition)
         unidentified = ((~assessment.estimable) & (problem.targets.importance > 0.0)).sum(axis=(1, 2))
-        signs = np.array([-1.0 if criterion.maximise else 1.0 for criterion in wanted])
-        values = np.stack([criterion_values(criterion, assessment) for criterion in wanted], axis=1) * signs
+        values = self.wanted.values(assessment)
         unusable = (unidentified > 0) | singular | ~np.isfinite(values).all(axis=1)
         values[unusable] = UNIDENTIFIED
         excess = problem.loaded.robot.limit_excess(configurations).max(axis=1)

@@ -39,11 +39,6 @@ def pareto_frame(front: Front, minutes: FloatArray | None = None) -> pd.DataFram
     return pd.DataFrame(columns)
 
 
-def plan_of(problem: DesignProblem, front: Front, design: int) -> pd.DataFrame:
-    """The plan of one design of the front (index from 0) in recordings form."""
-    return plan_of_decisions(problem, front.decisions[design])
-
-
 def planned(problem: DesignProblem, decisions: FloatArray) -> Plan:
     """The plan that decisions (m, g) stand for: the measurements that are taken, by their series."""
     space = problem.space
@@ -57,7 +52,7 @@ def planned(problem: DesignProblem, decisions: FloatArray) -> Plan:
     return Plan(configurations[taken], loads[taken], series)
 
 
-def plan_of_decisions(problem: DesignProblem, decisions: FloatArray) -> pd.DataFrame:
+def plan_of(problem: DesignProblem, decisions: FloatArray) -> pd.DataFrame:
     """The plan that decisions (m, g) stand for, in recordings form without the measured columns."""
     return pd.DataFrame(_columns(problem, decisions))
 

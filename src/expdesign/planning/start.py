@@ -17,9 +17,9 @@ from expdesign.mechanics.robots.robot import CONDITION_LIMIT
 from expdesign.planning.front import non_dominated
 from expdesign.planning.optimality.certificate import Certificate
 from expdesign.planning.optimality.exchange import Exchange, rounded
-from expdesign.planning.optimality.objectives import Objectives
 from expdesign.planning.optimality.pool import BRIEF
 from expdesign.planning.problem import DesignProblem
+from expdesign.planning.pymoo_problem import DesignPopulation
 from expdesign.planning.scalarisation import Aims
 
 _BATCH = 2000
@@ -205,16 +205,12 @@ def every_design(problem: DesignProblem) -> FloatArray | None:
     measurements = np.stack([axis.ravel() for axis in axes], axis=1)
     measurements = measurements[problem.loaded.robot.usable(space.decode(measurements)[0])]
     plans = np.array(list(combinations_with_replacement(range(len(measurements)), m)), dtype=np.int64)
-    objectives = Objectives(problem)
-    best = np.zeros((0, m, space.decisions))
+    population, best = DesignPopulation(problem), np.zeros((0, m, space.decisions))
     for start in range(0, len(plans), _TOGETHER):
         listed = np.unique(space.canonical(measurements[plans[start : start + _TOGETHER]]), axis=0)
         designs = np.concatenate([best, listed])
-        values = objectives.values(designs)
-        finite = np.isfinite(values).all(axis=1)
-        if problem.constraints is not None:
-            broken = problem.constraints.violations(problem.loaded, *space.decode(designs)) > 0.0
-            finite &= ~broken.any(axis=1)
-        designs, values = designs[finite], values[finite]
+        values, violations = population.objectives(designs)
+        feasible = (violations <= 0.0).all(axis=1)
+        designs, values = designs[feasible], values[feasible]
         best = designs[non_dominated(values)] if len(designs) else best
     return best

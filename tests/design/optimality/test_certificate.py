@@ -10,14 +10,14 @@ from tests.oracle import Array
 
 from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.optimality.certificate import LowerBound, duir_lower_bound, total_lower_bound
+from expdesign.planning.optimality.certificate import Certificate, LowerBound
 from expdesign.planning.optimality.measurement_maps import MeasurementMaps
 from expdesign.planning.optimality.pool import Pool
 from expdesign.planning.optimality.weights import Relaxation, dual_of, optimal_weights
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.start import starting_designs
 
-BOUNDS = {"duir": duir_lower_bound, "total": total_lower_bound}
+FACTORS = {"duir": 0.0, "total": 1.0}
 SPREAD_TARGETS = [
     {"pose": [0.1, 0.6], "wrench": [0.0, -1000.0], "tolerance": {"dx_m": 1.0e-6}},
     {"pose": [-0.2, 0.4], "wrench": [300.0, -1000.0], "tolerance": {"dy_m": 2.0e-6}},
@@ -76,8 +76,8 @@ def test_no_design_beats_a_bound_and_a_bound_that_is_too_high_is_beaten(name: st
     here = problem(*CASES[name])
     chance = random_designs(here, 3000, 11)
     polished = refined(here, chance[:20], 12)
-    for criterion, bound_of in BOUNDS.items():
-        bound = bound_of(here)
+    for criterion, factor in FACTORS.items():
+        bound = Certificate(here, factor).bound()
         assert bound.value is not None
         found = np.concatenate([values(here, chance, criterion), values(here, polished, criterion)])
         assert not beaten(bound.value, found)
@@ -107,7 +107,7 @@ def test_closed_form(measurements: int) -> None:
     rows = here.targets.observation[0] * np.sqrt(here.targets.importance[0])[:, None]
     diagonal = np.sqrt((rows**2).sum(axis=0))
     information = 2.0 * 300.0**2 / 1e-6**2
-    bound = duir_lower_bound(here).value
+    bound = Certificate(here, 0.0).bound().value
     assert bound == pytest.approx(diagonal.sum() / np.sqrt(information * measurements), rel=1e-4)
     assert bound is not None
     assert bound <= diagonal.sum() / np.sqrt(information * measurements)
@@ -147,20 +147,20 @@ def test_weak_duality_holds_for_any_weights() -> None:
 @pytest.mark.parametrize("measurements", [24, pytest.param(60, marks=pytest.mark.slow)])
 def test_the_bound_of_a_finite_space_is_what_the_relaxation_over_all_of_it_gives(measurements: int) -> None:
     here = problem(*CASES["bipod-grid"])
-    bound = duir_lower_bound(here)
+    bound = Certificate(here, 0.0).bound()
     assert "all 80 measurements" in bound.certified_on
     assert bound.value is not None
     many = problem(BIPOD, {**CASES["bipod-grid"][1], "experiment.measurements": measurements})
-    scaled = duir_lower_bound(many).value
+    scaled = Certificate(many, 0.0).bound().value
     assert scaled == pytest.approx(bound.value * np.sqrt(2 / measurements), rel=1e-3)
     # So many measurements can follow the optimal weights closely.
     designs = refined(many, random_designs(many, 10, 3), 12)
-    assert values(many, designs, "duir").min() < 1.01 * duir_lower_bound(many).value
+    assert values(many, designs, "duir").min() < 1.01 * Certificate(many, 0.0).bound().value
 
 
 def test_without_load_errors_the_bounds_are_the_same() -> None:
     here = problem(BIPOD, {"experiment.load_error": []})
-    assert total_lower_bound(here).value == pytest.approx(duir_lower_bound(here).value, rel=1e-6)
+    assert Certificate(here, 1.0).bound().value == pytest.approx(Certificate(here, 0.0).bound().value, rel=1e-6)
 
 
 def test_opposite_loads_on_a_shared_reference_beat_separate_references() -> None:
@@ -178,7 +178,7 @@ def test_opposite_loads_on_a_shared_reference_beat_separate_references() -> None
     without_settings = [i for i, v in enumerate(space.variables) if v.columns[0] < space.n_pose + space.n_load]
     shared, apart = values(here, designs, "duir"), values(separate, designs[..., without_settings], "duir")
     np.testing.assert_allclose(shared * np.sqrt(2.0), apart, rtol=1e-9)
-    assert not beaten(bound_value(duir_lower_bound(here)), shared)
+    assert not beaten(bound_value(Certificate(here, 0.0).bound()), shared)
 
 
 def bound_value(bound: LowerBound) -> float:
@@ -227,6 +227,6 @@ def test_where_nothing_matters_there_is_no_bound() -> None:
     empty = type(here)(
         **{**vars(here), "targets": type(here.targets)(**{**vars(here.targets), "importance": np.zeros((1, 2))})}
     )
-    bound = duir_lower_bound(empty)
+    bound = Certificate(empty, 0.0).bound()
     assert bound.value is None
     assert bound.certified_on

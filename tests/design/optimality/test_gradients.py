@@ -7,12 +7,12 @@ import pytest
 from tests.design.problems import BIPOD, HEXAPOD, designs, problem
 from tests.oracle import Array
 
-from expdesign.errors import InputError, NotIdentifiableError
+from expdesign.errors import InputError
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import Criterion, known_criteria
 from expdesign.planning.optimality import differentiated
 from expdesign.planning.optimality.differentiated import Differentiated
-from expdesign.planning.optimality.gradient_check import criterion_gradients, gradient_check, gradient_table
+from expdesign.planning.optimality.gradient_check import criterion_gradients, gradient_table
 from expdesign.planning.problem import DesignProblem
 
 WRENCH = {
@@ -92,22 +92,22 @@ def a_problem(name: str) -> DesignProblem:
 @pytest.mark.parametrize("name", CASES)
 def test_every_criterion_of_every_case_has_its_gradient(name: str) -> None:
     here = a_problem(name)
-    table = gradient_check(here, designs(here, 1)[0])
-    assert set(table["criterion"]) == set(known_criteria())
+    table = gradient_table(here, designs(here, 1))
+    assert set(table["quantity"]) == set(known_criteria())
     # Central differences reach 1e-9 of the largest derivative here; a wrong term is wrong by its own size.
-    assert table["relative_error"].max() < 2e-8
-    largest = table.groupby("criterion")["gradient"].apply(lambda column: column.abs().max())
+    assert table["at best steps"].max() < 2e-8
     with_errors = here.loaded.sources != ()
-    assert (largest.drop([] if with_errors else ["feir"]) > 0.0).all()
+    for criterion, (_, gradient) in criterion_gradients(here, designs(here, 1), list(known_criteria())).items():
+        assert (criterion == "feir" and not with_errors) or np.abs(gradient).max() > 0.0
 
 
 def test_the_check_finds_a_wrong_gradient(monkeypatch: pytest.MonkeyPatch) -> None:
     here = a_problem("hexapod")
     right = differentiated.to_variables
     monkeypatch.setattr(differentiated, "to_variables", lambda problem, values: 1.001 * right(problem, values))
-    table = gradient_check(here, designs(here, 1)[0], ["duir"])
-    assert table["relative_error"].max() > 1e-4
-    assert gradient_table(here, designs(here, 2), ["duir"])["verdict"].tolist() == ["fail"]
+    table = gradient_table(here, designs(here, 2), ["duir"])
+    assert table["at best steps"].max() > 1e-4
+    assert table["verdict"].tolist() == ["fail"]
 
 
 def test_the_table_shows_truncation_and_rounding() -> None:
@@ -129,16 +129,6 @@ def test_what_has_no_value_is_not_evaluated() -> None:
     assert gradient_table(here, decisions, ["duir"])["verdict"].tolist() == ["not evaluated"]
 
 
-def test_a_design_without_gradient_is_said_so() -> None:
-    """Without load nothing is identified, and no criterion has a derivative."""
-    here = problem(HEXAPOD, {"experiment.load": {"kind": "payload", "mass_kg": [0.0, 5.0]}})
-    decisions = designs(here, 1)
-    mass = [i for i, variable in enumerate(here.space.variables) if variable.columns[0] == here.space.n_pose]
-    decisions[..., mass] = 0.0
-    with pytest.raises(NotIdentifiableError, match="`duir` has no gradient at this design"):
-        gradient_check(here, decisions[0], ["duir"])
-
-
 @pytest.mark.parametrize("name", ["bipod", "hexapod"])
 def test_shared_references_are_differentiated_as_they_are(name: str) -> None:
     base, changes = CASES[name]
@@ -148,7 +138,7 @@ def test_shared_references_are_differentiated_as_they_are(name: str) -> None:
     decisions = designs(here, 1)[0]
     poses = [i for i, variable in enumerate(here.space.variables) if variable.columns[0] < here.space.n_pose]
     decisions[1, poses] = decisions[0, poses]
-    assert gradient_check(here, decisions)["relative_error"].max() < 2e-8
+    assert gradient_table(here, decisions[None])["at best steps"].max() < 2e-8
     alone = problem(base, {**changes, "experiment.measurements": 3})
     shared, separate = (criterion_gradients(p, decisions[None], ["duir"])["duir"][0][0] for p in (here, alone))
     assert abs(shared / separate - 1.0) > 1e-3

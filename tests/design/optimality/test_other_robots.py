@@ -11,7 +11,7 @@ from tests.design.refined import refined
 from expdesign.coordinates import SPATIAL
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.planning.optimality.certificate import duir_lower_bound
+from expdesign.planning.optimality.certificate import Certificate
 from expdesign.planning.optimality.gradient_check import criterion_gradients
 from expdesign.planning.optimality.kktpm import kktpm
 from expdesign.planning.problem import DesignProblem
@@ -57,7 +57,7 @@ def test_polish_and_bound(both: tuple[DesignProblem, DesignProblem]) -> None:
     found = refined(disguised, decisions)
     assert disguised.loaded.robot.usable(plain.space.decode(found)[0]).all()
     best = criterion_gradients(disguised, found, ["duir"])["duir"][0].min()
-    bounds = [duir_lower_bound(here).value for here in both]
+    bounds = [Certificate(here, 0.0).bound().value for here in both]
     assert bounds[1] == pytest.approx(bounds[0], rel=1e-3)
     assert bounds[1] is not None
     assert bounds[1] <= best

@@ -19,7 +19,7 @@ from expdesign.assurance.comparison.judgement import Judgement, judge
 from expdesign.assurance.model_error.meir import Meir
 from expdesign.errors import ArgumentError, InputError
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.optimality.certificate import LowerBound, total_lower_bound
+from expdesign.planning.optimality.certificate import Certificate, LowerBound
 from expdesign.planning.parts import one_after_another
 from expdesign.planning.plan import plan_frame, read_plan, without_validation
 from expdesign.planning.problem import DesignProblem
@@ -169,7 +169,7 @@ def compare(
         contenders = [*optimised(problem, seed, generations, at, parts), *own]
         contenders += drawn(problem, random, seed) if random else []
         judgements.append(judge(problem, contenders, samples, seed, at, parts))
-        bounds.append(total_lower_bound(problem))
+        bounds.append(Certificate(problem, 1.0).bound())
         at("lower bound")
     correlations = tuple(rank_correlations(judgement, seed) for judgement in judgements)
     return ComparisonResult(

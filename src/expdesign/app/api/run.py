@@ -108,7 +108,7 @@ class RunResult(FolderResult):
         if not 0 <= design < len(self.front):
             what = f"there is no design {design}"
             raise ArgumentError(what, argument="design", remedy=f"Designs are 0 to {len(self.front) - 1}.")
-        return plan_of(self.problem, self.front, design)
+        return plan_of(self.problem, self.front.decisions[design])
 
     def page(self) -> Page:
         return design_report(self.problem, self.front, self.record)

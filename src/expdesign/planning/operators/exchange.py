@@ -7,6 +7,8 @@ the robot are moved, and within a budget time is freed for what takes more. Wher
 every exchange is judged, one after the other until none helps (Fedorov 1972); else some of them, drawn at random.
 """
 
+import math
+
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
@@ -38,7 +40,7 @@ class SingleExchange:
         designs, places = np.concatenate(found), np.concatenate(of)
         changed = (designs != parents[places]).any(axis=(1, 2))
         designs, places = designs[changed], places[changed]
-        both = np.concatenate([designs.reshape(len(designs), -1), places[:, None]], axis=1)
+        both = np.concatenate([designs.reshape(len(designs), math.prod(designs.shape[1:])), places[:, None]], axis=1)
         first = np.sort(np.unique(both, axis=0, return_index=True)[1])
         designs, places = designs[first], places[first]
         return state.descended(designs, aims[places], state.options.brief)
@@ -231,7 +233,8 @@ def _best_drawn(state: State, parents: FloatArray, aims: Aims, common: FloatArra
     trials[first, second, place] = np.where((second % 2 == 0)[..., None], varied, listed)
     trials = space.canonical(trials)
     state.work.evaluated(batch * drawn, m)
-    values = state.objectives.values(trials.reshape(-1, *trials.shape[2:])).reshape(batch, drawn, -1)
+    assessment = state.problem.assessed(trials.reshape(-1, *trials.shape[2:]))
+    values = state.objectives.values(assessment).reshape(batch, drawn, -1)
     score = achieved(values, aims.centres[:, None], aims.weights[:, None])
     none = np.isnan(values).any(axis=-1) | ~np.isfinite(score) | (trials == parents[:, None]).all(axis=(2, 3))
     score[none] = np.inf

@@ -202,12 +202,12 @@ class State:
         """Of the search."""
         return self.problem.optimiser
 
-    @cached_property
+    @property
     def objectives(self) -> Objectives:
         """The objectives and `total`."""
-        return Objectives.with_total(self.problem)
+        return self.population.wanted
 
-    @cached_property
+    @property
     def names(self) -> tuple[str, ...]:
         """Of the criteria."""
         return self.objectives.names

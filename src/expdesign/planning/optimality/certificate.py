@@ -71,21 +71,6 @@ _FINEST = 1e-9
 """Tolerance of the relaxation at which it is not made finer where a round did not improve the bound."""
 
 
-def duir_lower_bound(problem: DesignProblem, front: FloatArray | None = None) -> LowerBound:
-    """Lower bound on DUIR over all plans of as many measurements as the configuration has.
-
-    Args:
-        problem: the design problem.
-        front: designs (d, m, g) that are known; their measurements are among the candidates.
-    """
-    return Certificate(problem, 0.0).bound(front)
-
-
-def total_lower_bound(problem: DesignProblem, front: FloatArray | None = None) -> LowerBound:
-    """Lower bound on `total`, and so on √(DUIR² + FEIR²) of every plan, by the relaxation of theory.md 10.4."""
-    return Certificate(problem, 1.0).bound(front)
-
-
 class Certificate:
     """The refinement of candidates for one bound.
 
@@ -113,8 +98,13 @@ class Certificate:
         """Of the criterion."""
         return "total" if self.information.load_errors > 0.0 else "DUIR"
 
-    def bound(self, front: FloatArray | None, ended: Callable[[], bool] = lambda: False) -> LowerBound:
-        """The best bound of the refinement, which ends after a round where `ended` says so; see `duir_lower_bound`."""
+    def bound(self, front: FloatArray | None = None, ended: Callable[[], bool] = lambda: False) -> LowerBound:
+        """The best bound of the refinement, over all plans of as many measurements as the configuration has.
+
+        Args:
+            front: designs (d, m, g) that are known; their measurements are among the candidates.
+            ended: whether there is no more time, asked after every round.
+        """
         if self._problem.loaded.regressor.redundant:
             words = "not computed, nor are designs refined by gradients: unknown frames make parameters redundant"
             return LowerBound(None, words)

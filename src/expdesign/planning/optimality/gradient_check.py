@@ -13,7 +13,7 @@ import pandas as pd
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.instrument.deflection_noise import series_by_pose
-from expdesign.errors import InputError, NotIdentifiableError
+from expdesign.errors import InputError
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.differentiated import Differentiated
 from expdesign.planning.problem import DesignProblem
@@ -40,35 +40,6 @@ STEPS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 """Sizes of the steps, in parts of a variable's range."""
 ACCEPTED = 1e-5
 """Largest relative difference, each variable at its best step, with which a gradient passes."""
-
-
-def gradient_check(
-    problem: DesignProblem, variables: FloatArray, names: Sequence[str] | None = None, steps: Sequence[float] = STEPS
-) -> pd.DataFrame:
-    """Compare the exact gradients with central differences of the criteria's own code, variable by variable.
-
-    Args:
-        problem: of a configuration.
-        variables: one design, shape (m, g).
-        names: of the criteria; all of them where left out.
-        steps: in parts of each variable's range.
-
-    Returns:
-        One row per criterion and continuous variable: the gradient, the finite difference at the step that agrees best,
-        that step, and the relative error.
-
-    Raises:
-        NotIdentifiableError: a criterion has no gradient at the design.
-    """
-    compared = _compared(problem, variables, list(known_criteria() if names is None else names), steps)
-    errors = compared.groupby(_PLACE, sort=False)["relative_error"]
-    missing = errors.min().isna()
-    if missing.any():
-        name = missing.index.get_level_values("criterion")[int(missing.to_numpy().argmax())]
-        what = f"`{name}` has no gradient at this design, whose measurements do not identify every parameter"
-        remedy = "Take a design that does, or look at `gradient_table`, which leaves such criteria out."
-        raise NotIdentifiableError(what, where=problem.source, remedy=remedy)
-    return compared.loc[errors.idxmin()].drop(columns="part").reset_index(drop=True)
 
 
 def gradient_table(

@@ -32,7 +32,7 @@ def kktpm(problem: DesignProblem, variables: FloatArray, spans: FloatArray | Non
     The spans (k,) of the objectives are those of the designs given if left out: a front should then be given whole.
     """
     objectives = Objectives(problem)
-    if len(variables) == 0 or not objectives.differentiable.all():
+    if len(variables) == 0 or not objectives.differentiable[: objectives.count].all():
         return np.full(len(variables), np.nan)
     space = problem.space
     designs = Differentiated.of_designs(problem, variables)

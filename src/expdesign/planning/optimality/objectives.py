@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.planning.criteria.criterion import Criterion, criterion_values, known_criteria
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.criterion import criterion_values, known_criteria
 from expdesign.planning.optimality.differentiated import Differentiated, Piece, shared_series, weighted_gradient
 from expdesign.planning.optimality.sqp import MinimaxSearch
 from expdesign.planning.problem import DesignProblem
@@ -17,25 +18,20 @@ from expdesign.planning.scalarisation import Aims
 
 
 class Objectives:
-    """The criteria of a front with those to be maximised negated, and further criteria behind them where wanted.
+    """The criteria of a front with those to be maximised negated, and behind them `total`, where it is none of them.
 
     Attributes:
         problem: the design problem.
-        criteria: the objectives and the further criteria.
+        criteria: the objectives and, behind them, `total`.
         count: number of the objectives.
     """
 
-    def __init__(self, problem: DesignProblem, further: tuple[Criterion, ...] = ()) -> None:
+    def __init__(self, problem: DesignProblem) -> None:
         self.problem = problem
-        self.criteria = (*problem.objectives, *further)
+        total = known_criteria()["total"]
+        self.criteria = problem.objectives if total in problem.objectives else (*problem.objectives, total)
         self.count = len(problem.objectives)
         self._signs = [-1.0 if criterion.maximise else 1.0 for criterion in self.criteria]
-
-    @classmethod
-    def with_total(cls, problem: DesignProblem) -> "Objectives":
-        """The objectives of a problem and, where it is none of them, `total`."""
-        total = known_criteria()["total"]
-        return cls(problem, () if total in problem.objectives else (total,))
 
     def pieces(self, index: int, designs: Differentiated) -> list[Piece]:
         """Smooth functions of which objective `index` is the largest, that one first."""
@@ -59,29 +55,20 @@ class Objectives:
         """Which criteria have gradients, shape (k,)."""
         return np.array([criterion.differentiable for criterion in self.criteria])
 
-    def values(self, variables: FloatArray) -> FloatArray:
-        """Criteria (b, k), minimised, of designs with variables (b, m, g); NaN where they have no gradient."""
-        assessment = self.problem.assessed(variables)
+    def values(self, assessment: Assessment) -> FloatArray:
+        """Criteria (b, k), minimised, of designs that were assessed; NaN where targets are not identified."""
         both = zip(self._signs, self.criteria, strict=True)
-        columns = [sign * criterion_values(criterion, assessment) for sign, criterion in both]
-        return np.where(assessment.differentiable[:, None], np.stack(columns, axis=1), np.nan)
-
-    def scalarised(self, aims: Aims, series: IntArray | None = None) -> "Scalarised":
-        """Functions φ = (f_k − centre_k)·weight_k per design, shape (b, k) each; a weight of 0 leaves f_k out.
-
-        Series (b, m) of measurements that share their reference are held where they are given.
-        """
-        return Scalarised(self, aims.centres, aims.weights, series)
+        return np.stack([sign * criterion_values(criterion, assessment) for sign, criterion in both], axis=1)
 
 
 class Scalarised:
-    """Pieces of the achievement function max_k (f_k − centre_k)·weight_k of each design (see `sqp.Pieces`)."""
+    """Pieces φ = (f_k − centre_k)·weight_k of the achievement function of each design (see `sqp.Pieces`); a weight of 0
+    leaves f_k out. Series (b, m) of measurements that share their reference are held where they are given.
+    """
 
-    def __init__(
-        self, objectives: Objectives, centres: FloatArray, weights: FloatArray, series: IntArray | None
-    ) -> None:
-        self._objectives, self._centres, self._weights, self._series = objectives, centres, weights, series
-        self._used = np.flatnonzero((weights > 0.0).any(axis=0))
+    def __init__(self, objectives: Objectives, aims: Aims, series: IntArray | None) -> None:
+        self._objectives, self._centres, self._weights, self._series = objectives, aims.centres, aims.weights, series
+        self._used = np.flatnonzero((aims.weights > 0.0).any(axis=0))
 
     def __call__(self, variables: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
         """Values (b, j) and gradients (b, j, m, g), j the largest number of pieces that count for any one design: a
@@ -173,7 +160,9 @@ def descended(objectives: Objectives, starts: FloatArray, aims: Aims, pace: Pace
     Measurements that share their reference keep sharing it, and no others do. Where an aim asks for a criterion without
     gradient, the start stays.
     """
-    without: BoolArray = np.logical_or.reduce(aims.weights[:, ~objectives.differentiable] > 0.0, axis=1)
+    without: BoolArray = np.logical_or.reduce(
+        aims.weights[:, ~objectives.differentiable[: aims.weights.shape[1]]] > 0.0, axis=1
+    )
     if without.any():
         moved, steps = descended(objectives, starts[~without], aims[~without], pace)
         found = starts.copy()
@@ -181,7 +170,7 @@ def descended(objectives: Objectives, starts: FloatArray, aims: Aims, pace: Pace
         return found, steps
     groups = PoseGroups.of(objectives.problem, starts)
     series, tie = (None, None) if groups is None else (groups.numbers, groups.tied)
-    search = MinimaxSearch(objectives.problem, objectives.scalarised(aims, series), tie)
+    search = MinimaxSearch(objectives.problem, Scalarised(objectives, aims, series), tie)
     found = search.minimise(
         starts, iterations=pace.steps, radius=pace.radius, tolerance=pace.tolerance, inner=pace.inner
     )
