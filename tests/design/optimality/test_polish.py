@@ -86,13 +86,14 @@ def test_measurements_that_share_their_reference_keep_sharing_it() -> None:
     first[:, 1, :2] = first[:, 0, :2]
     first = here.space.canonical(first)
     series = series_by_pose(here.space.decode(first)[0])
-    assert (series.max(axis=1) == 2).all()
+    first, series = (each[series.max(axis=1) == 2] for each in (first, series))  # some have one pose from the start
+    assert len(first) > 6
     functions = Objectives(here)
     weights = np.tile([1.0, 0.0], (len(first), 1))
     pace = Pace(steps=60, tolerance=1e-9, inner=1e-9)
     found, _ = descended(functions, first, Aims(np.zeros_like(weights), weights), pace)
     np.testing.assert_array_equal(series_by_pose(here.space.decode(found)[0]), series)
-    assert (functions.values(found)[:, 0] < functions.values(first)[:, 0]).all()
+    assert (functions.values(here.assessed(found))[:, 0] < functions.values(here.assessed(first))[:, 0]).all()
     measure = kktpm(here, found)
     # Minima of DUIR alone: the measure of the front has FEIR as well, which can only make it smaller.
     assert measure.max() < 1e-4
