@@ -1,25 +1,31 @@
 """What a search knows over processor time: hypervolume, least total and least DUIR.
 
-    python -m benchmarks.fronts.anytime record NAME FOLDER CONFIG... [--seeds 1 2 3]
+    python -m benchmarks.fronts.anytime record NAME FOLDER CONFIG... [--seeds 1 2 3] [--naive SECONDS]
     python -m benchmarks.fronts.anytime table FOLDER
 
 `record` runs searches of whatever version of the program is imported and keeps their fronts as they grow, one file for
 each configuration and seed, under the name of the version. `table` compares all versions in the folder: hypervolumes in
 parts of what all searches of a configuration know together, total and DUIR relative to the least of all. Seconds are
-processor seconds of the search, which begins when the configuration has been read.
+processor seconds of the search, which begins when the configuration has been read. `--naive` records pymoo's NSGA-II
+with its own operators on the same evaluation of designs instead, for so many seconds.
 """
 
 import argparse
 import time
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.termination import NoTermination
 
 from expdesign.arrays import FloatArray
 from expdesign.planning.front import hypervolume, non_dominated, reference_point
+from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
+from expdesign.planning.pymoo_problem import DesignPopulation
 
 SECONDS = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, np.inf)
 
@@ -37,7 +43,18 @@ class _Watch:
         self.fronts.append(np.array(state.front))
 
 
-def record(name: str, folder: Path, configs: list[Path], seeds: list[int]) -> None:
+def naive(problem: DesignProblem, watch: _Watch, seconds: float) -> None:
+    """What NSGA-II knows that has no operators but its own."""
+    algorithm = NSGA2(pop_size=problem.optimiser.population)
+    algorithm.setup(DesignPopulation(problem), termination=NoTermination(), seed=problem.optimiser.seed)
+    while time.process_time() - watch.started < seconds:
+        algorithm.next()
+        best = algorithm.opt
+        front = best.get("F").astype(float)[best.get("feas").ravel()]
+        watch(SimpleNamespace(front=front[non_dominated(front)] if len(front) else front))
+
+
+def record(name: str, folder: Path, configs: list[Path], seeds: list[int], seconds: float | None) -> None:
     """Keep the fronts of searches over time."""
     from expdesign.planning import search as module  # noqa: PLC0415 (differs between versions)
 
@@ -45,17 +62,17 @@ def record(name: str, folder: Path, configs: list[Path], seeds: list[int]) -> No
         for seed in seeds:
             problem = read_problem(config)
             problem = replace(problem, optimiser=replace(problem.optimiser, seed=seed))
-            watch = _Watch()
-            found = module.search(problem, watch)
-            times, fronts = watch.times, watch.fronts
-            times.append(time.process_time() - watch.started)
-            values = [found.criteria[criterion] for criterion in found.objectives]
-            fronts.append(np.stack(values, axis=1))
+            watch, kktpm = _Watch(), np.ones(1)
+            if seconds is not None:
+                naive(problem, watch, seconds)
+            else:
+                found = module.search(problem, watch)
+                watch(SimpleNamespace(front=np.stack([found.criteria[each] for each in found.objectives], axis=1)))
+                kktpm = np.nan_to_num(found.kktpm, nan=1.0)
             folder.mkdir(parents=True, exist_ok=True)
-            extra: dict[str, Any] = {f"front{index}": front for index, front in enumerate(fronts)}
-            kktpm = np.nan_to_num(found.kktpm, nan=1.0)
-            np.savez(folder / f"{config.stem}.{seed}.{name}.npz", times=np.array(times), kktpm=kktpm, **extra)
-            print(f"{config.stem} seed {seed}: {times[-1]:.2f} s, {len(found)} designs", flush=True)
+            extra: dict[str, Any] = {f"front{index}": front for index, front in enumerate(watch.fronts)}
+            np.savez(folder / f"{config.stem}.{seed}.{name}.npz", times=np.array(watch.times), kktpm=kktpm, **extra)
+            print(f"{config.stem} seed {seed}: {watch.times[-1]:.2f} s, {len(watch.fronts[-1])} designs", flush=True)
 
 
 def table(folder: Path) -> None:
@@ -121,10 +138,11 @@ def main() -> None:
     recording.add_argument("folder", type=Path)
     recording.add_argument("configs", type=Path, nargs="+")
     recording.add_argument("--seeds", type=int, nargs="+", default=[1])
+    recording.add_argument("--naive", type=float, metavar="SECONDS")
     commands.add_parser("table").add_argument("folder", type=Path)
     arguments = parser.parse_args()
     if arguments.command == "record":
-        record(arguments.name, arguments.folder, arguments.configs, arguments.seeds)
+        record(arguments.name, arguments.folder, arguments.configs, arguments.seeds, arguments.naive)
     else:
         table(arguments.folder)
 

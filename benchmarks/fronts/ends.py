@@ -1,18 +1,19 @@
 """What a run ends with: fronts and bounds of many configurations at the default's own end.
 
-    python -m benchmarks.fronts.ends record NAME FOLDER CONFIG...
+    python -m benchmarks.fronts.ends record NAME FOLDER CONFIG... [--seed SEED] [--effort EFFORT]
     python -m benchmarks.fronts.ends table NAME FOLDER > PAGE
 
-`record` searches each configuration with its own settings and bounds DUIR and `total`, with whatever version of the
-program is imported; one file for each configuration, under the name of the version, which is not made again where it
-is there. `table` compares one version with all that any version in the folder found: hypervolumes in parts of that of
-all fronts of a configuration together, the reference point a tenth of their common extent beyond their worst values.
-Seconds are processor seconds of the search.
+`record` searches each configuration with its own settings, or another seed or effort, and bounds DUIR and `total`, with
+whatever version of the program is imported; one file for each configuration, under the name of the version, which is
+not made again where it is there. `table` compares one version with all that any version in the folder found:
+hypervolumes in parts of that of all fronts of a configuration together, the reference point a tenth of their common
+extent beyond their worst values. Seconds are processor seconds of the search.
 """
 
 import argparse
 import json
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,7 @@ CLOSE = 1e-3
 """Relative distance from the best that is known within which an end of the front counts as found."""
 
 
-def record(name: str, folder: Path, configs: list[Path]) -> None:
+def record(name: str, folder: Path, configs: list[Path], changes: dict[str, Any]) -> None:
     """Keep the fronts and bounds of default runs."""
     folder.mkdir(parents=True, exist_ok=True)
     for config in configs:
@@ -36,6 +37,7 @@ def record(name: str, folder: Path, configs: list[Path]) -> None:
         if kept.exists():
             continue
         problem = read_problem(config)
+        problem = replace(problem, optimiser=replace(problem.optimiser, **changes))
         started = time.process_time()
         front = search(problem)
         seconds = time.process_time() - started
@@ -106,9 +108,14 @@ def main() -> None:
         each.add_argument("folder", type=Path)
         if command == "record":
             each.add_argument("configs", type=Path, nargs="+")
+            each.add_argument("--seed", type=int)
+            each.add_argument("--effort", choices=("quick", "normal", "thorough"))
     arguments = parser.parse_args()
     if arguments.command == "record":
-        record(arguments.name, arguments.folder, arguments.configs)
+        changes = {
+            name: getattr(arguments, name) for name in ("seed", "effort") if getattr(arguments, name) is not None
+        }
+        record(arguments.name, arguments.folder, arguments.configs, changes)
     else:
         table(arguments.name, arguments.folder)
 
