@@ -45,7 +45,7 @@ class AnySurvive(Survival):  # type: ignore[misc]
 def keep(found: Evolution, names: tuple[str, ...]) -> None:
     """Leave a search some of its operators."""
     found.operators = [operator for operator in found.operators if operator.name in names]
-    found.credit = Credit(len(found.operators), found.state.options.floor, found.state.options.memory)
+    found.credit = Credit(len(found.operators), found.credit.floor, found.credit.memory)
 
 
 def without_mating(found: Evolution) -> None:

@@ -17,7 +17,7 @@ from expdesign.arrays import FloatArray
 from expdesign.planning.operators.continuation import Continuation, FrontDescent
 from expdesign.planning.operators.exchange import PairExchange, SingleExchange
 from expdesign.planning.operators.operator import WEIGHTS, Archive, Credit, Operator, State
-from expdesign.planning.operators.recombination import CanonicalOrder, DesignCrossover, DesignMutation, Recombination
+from expdesign.planning.operators.recombination import CanonicalOrder, Recombination
 from expdesign.planning.options import EXPECTED_GAIN, SearchOptions
 from expdesign.planning.pymoo_problem import DesignPopulation
 
@@ -54,12 +54,9 @@ class Evolution(NSGA2):  # type: ignore[misc]
         self.pop: Any
         vectors = np.unique(first.reshape(len(first), -1), axis=0)
         space = state.problem.space
-        merge = space.settings is not None
         super().__init__(
             pop_size=state.options.population,
             sampling=Population.new(X=vectors),
-            crossover=DesignCrossover(space),
-            mutation=DesignMutation(space, merge=merge),
             repair=CanonicalOrder(space),
             **settings,
         )

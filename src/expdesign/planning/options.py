@@ -56,7 +56,7 @@ class SearchOptions:
     effort: Effort = "normal"
     bound_seconds: float = 0.0
     most_generations: int = 2000
-    floor: int = 8
+    floor: int = 16
     memory: float = 0.5
     aims: int = 12
     children: tuple[int, int, int] = (2, 6, 24)
