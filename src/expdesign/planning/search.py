@@ -36,6 +36,7 @@ from expdesign.planning.start import (
     repeated_designs,
     require_identifiable,
     starting_designs,
+    structured_designs,
 )
 
 
@@ -157,7 +158,8 @@ def _first_generation(found: Evolution, course: "_Course") -> bool:
         found.take(every)
         course.add(found, "every design there is")
         return True
-    found.take(np.concatenate([relaxed_designs(problem), repeated_designs(problem)]))
+    first = relaxed_designs(problem), repeated_designs(problem), structured_designs(problem)
+    found.take(np.concatenate(first))
     course.add(found, "designs of the convex relaxation")
     return False
 

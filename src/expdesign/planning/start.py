@@ -1,5 +1,6 @@
 """The first designs of a search: drawn at random from the measurements that the robot can reach, rounded from the
-convex relaxation's optimal weights (theory.md 10.1, 10.4), or all that there are where the space is small enough.
+convex relaxation's optimal weights (theory.md 10.1, 10.4), of every structure that a budget allows, or all that there
+are where the space is small enough.
 
 The relaxation is solved for DUIR² + s²·FEIR² with a ladder of factors s, so that the designs lie along the whole front.
 The roundings are improved by exchanging measurements, which finds better plans than gradients do from the roundings.
@@ -178,6 +179,38 @@ def repeated_designs(problem: DesignProblem) -> FloatArray:
     drawn = extreme_measurements(problem, number, 0.5, generator)
     aims = Aims(np.zeros((2, 2)), np.eye(2))
     return problem.settable(Exchange(problem, ("feir", "total")).repeated(drawn, aims, kept, paired)[0])
+
+
+_STRUCTURED = (40, 3)
+"""Plans drawn of every structure that a budget allows, and how many of them are improved."""
+
+
+def structured_designs(problem: DesignProblem) -> FloatArray:
+    """Designs (d, m, g) of every structure that a budget allows: the most measurements at each number of settings, the
+    best few of those drawn, at better poses and after exchanges of their measurements. Exchanges of a plan with another
+    structure hardly ever come to them.
+    """
+    space, budget, settings = problem.space, problem.budget, problem.space.settings
+    m = space.measurements
+    found = [np.zeros((0, m, space.decisions))]
+    if budget is None or settings is None:
+        return found[0]
+    generator, exchange = np.random.default_rng([problem.optimiser.seed, 3]), Exchange(problem, ("total",))
+    number, kept = _STRUCTURED
+    offered = extreme_measurements(problem, 2 * number, 0.5, generator)
+    counts = np.arange(1, m + 1)
+    for poses in range(1, min(m, budget.poses or m) + 1):
+        fit = counts[(budget.minutes_of(counts, poses) <= budget.minutes) & (counts >= poses)]
+        if not fit.size:
+            break
+        drawn = extreme_measurements(problem, number * m, 0.5, generator).reshape(number, m, -1)
+        designs = np.where(space.of_pose, drawn[:, np.arange(m) % poses], drawn)
+        designs[..., settings.gene] = np.where(np.arange(m) < fit.max(), settings.first, 0.0)
+        designs = problem.settable(designs)
+        best = designs[np.argsort(exchange.scores(designs, _total(number)), kind="stable")[:kept]]
+        best = exchange.moved(best, _total(len(best)), offered)
+        found.append(problem.settable(exchange.singles(best, _total(len(best)), offered)))
+    return np.concatenate(found)
 
 
 def _total(count: int) -> Aims:
