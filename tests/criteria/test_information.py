@@ -8,12 +8,12 @@ import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
+from expdesign.planning.criteria.accuracy import expected_total
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.information import Information, Sums
 from expdesign.planning.optimality.bounds import best_linear_total
 from expdesign.planning.optimality.gradient_check import criterion_gradients
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.sequential import expected_total
 from expdesign.planning.start import starting_designs
 
 

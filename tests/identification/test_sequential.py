@@ -11,13 +11,13 @@ from tests.identification.experiments import table_of
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.references import reference_names
+from expdesign.planning.criteria.accuracy import expected_total
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.information import Information
 from expdesign.planning.plan import Plan, plan_frame
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
 from expdesign.planning.sequential import (
-    expected_total,
     next_measurements,
     recorded_knowledge,
 )

@@ -15,9 +15,8 @@ from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.estimation.identify import Identification, fitted_rows, identify
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.loads.load import Wrench
-from expdesign.planning.criteria.accuracy import Total
+from expdesign.planning.criteria.accuracy import Total, expected_total
 from expdesign.planning.criteria.information import RANK_TOLERANCE, Information
-from expdesign.planning.criteria.targets import GivenVariances, Targets
 from expdesign.planning.optimality.exchange import Exchange
 from expdesign.planning.optimality.objectives import Objectives, Pace, descended
 from expdesign.planning.problem import DesignProblem
@@ -30,15 +29,6 @@ _FEW = 8
 _ROUNDS, _WORTH = 6, 1e-4
 """Rounds of exchange and descent, and the relative gain for which there is a further one."""
 _PACE = Pace(steps=40, tolerance=1e-7, inner=1e-5)
-
-
-def expected_total(information: Information, targets: Targets) -> FloatArray:
-    """√total² of a batch, in tolerances, shape (...); infinite where a target depends on parameters not determined."""
-    matters = targets.importance > 0.0
-    noise, force = (np.where(matters, part, 0.0) for part in information.variances(targets.observation))
-    total = Total().values(GivenVariances(targets, noise, force))
-    result: FloatArray = np.where(np.isnan(total), np.inf, total)
-    return result
 
 
 @dataclass(frozen=True)

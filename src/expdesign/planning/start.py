@@ -1,11 +1,12 @@
 """The first designs of a search: drawn at random from the measurements that the robot can reach, rounded from the
 convex relaxation's optimal weights (theory.md 10.1, 10.4), of every structure that a budget allows, or all that there
-are where the space is small enough.
+are where the space is small enough; and how much of what a configuration allows can be reached and identifies enough.
 
 The relaxation is solved for DUIR² + s²·FEIR² with a ladder of factors s, so that the designs lie along the whole front.
 The roundings are improved by exchanging measurements, which finds better plans than gradients do from the roundings.
 """
 
+from dataclasses import dataclass
 from itertools import combinations_with_replacement
 from math import comb
 
@@ -192,7 +193,7 @@ def structured_designs(problem: DesignProblem) -> FloatArray:
     """
     space, budget, settings = problem.space, problem.budget, problem.space.settings
     m = space.measurements
-    found = [np.zeros((0, m, space.decisions))]
+    found: list[FloatArray] = [np.zeros((0, m, space.decisions))]
     if budget is None or settings is None:
         return found[0]
     generator, exchange = np.random.default_rng([problem.optimiser.seed, 3]), Exchange(problem, ("total",))
@@ -247,3 +248,43 @@ def every_design(problem: DesignProblem) -> FloatArray | None:
         designs, values = designs[feasible], values[feasible]
         best = designs[non_dominated(values)] if len(designs) else best
     return best
+
+
+DESIGNS = 100
+"""Random designs on which identifiability is tested."""
+POSES = 2000
+"""Random poses on which the robot's limits are tested."""
+
+
+@dataclass(frozen=True)
+class Feasibility:
+    """Shares of random samples of the design space.
+
+    Attributes:
+        reachable: share of poses within the robot's limits and those of `experiment.constraints`, and away from
+            singularities.
+        identifying: share of designs of reachable measurements that identify what the targets need.
+    """
+
+    reachable: float
+    identifying: float
+
+
+def random_designs(problem: DesignProblem) -> FloatArray:
+    """`DESIGNS` designs whose every measurement can be reached, by the configuration's seed, shape (b, m, g)."""
+    generator = np.random.default_rng(problem.optimiser.seed)
+    space = problem.space
+    return starting_designs(problem, DESIGNS, generator).reshape(DESIGNS, space.measurements, space.decisions)
+
+
+def feasibility(problem: DesignProblem) -> Feasibility:
+    """Sample the design space.
+
+    Raises:
+        InfeasibleError: no pose can be reached.
+        NotIdentifiableError: no design identifies what the targets need.
+    """
+    identifying = require_identifiable(problem, random_designs(problem))
+    generator = np.random.default_rng(problem.optimiser.seed)
+    reached = problem.reachable(problem.space.sample(POSES, generator))
+    return Feasibility(float(reached.mean()), identifying)

@@ -5,10 +5,13 @@ applied load do (5.4), `total` the RMS error to expect (6, physically scaled com
 Pashkevich, Caro & Furet (7); O_MV takes it over a set of poses, by mean and by maximum (the reading is assumed).
 """
 
+import numpy as np
+
 from expdesign.arrays import FloatArray
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import Criterion
-from expdesign.planning.criteria.targets import TargetVariances
+from expdesign.planning.criteria.information import Information
+from expdesign.planning.criteria.targets import GivenVariances, Targets, TargetVariances
 
 
 class Duir(Criterion):
@@ -46,6 +49,15 @@ class Total(Criterion):
     def values(self, assessment: TargetVariances) -> FloatArray:
         variance = assessment.noise_variance + assessment.force_variance
         return assessment.aggregated(assessment.weighted(variance))
+
+
+def expected_total(information: Information, targets: Targets) -> FloatArray:
+    """√total² of a batch, in tolerances, shape (...); infinite where a target depends on parameters not determined."""
+    matters = targets.importance > 0.0
+    noise, force = (np.where(matters, part, 0.0) for part in information.variances(targets.observation))
+    total = Total().values(GivenVariances(targets, noise, force))
+    result: FloatArray = np.where(np.isnan(total), np.inf, total)
+    return result
 
 
 def translational_variance(assessment: Assessment) -> FloatArray:

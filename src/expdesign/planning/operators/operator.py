@@ -295,10 +295,9 @@ class State:
         order = np.argsort(values[:, 0], kind="stable")
         return values[order]
 
-    def best(self, aims: Aims, rank: int = 0) -> FloatArray:
-        """The design (b, m, g) of the archive that serves each aim best, or the best but so many."""
-        order = np.argsort(aims.scores(self.archive.values), axis=1, kind="stable")
-        chosen: FloatArray = self.archive.designs[order[:, min(rank, len(self.archive) - 1)]]
+    def best(self, aims: Aims) -> FloatArray:
+        """The design (b, m, g) of the archive that serves each aim best."""
+        chosen: FloatArray = self.archive.designs[aims.scores(self.archive.values).argmin(axis=1)]
         return chosen
 
     def elite(self, aims: Aims) -> list[FloatArray]:

@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.planning.criteria.accuracy import Total
+from expdesign.planning.criteria.accuracy import expected_total
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.information import Information
-from expdesign.planning.criteria.targets import GivenVariances
 from expdesign.planning.optimality.certificate import Certificate, LowerBound
 from expdesign.planning.optimality.pool import usable
 from expdesign.planning.optimality.region_tree import RegionTree
@@ -170,6 +169,4 @@ def best_linear_total(problem: DesignProblem, design: FloatArray) -> float:
     assessment = problem.assessed(design[None])
     errors = assessment.whitened_errors[0]
     known = Information.beside(assessment.whitened[0], errors, np.ones(errors.shape[1]))
-    noise = known.variances(problem.targets.observation)[0][None]
-    total = Total().values(GivenVariances(problem.targets, noise, np.zeros_like(noise)))
-    return float(np.nan_to_num(total[0], nan=np.inf))
+    return float(expected_total(known, problem.targets))

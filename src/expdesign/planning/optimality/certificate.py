@@ -16,7 +16,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.planning.optimality.measurement_maps import MeasurementMaps
 from expdesign.planning.optimality.pool import BRIEF, THOROUGH, Effort, Pool
-from expdesign.planning.optimality.weights import Dual, Relaxation, dual_of, optimal_weights
+from expdesign.planning.optimality.weights import Relaxation, dual_of, optimal_weights
 from expdesign.planning.problem import DesignProblem
 
 
@@ -38,8 +38,6 @@ class Refinement:
         bound: lower bound over the whole design space, the criterion squared.
         words: how the largest sensitivity was found.
         count: m.
-        dual: Q of the bound.
-        largest: ‖R·Q‖² of any candidate per measurement is at most.
     """
 
     shortlist: FloatArray
@@ -48,8 +46,6 @@ class Refinement:
     bound: float
     words: str
     count: int
-    dual: Dual
-    largest: float
 
     @property
     def support(self) -> FloatArray:
@@ -159,8 +155,6 @@ class Certificate:
                 bound,
                 found.words,
                 self.relaxation.count,
-                dual,
-                found.largest,
             )
             if pool.complete:
                 continue
