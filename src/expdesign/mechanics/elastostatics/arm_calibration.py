@@ -23,7 +23,7 @@ from expdesign.mechanics.elastostatics.calibration import (
     Stacked,
 )
 from expdesign.mechanics.minimal_set import minimal_set
-from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
+from expdesign.mechanics.robots.orientation import angular_velocity_map, frame_turn, twist_transfer
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.symbolic import BatchFunction
 
@@ -78,14 +78,9 @@ class ArmGeometric(Regressor):
         """The matrix of all parameters, (6, p)."""
         errors = ca.SX.sym("g", robot.links.tree.size)
         position, rotation = robot.links.tip(configuration, errors)
-        rates = ca.jacobian(ca.vertcat(position, ca.vec(rotation)), errors)
+        rates = ca.vertcat(ca.jacobian(position, errors), angular_velocity_map(rotation, errors))
         none = ca.SX.zeros(errors.shape[0])
-        position, rotation, rates = ca.substitute([position, rotation, rates], [errors], [none])
-        turns = []
-        for index in range(errors.shape[0]):
-            spin = ca.reshape(rates[3:, index], 3, 3) @ rotation.T
-            turns.append(ca.vertcat(spin[2, 1], spin[0, 2], spin[1, 0]))
-        whole = ca.vertcat(rates[:3, :], ca.horzcat(*turns))
+        position, rotation, whole = ca.substitute([position, rotation, rates], [errors], [none])
         if self._frames_known:
             return whole
         turn, seen = frame_turn(rotation, 6), robot.links.tree.looked_at(configuration)

@@ -8,8 +8,6 @@ K_G = ∂(J⁻ᵀτ)/∂X at constant actuator forces τ. The thesis drops the t
 (`chain/effects/legs/geometry.py`). CasADi differentiates; the formulas per mechanism stand in the tests.
 """
 
-from functools import lru_cache
-
 import casadi as ca
 
 from expdesign.arrays import FloatArray
@@ -52,15 +50,9 @@ def geometric_stiffness_expression(robot: ParallelRobot, pose: ca.SX, forces: ca
     return ca.substitute(stiffness, symbol, pose)
 
 
-@lru_cache(maxsize=32)
-def _geometric_stiffness_function(robot: ParallelRobot) -> BatchFunction:
-    pose = ca.SX.sym("X", robot.coordinates.n)
-    force = ca.SX.sym("tau", len(robot.stiffness))
-    matrix = geometric_stiffness_expression(robot, pose, force)
-    return BatchFunction("geometric_stiffness", [pose, force], [matrix])
-
-
 def geometric_stiffness(robot: ParallelRobot, poses: FloatArray, forces: FloatArray) -> FloatArray:
     """K_G(X, τ) in pose columns (N/m, N, N·m/m, N·m), shape (..., n, n), from poses (..., n) and τ (..., n_p)."""
-    (matrix,) = _geometric_stiffness_function(robot)(poses, forces)
+    pose, force = ca.SX.sym("X", robot.coordinates.n), ca.SX.sym("tau", len(robot.stiffness))
+    expression = geometric_stiffness_expression(robot, pose, force)
+    (matrix,) = BatchFunction("geometric_stiffness", [pose, force], [expression])(poses, forces)
     return matrix

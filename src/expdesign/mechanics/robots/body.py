@@ -17,8 +17,9 @@ from expdesign.arrays import FloatArray
 from expdesign.coordinates import SPATIAL
 from expdesign.io.schema import Number, validate
 from expdesign.io.yaml_reader import YamlDocument
-from expdesign.mechanics.robots.orientation import Orientation, angular_velocity_map, rotation_matrix
-from expdesign.mechanics.robots.robot import Jacobians, Robot, RobotSection, gravity_or_standard
+from expdesign.mechanics.robots.orientation import Orientation, rotation_matrix
+from expdesign.mechanics.robots.parallel import PosedRobot
+from expdesign.mechanics.robots.robot import Jacobians, RobotSection, gravity_or_standard
 
 Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
 
@@ -37,11 +38,10 @@ class BodySection(RobotSection):
     )
 
 
-class Body(Robot):
+class Body(PosedRobot):
     """A rigid body without actuators; pose `[x, y, z, rx, ry, rz]` relative to `home`.
 
     Attributes:
-        home: origin of P in O at zero pose (m), shape (3,).
         orientation: how the angles of a pose make R.
     """
 
@@ -75,14 +75,7 @@ class Body(Robot):
         )
 
     def rotation(self, pose: ca.SX) -> ca.SX:
-        """R of the body at a symbolic pose."""
         return rotation_matrix(pose[3:6], self.orientation)
-
-    def pose_rate_map(self, pose: ca.SX) -> ca.SX:
-        """T(X) with Ẋ = T·η (theory.md section 1), 6×6."""
-        rates = ca.SX.eye(6)
-        rates[3:, 3:] = ca.inv_minor(angular_velocity_map(self.rotation(pose), pose[3:6]))
-        return rates
 
     def jacobian_expressions(self, configuration: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
         return ca.SX.zeros(6, 0), ca.SX.zeros(6, 0), self.rotation(configuration)
@@ -100,13 +93,6 @@ class Body(Robot):
 
     def actuator_coordinates(self, configurations: FloatArray) -> FloatArray:
         return np.zeros((*configurations.shape[:-1], 0))
-
-    def frame(self, configuration: ca.SX, deflection: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX]:
-        pose = configuration + deflection
-        return ca.SX(self.home) + pose[:3], self.rotation(pose)
-
-    def position(self, configurations: FloatArray) -> FloatArray:
-        return self.home + configurations[..., :3]
 
     def limit_excess(self, configurations: FloatArray) -> FloatArray:
         return np.full(configurations.shape[:-1], -np.inf)

@@ -88,8 +88,7 @@ def pose_of(matrix: FloatArray) -> FloatArray:
 def _carrier(tree: KinematicTree, tip: str) -> UrdfJoint | None:
     """The fixed joint that carries a tip and nothing of the chain beyond it; None where there is none."""
     joint = next((each for each in tree.urdf.joints.values() if each.child == tip), None)
-    passed = any(other.parent == tip for other in tree.chain)
-    return None if joint is None or joint.moves or passed else joint
+    return None if joint is None or joint.moves or tree.is_passed(tip) else joint
 
 
 def _write_origin(joint: ElementTree.Element, pose: FloatArray) -> None:

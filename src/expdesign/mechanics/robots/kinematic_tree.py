@@ -151,7 +151,7 @@ class KinematicTree:
         poses, options = self.forward(q, geometry), []
         for tip, seen in zip(self.tips, self.looked_at(q), strict=True):
             own = (tip, True)
-            options.append((seen, self._erred(poses[tip], geometry, own) if self._is_passed(tip) else poses[tip]))
+            options.append((seen, self._erred(poses[tip], geometry, own) if self.is_passed(tip) else poses[tip]))
         return chosen(options)
 
     def motion(self, joint: UrdfJoint) -> Motion | None:
@@ -265,7 +265,7 @@ class KinematicTree:
         """Index in `ends` by name, and whether it is a tip."""
         return {(end.name, end.is_tip): index for index, end in enumerate(self.ends)}
 
-    def _is_passed(self, tip: str) -> bool:
+    def is_passed(self, tip: str) -> bool:
         """Whether a tip is on the way to another one."""
         return any(joint.parent == tip for joint in self.chain)
 
@@ -292,7 +292,7 @@ class KinematicTree:
                     pose = pose @ moved(joint, self._value(motion, q, geometry))
                 elif joint.moves:
                     pose = pose @ moved(joint, ca.SX(self.place(joint)))
-                if joint.child in self.tips and not self._is_passed(joint.child):
+                if joint.child in self.tips and not self.is_passed(joint.child):
                     pose = self._erred(pose, geometry, (joint.child, True))
                 poses[joint.child] = pose
                 queue.append(joint.child)
@@ -317,23 +317,13 @@ class KinematicTree:
 
     def link_of(self, name: str) -> int:
         """Number of the link of the chain (0: the base) with which a link of the URDF moves first."""
-        above = {joint.child: joint for joint in self.urdf.joints.values()}
-        while name != self.base:
-            joint = above[name]
-            motion = self.motion(joint)
-            if motion is not None and motion.index < len(self.coordinates):
-                return motion.index + 1
-            name = joint.parent
-        return 0
+        motions = (self.motion(joint) for joint in reversed(self.urdf.path(self.base, name)))
+        numbers = (motion.index + 1 for motion in motions if motion and motion.index < len(self.coordinates))
+        return next(numbers, 0)
 
     def moves(self, name: str) -> bool:
         """Whether any coordinate, of the chain or of a branch, moves a link of the URDF."""
-        above = {joint.child: joint for joint in self.urdf.joints.values()}
-        while name != self.base:
-            if self.motion(above[name]) is not None:
-                return True
-            name = above[name].parent
-        return False
+        return any(self.motion(joint) for joint in self.urdf.path(self.base, name))
 
     def weight(
         self, q: ca.SX, geometry: ca.SX | None = None, factors: ca.SX | None = None, *, payloads: bool = True

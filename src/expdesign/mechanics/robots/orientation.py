@@ -73,11 +73,11 @@ def rotation_vector(rotation: ca.SX) -> ca.SX:
     return axis * (1.0 + versine / 3.0 + 2.0 * versine**2 / 15.0 + 2.0 * versine**3 / 35.0)
 
 
-def angular_velocity_map(rotation: ca.SX, angles: ca.SX) -> ca.SX:
-    """E (3×3) with ω = E·(ṙx, ṙy, ṙz), ω in base axes, by differentiating R: [ω]ₓ = Ṙ·Rᵀ (theory.md 2.2)."""
+def angular_velocity_map(rotation: ca.SX, variables: ca.SX) -> ca.SX:
+    """E (3×k) with ω = E·v̇ for variables v (k,) of R, ω in base axes, from [ω]ₓ = Ṙ·Rᵀ (theory.md 2.2)."""
     columns = []
-    for k in range(3):
-        rate = ca.reshape(ca.jacobian(ca.vec(rotation), angles[k]), 3, 3) @ rotation.T
+    for k in range(variables.shape[0]):
+        rate = ca.reshape(ca.jacobian(ca.vec(rotation), variables[k]), 3, 3) @ rotation.T
         columns.append(ca.vertcat(rate[2, 1], rate[0, 2], rate[1, 0]))
     return ca.horzcat(*columns)
 

@@ -17,34 +17,18 @@ from expdesign.mechanics.robots.robot import CommandedState, Jacobians, Robot, i
 from expdesign.mechanics.symbolic import BatchFunction
 
 
-class ParallelRobot(Robot):
-    """A platform on limbs, one actuator each, whose coordinates are in closed form of the pose.
+class PosedRobot(Robot):
+    """A platform that is commanded in poses.
 
     Attributes:
         home: origin of P in O at zero pose (m), shape (d,).
-        geometry: nominal geometry in the order of `geometry_names` (m), shape (n_g,). `base k x` and `platform k x`
-            are positions of the joints of limb k in O and on the platform; their errors are part of the library then.
-        geometry_names: e.g. `base 3 x`.
-        leg_length: smallest and largest coordinate of an actuator (m or rad), or None.
     """
 
-    on_legs = True
     home: FloatArray
-    geometry: FloatArray
-    geometry_names: tuple[str, ...]
-    leg_length: tuple[float, float] | None
 
     @abstractmethod
     def rotation(self, pose: ca.SX) -> ca.SX:
         """R of the platform at a symbolic pose."""
-
-    @abstractmethod
-    def actuator_lengths(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
-        """Actuator coordinates q (m or rad, see `units`), shape (n_p,), at a symbolic pose and geometry."""
-
-    @abstractmethod
-    def scaling_frame(self) -> tuple[FloatArray, float]:
-        """Reference point in the platform frame (m) and length (m) that make twists commensurable (see `condition`)."""
 
     def pose_rate_map(self, pose: ca.SX) -> ca.SX:
         """T(X) with Ẋ = T·η (theory.md section 1), n×n."""
@@ -54,6 +38,37 @@ class ParallelRobot(Robot):
             velocity_map = angular_velocity_map(self.rotation(pose), pose[translations:])
             rates[translations:, translations:] = ca.inv_minor(velocity_map)
         return rates
+
+    def frame(self, configuration: ca.SX, deflection: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX]:
+        pose = configuration + deflection
+        return ca.SX(self.home) + pose[: self.coordinates.translations], self.rotation(pose)
+
+    def position(self, configurations: FloatArray) -> FloatArray:
+        return self.home + configurations[..., : self.coordinates.translations]
+
+
+class ParallelRobot(PosedRobot):
+    """A platform on limbs, one actuator each, whose coordinates are in closed form of the pose.
+
+    Attributes:
+        geometry: nominal geometry in the order of `geometry_names` (m), shape (n_g,). `base k x` and `platform k x`
+            are positions of the joints of limb k in O and on the platform; their errors are part of the library then.
+        geometry_names: e.g. `base 3 x`.
+        leg_length: smallest and largest coordinate of an actuator (m or rad), or None.
+    """
+
+    on_legs = True
+    geometry: FloatArray
+    geometry_names: tuple[str, ...]
+    leg_length: tuple[float, float] | None
+
+    @abstractmethod
+    def actuator_lengths(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
+        """Actuator coordinates q (m or rad, see `units`), shape (n_p,), at a symbolic pose and geometry."""
+
+    @abstractmethod
+    def scaling_frame(self) -> tuple[FloatArray, float]:
+        """Reference point in the platform frame (m) and length (m) that make twists commensurable (see `condition`)."""
 
     def commanded_state(self, configuration: ca.SX, gravity: ca.SX) -> CommandedState:
         lengths = self.actuator_lengths(configuration, ca.SX(self.geometry))
@@ -97,13 +112,6 @@ class ParallelRobot(Robot):
         # J̌ = T·J, and J is square here.
         rates: FloatArray = jacobians.pose @ np.linalg.inv(jacobians.forward)
         return rates
-
-    def frame(self, configuration: ca.SX, deflection: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX]:
-        pose = configuration + deflection
-        return ca.SX(self.home) + pose[: self.coordinates.translations], self.rotation(pose)
-
-    def position(self, configurations: FloatArray) -> FloatArray:
-        return self.home + configurations[..., : self.coordinates.translations]
 
     def jacobians_of(self, *kinematics: FloatArray) -> Jacobians:
         length_rates, pose_rates, rotation = kinematics

@@ -29,6 +29,7 @@ from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.differentiation import plain
 from expdesign.mechanics.robots.drawing import Drawing, DrawnPart
 from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, TIP_COLUMN, KinematicTree
+from expdesign.mechanics.robots.orientation import angular_velocity_map
 from expdesign.mechanics.robots.robot import CommandedState, Jacobians, Robot, RobotSection, gravity_or_standard
 from expdesign.mechanics.robots.urdf import CouplingSection, coupled, leading, read_urdf, require_joint
 from expdesign.mechanics.symbolic import BatchFunction, remembered
@@ -192,14 +193,10 @@ class SerialRobot(Robot):
 
     @remembered
     def jacobian_expressions(self, configuration: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX, ca.SX]:
-        """J, J̌ = J and R; the angular rows from [ω]ₓ = Ṙ·Rᵀ."""
+        """J, J̌ = J and R."""
         position, rotation = self.tip(configuration, geometry)
-        angular = []
-        joints = len(self.tree.coordinates)
-        for k in range(joints):
-            rate = ca.reshape(ca.jacobian(ca.vec(rotation), configuration[k]), 3, 3) @ rotation.T
-            angular.append(ca.vertcat(rate[2, 1], rate[0, 2], rate[1, 0]))
-        forward = ca.vertcat(ca.jacobian(position, configuration)[:, :joints], ca.horzcat(*angular))
+        joints = configuration[: len(self.tree.coordinates)]
+        forward = ca.vertcat(ca.jacobian(position, joints), angular_velocity_map(rotation, joints))
         return forward, forward, rotation
 
     def commanded_state(self, configuration: ca.SX, gravity: ca.SX) -> CommandedState:
