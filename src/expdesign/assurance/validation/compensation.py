@@ -31,10 +31,12 @@ class Convergence:
     Attributes:
         tolerance: largest remaining error or last change (m, rad), as in the command `compensate`.
         steps: at most.
+        rounding: errors (m, rad) below this differ from a prediction of 0 by nothing.
     """
 
     tolerance: float = 1e-13
     steps: int = 60
+    rounding: float = 1e-12
 
 
 CONVERGENCE = Convergence()

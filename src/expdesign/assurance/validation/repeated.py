@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.assurance.validation.compensation import CONVERGENCE
 from expdesign.assurance.validation.plants import ExplicitPlant, Plant
 from expdesign.assurance.validation.simulation import Experiment, Repetitions, Simulation, Size, batch_sizes
 from expdesign.mechanics.elastostatics.measurements import Distribution, LoadedRobot
@@ -64,9 +65,6 @@ Drawn = tuple[Size, bool, bool]
 """A batch (`batch_sizes`), and whether noise and load errors are drawn in it."""
 Elsewhere = Callable[[list[Drawn]], list[Repetitions]]
 """Does batches and returns them in their order."""
-
-ROUNDING = 1e-12
-"""m, rad: errors of the exact compensation below this are rounding, and differ from a prediction of 0 by nothing."""
 
 
 @dataclass(frozen=True)
@@ -142,13 +140,13 @@ class Repeated:
     def deviation_score(self, cause: str) -> FloatArray:
         """Z scores of the standard deviations, shape (t, n)."""
         estimate, predicted = self.deviations[cause]
-        return estimate.z_score(predicted, ROUNDING)
+        return estimate.z_score(predicted, CONVERGENCE.rounding)
 
     def criterion_score(self, cause: str) -> float:
         """Z score of the criterion."""
         found, predicted = self.criteria[cause]
         finest = np.sqrt(self.problem.targets.importance.max())
-        return float(found.z_score(np.asarray(predicted), ROUNDING * finest))
+        return float(found.z_score(np.asarray(predicted), CONVERGENCE.rounding * finest))
 
     def record(self) -> dict[str, Any]:
         """The content of `montecarlo.json`."""
