@@ -170,7 +170,7 @@ def test_wear_is_local_and_its_curve_is_the_leg_compliance():
 def test_friction_where_it_is_tight_is_coulomb_friction_and_none_elsewhere():
     path = [30.0, 60.0, 20.0, -40.0, 0.0]
     tight, coulomb = PlaceFriction("leg 1", 15.0, 0.3, 0.01).law(SOFT), FrictionHysteresis("leg 1", 15.0)
-    assert run(tight, path) == pytest.approx(run(coulomb.leg_laws([SOFT])[0], path))
+    assert run(tight, path) == pytest.approx(run(coulomb.law(SOFT), path))
     assert run(PlaceFriction("leg 1", 15.0, 0.5, 0.01).law(SOFT), path) == pytest.approx(0.0, abs=1e-18)
 
 
@@ -188,9 +188,7 @@ def test_a_cycle_of_load_loses_energy(element):
 def test_stiff_bristles_are_coulomb_friction():
     path = [30.0, 60.0, 20.0, -40.0, 0.0]
     stiff = DahlFriction("leg 1", 15.0, 1e13).law(SOFT)
-    assert run(stiff, path) == pytest.approx(
-        run(FrictionHysteresis("leg 1", 15.0).leg_laws([SOFT])[0], path), abs=1e-11
-    )
+    assert run(stiff, path) == pytest.approx(run(FrictionHysteresis("leg 1", 15.0).law(SOFT), path), abs=1e-11)
 
 
 def test_a_seat_keeps_its_set():
@@ -418,7 +416,7 @@ def pd_series(count):
 
 def test_a_stretched_exponential_of_shape_one_is_a_standard_solid():
     path, times = [50.0, 50.0, 80.0, 0.0], [20.0, 60.0, 100.0, 180.0]
-    solid = run(Creep("leg 1", 0.4, 50.0).leg_laws([SOFT])[0], path, times)
+    solid = run(Creep("leg 1", 0.4, 50.0).law(SOFT), path, times)
     assert run(OtherCreep("leg 1", "stretched", 0.4, 50.0, 1.0).law(SOFT), path, times) == pytest.approx(solid)
 
 

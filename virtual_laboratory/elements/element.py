@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, ClassVar
 
@@ -12,7 +13,7 @@ import pandas as pd
 
 from ..errors import LaboratoryError
 from ..kinematics import Pose, Vector
-from ..legs import Leg, LegLaw
+from ..legs import Leg, LegConditions, LegLaw
 from ..loads import Load
 from ..robot import Robot
 
@@ -85,3 +86,30 @@ def require(condition: bool, message: str) -> None:
     """Refuse a parameter that makes no physical sense."""
     if not condition:
         raise LaboratoryError(message)
+
+
+@dataclass(frozen=True)
+class OfLegs(Element):
+    """Physics of one leg or of all legs; a subclass gives the elongation, or a law with a memory."""
+
+    component: str
+
+    def leg_laws(self, legs: Sequence[Leg]) -> Mapping[int, LegLaw]:
+        return {index: self.law(legs[index]) for index in legs_of(self.component, len(legs))}
+
+    def law(self, leg: Leg) -> LegLaw:
+        """The law of one leg; `stretch` without memory unless a subclass says otherwise."""
+        return _Memoryless(self, leg)
+
+    def stretch(self, force: float, leg: Leg, conditions: LegConditions) -> float:
+        """Elongation beyond the linear spring (m) at a tension (N)."""
+        raise NotImplementedError
+
+
+@dataclass
+class _Memoryless(LegLaw):
+    physics: OfLegs
+    leg: Leg
+
+    def elongation(self, force: float, conditions: LegConditions) -> float:
+        return self.physics.stretch(force, self.leg, conditions)

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from ..errors import LaboratoryError
 from ..legs import Leg, LegConditions, LegLaw
-from .element import Element, legs_of, require
+from .element import Element, OfLegs, legs_of, require
 
 LAWS = ("hertz", "cubic", "bilinear")
 
@@ -112,7 +112,7 @@ _REST = {"middle": 0.0, "short": -0.5, "long": 0.5}
 
 
 @dataclass(frozen=True)
-class LegBacklash(Element):
+class LegBacklash(OfLegs):
     """A leg has play: between pulling and pushing it is free over `gap_m` (m).
 
     In tension the leg is longer by gap/2 than its nominal length, in compression shorter by gap/2. A leg that
@@ -120,7 +120,6 @@ class LegBacklash(Element):
     """
 
     identifier: ClassVar[str] = "leg_backlash"
-    component: str
     gap_m: float
     rest: str = "middle"
     seat_N: float = 1e-3
@@ -129,22 +128,14 @@ class LegBacklash(Element):
         require(self.gap_m >= 0, "gap_m: must be >= 0")
         require(self.rest in _REST, f"rest: must be one of {', '.join(_REST)}, not {self.rest!r}")
 
-    def leg_laws(self, legs: Sequence[Leg]) -> Mapping[int, LegLaw]:
-        return {index: _Gap(self) for index in legs_of(self.component, len(legs))}
-
-
-@dataclass
-class _Gap(LegLaw):
-    play: LegBacklash
-
-    def elongation(self, force: float, conditions: LegConditions) -> float:
-        if abs(force) < self.play.seat_N:
-            return _REST[self.play.rest] * self.play.gap_m
-        return copysign(self.play.gap_m / 2, force)
+    def stretch(self, force: float, leg: Leg, conditions: LegConditions) -> float:
+        if abs(force) < self.seat_N:
+            return _REST[self.rest] * self.gap_m
+        return copysign(self.gap_m / 2, force)
 
 
 @dataclass(frozen=True)
-class FrictionHysteresis(Element):
+class FrictionHysteresis(OfLegs):
     """Coulomb sliders parallel to the leg's spring (Jenkins elements; several of them: an Iwan model).
 
     W. D. Iwan, J. Appl. Mech. 33 (1966) 893: N = k d + sum_j clip(k_j (d - s_j), -F_j, F_j), where a slider
@@ -154,7 +145,6 @@ class FrictionHysteresis(Element):
     """
 
     identifier: ClassVar[str] = "friction_hysteresis"
-    component: str
     friction_N: float
     contact_N_per_m: float = inf
     sliders: int = 1
@@ -167,13 +157,10 @@ class FrictionHysteresis(Element):
             "sliders: several of them need a finite contact_N_per_m",
         )
 
-    def leg_laws(self, legs: Sequence[Leg]) -> Mapping[int, LegLaw]:
+    def law(self, leg: Leg) -> LegLaw:
         weights = [2 * j + 1 for j in range(self.sliders)]
         limits = [self.friction_N * weight / sum(weights) for weight in weights]
-        stiffness = self.contact_N_per_m / self.sliders
-        return {
-            index: Sliders(legs[index].stiffness, stiffness, limits) for index in legs_of(self.component, len(legs))
-        }
+        return Sliders(leg.stiffness, self.contact_N_per_m / self.sliders, limits)
 
 
 @dataclass
@@ -223,7 +210,7 @@ class Sliders(LegLaw):
 
 
 @dataclass(frozen=True)
-class Creep(Element):
+class Creep(OfLegs):
     """A leg creeps like a standard linear solid: its spring k in series with a Kelvin-Voigt element.
 
     Elongation N/k + z with tau dz/dt + z = creep_ratio N/k: under constant load the deflection grows from N/k
@@ -233,7 +220,6 @@ class Creep(Element):
     """
 
     identifier: ClassVar[str] = "creep"
-    component: str
     creep_ratio: float
     tau_s: float
     applied: float = 0.0
@@ -243,8 +229,8 @@ class Creep(Element):
         require(self.creep_ratio > -1, "creep_ratio: must be above -1")
         require(0 <= self.applied <= 1, "applied: must be between 0 and 1")
 
-    def leg_laws(self, legs: Sequence[Leg]) -> Mapping[int, LegLaw]:
-        return {index: _KelvinVoigt(self, legs[index]) for index in legs_of(self.component, len(legs))}
+    def law(self, leg: Leg) -> LegLaw:
+        return _KelvinVoigt(self, leg)
 
 
 @dataclass
@@ -278,7 +264,7 @@ class _KelvinVoigt(LegLaw):
 
 
 @dataclass(frozen=True)
-class ThermalDrift(Element):
+class ThermalDrift(OfLegs):
     """A leg grows by its strain: alpha_per_K (T - T0) + rate_per_s (t - t0), times its commanded length.
 
     T0, t0 are those of the first row of the series. T is the leg's own temperature (`leg1_degC` ...) or else
@@ -290,8 +276,8 @@ class ThermalDrift(Element):
     alpha_per_K: float = 0.0
     rate_per_s: float = 0.0
 
-    def leg_laws(self, legs: Sequence[Leg]) -> Mapping[int, LegLaw]:
-        return {index: _Strain(self) for index in legs_of(self.component, len(legs))}
+    def law(self, leg: Leg) -> LegLaw:
+        return _Strain(self)
 
 
 @dataclass
@@ -317,7 +303,7 @@ class _Strain(LegLaw):
 
 
 @dataclass(frozen=True)
-class EncoderPeriodicError(Element):
+class EncoderPeriodicError(OfLegs):
     """A leg is longer than commanded by amplitude_m sin(2 pi q / pitch_m + phase_rad).
 
     q is the commanded length (m).
@@ -328,7 +314,6 @@ class EncoderPeriodicError(Element):
     """
 
     identifier: ClassVar[str] = "encoder_periodic_error"
-    component: str
     amplitude_m: float
     pitch_m: float
     phase_rad: float = 0.0
@@ -336,15 +321,7 @@ class EncoderPeriodicError(Element):
     def __post_init__(self) -> None:
         require(self.pitch_m > 0, "pitch_m: must be positive")
 
-    def leg_laws(self, legs: Sequence[Leg]) -> Mapping[int, LegLaw]:
-        return {index: _Periodic(self) for index in legs_of(self.component, len(legs))}
-
-
-@dataclass
-class _Periodic(LegLaw):
-    error: EncoderPeriodicError
-
-    def elongation(self, force: float, conditions: LegConditions) -> float:
+    def stretch(self, force: float, leg: Leg, conditions: LegConditions) -> float:
         if conditions.reference:
             return 0.0
-        return self.error.amplitude_m * sin(2 * pi * conditions.length / self.error.pitch_m + self.error.phase_rad)
+        return self.amplitude_m * sin(2 * pi * conditions.length / self.pitch_m + self.phase_rad)

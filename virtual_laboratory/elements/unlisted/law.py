@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ...legs import Leg, LegConditions, LegLaw
-from ..element import Element, legs_of
+from ...legs import Leg
+from ..element import Element, OfLegs
 
 
 class Unlisted(Element):
@@ -35,34 +34,9 @@ class Unlisted(Element):
 
 
 @dataclass(frozen=True)
-class LegPhysics(Unlisted):
-    """Physics of one leg or of all: accepted is that leg alone (`all legs` where it is in all).
-
-    A subclass gives the elongation, or a law with a memory.
-    """
-
-    component: str
+class LegPhysics(OfLegs, Unlisted):
+    """Physics of one leg or of all: accepted is that leg alone (`all legs` where it is in all)."""
 
     @property
     def parts(self) -> tuple[str, ...]:
         return (self.component,)
-
-    def leg_laws(self, legs: Sequence[Leg]) -> Mapping[int, LegLaw]:
-        return {index: self.law(legs[index]) for index in legs_of(self.component, len(legs))}
-
-    def law(self, leg: Leg) -> LegLaw:
-        """The law of one leg; `stretch` without memory unless a subclass says otherwise."""
-        return _Memoryless(self, leg)
-
-    def stretch(self, force: float, leg: Leg, conditions: LegConditions) -> float:
-        """Elongation beyond the linear spring (m) at a tension (N)."""
-        raise NotImplementedError
-
-
-@dataclass
-class _Memoryless(LegLaw):
-    physics: LegPhysics
-    leg: Leg
-
-    def elongation(self, force: float, conditions: LegConditions) -> float:
-        return self.physics.stretch(force, self.leg, conditions)

@@ -52,9 +52,13 @@ class Yielding(Unlisted):
     stage: ClassVar[Stage] = Stage.BODIES
     side: ClassVar[str]
 
-    @abstractmethod
     def law(self) -> YieldLaw:
-        """A fresh law."""
+        """A fresh law; `displacement` without memory unless a subclass says otherwise."""
+        return _Memoryless(self)
+
+    def displacement(self, wrench: Vector) -> Vector:
+        """Displacement and small rotation (m, rad), six numbers, under a wrench."""
+        raise NotImplementedError
 
     def build(self, machine: Machine) -> None:
         connection = _Connection(machine, self.law(), self.side == "base")
@@ -62,6 +66,14 @@ class Yielding(Unlisted):
         machine.on_start.append(lambda conditions: connection.law.start(conditions[0]))
         machine.on_accept.append(lambda: connection.law.accept(connection.wrench(), machine.conditions[0]))
         machine.on_command.append(lambda _: connection.reset())
+
+
+@dataclass
+class _Memoryless(YieldLaw):
+    physics: Yielding
+
+    def offset(self, wrench: Vector, conditions: LegConditions) -> Vector:
+        return self.physics.displacement(wrench)
 
 
 @dataclass
@@ -125,19 +137,11 @@ class OpeningBolt(Yielding):
     holding_Nm: float
     opened_rad_per_Nm: float
 
-    def law(self) -> YieldLaw:
-        return _Flange(self)
-
-
-@dataclass
-class _Flange(YieldLaw):
-    physics: OpeningBolt
-
-    def offset(self, wrench: Vector, conditions: LegConditions) -> Vector:
+    def displacement(self, wrench: Vector) -> Vector:
         found = np.zeros(6)
         size = float(np.hypot(wrench[3], wrench[4]))
-        if size > self.physics.holding_Nm:
-            found[3:5] = self.physics.opened_rad_per_Nm * (1 - self.physics.holding_Nm / size) * wrench[3:5]
+        if size > self.holding_Nm:
+            found[3:5] = self.opened_rad_per_Nm * (1 - self.holding_Nm / size) * wrench[3:5]
         return found
 
 
@@ -157,17 +161,9 @@ class DishingPlate(Yielding):
     compliance_m_per_N: float
     stiffening_N: float
 
-    def law(self) -> YieldLaw:
-        return _Plate(self)
-
-
-@dataclass
-class _Plate(YieldLaw):
-    physics: DishingPlate
-
-    def offset(self, wrench: Vector, conditions: LegConditions) -> Vector:
+    def displacement(self, wrench: Vector) -> Vector:
         found = np.zeros(6)
-        found[2] = self.physics.compliance_m_per_N * wrench[2] / (1 + abs(wrench[2]) / self.physics.stiffening_N)
+        found[2] = self.compliance_m_per_N * wrench[2] / (1 + abs(wrench[2]) / self.stiffening_N)
         return found
 
 
@@ -233,18 +229,10 @@ class RubberBase(Yielding):
     tilting_rad_per_Nm: float = 0.0
     stiffening_Nm: float = 1.0
 
-    def law(self) -> YieldLaw:
-        return _Rubber(self)
-
-
-@dataclass
-class _Rubber(YieldLaw):
-    physics: RubberBase
-
-    def offset(self, wrench: Vector, conditions: LegConditions) -> Vector:
-        rubber, force, moment = self.physics, wrench[:3], wrench[3:]
-        along = np.asarray(rubber.compliance_m_per_N) * force / (1 + np.abs(force) / rubber.stiffening_N)
-        about = rubber.tilting_rad_per_Nm * moment / (1 + np.abs(moment) / rubber.stiffening_Nm)
+    def displacement(self, wrench: Vector) -> Vector:
+        force, moment = wrench[:3], wrench[3:]
+        along = np.asarray(self.compliance_m_per_N) * force / (1 + np.abs(force) / self.stiffening_N)
+        about = self.tilting_rad_per_Nm * moment / (1 + np.abs(moment) / self.stiffening_Nm)
         return np.concatenate([along, about])
 
 
@@ -314,18 +302,10 @@ class LiftingFoot(Yielding):
     holding_Nm: float
     tilting_rad_per_Nm: float
 
-    def law(self) -> YieldLaw:
-        return _Foot(self)
-
-
-@dataclass
-class _Foot(YieldLaw):
-    physics: LiftingFoot
-
-    def offset(self, wrench: Vector, conditions: LegConditions) -> Vector:
-        axis = np.asarray(self.physics.axis, dtype=float)
-        beyond = max(float(wrench[3:] @ axis) - self.physics.holding_Nm, 0.0)
-        return np.concatenate([np.zeros(3), self.physics.tilting_rad_per_Nm * beyond * axis])
+    def displacement(self, wrench: Vector) -> Vector:
+        axis = np.asarray(self.axis, dtype=float)
+        beyond = max(float(wrench[3:] @ axis) - self.holding_Nm, 0.0)
+        return np.concatenate([np.zeros(3), self.tilting_rad_per_Nm * beyond * axis])
 
 
 @dataclass(frozen=True)
