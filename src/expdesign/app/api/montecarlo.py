@@ -15,7 +15,7 @@ from expdesign.app.api.result import PAGE, FolderResult
 from expdesign.app.sweeps.engine import Engine, by_engine
 from expdesign.assurance.validation.plants import PLANTS
 from expdesign.assurance.validation.repeated import Drawn, Elsewhere, Repeated, repeat
-from expdesign.assurance.validation.simulation import Experiment, Repetitions
+from expdesign.assurance.validation.simulation import Repetitions, VirtualExperiment
 from expdesign.chain.models.model_file import Model, model_from_document, model_text
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
@@ -175,7 +175,7 @@ def _batch(problem: DesignProblem, drawn: Drawn, common: Common, truth: str | No
     real = None
     if truth is not None:
         real = _truth(problem, model_from_document(parse_yaml(truth, "truth", _ROOT)), plant)
-    return Experiment(problem, plan, PLANTS[plant], distribution, real).batch(size, seed, noise, load_errors)
+    return VirtualExperiment(problem, plan, PLANTS[plant], distribution, real).batch(size, seed, noise, load_errors)
 
 
 def _truth(problem: DesignProblem, model: Model, plant: str) -> LoadedRobot:

@@ -10,7 +10,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.assurance.validation.compensation import CONVERGENCE
 from expdesign.assurance.validation.plants import ExplicitPlant, Plant
-from expdesign.assurance.validation.simulation import Experiment, Repetitions, Simulation, Size, batch_sizes
+from expdesign.assurance.validation.simulation import BatchSize, Repetitions, Simulation, VirtualExperiment, batch_sizes
 from expdesign.mechanics.elastostatics.measurements import Distribution, LoadedRobot
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.plan import Plan
@@ -61,7 +61,7 @@ def root_mean_square(samples: FloatArray) -> Estimate:
 CAUSES = {"duir": (True, False), "feir": (False, True), "total": (True, True)}
 """Whether noise and load errors are drawn, by the criterion that predicts the result."""
 
-Drawn = tuple[Size, bool, bool]
+Drawn = tuple[BatchSize, bool, bool]
 """A batch (`batch_sizes`), and whether noise and load errors are drawn in it."""
 Elsewhere = Callable[[list[Drawn]], list[Repetitions]]
 """Does batches and returns them in their order."""
@@ -212,11 +212,11 @@ def repeat(
     truth: LoadedRobot | None = None,
     elsewhere: Elsewhere | None = None,
 ) -> Repeated:
-    """Repeat a plan with each cause of error and with both; arguments as of `simulate` and `Experiment`.
+    """Repeat a plan with each cause of error and with both; arguments as of `simulate` and `VirtualExperiment`.
 
     `elsewhere` does the batches of all causes in any order and place; here, one after another, if left out.
     """
-    experiment = Experiment(problem, plan, plant, distribution, truth)
+    experiment = VirtualExperiment(problem, plan, plant, distribution, truth)
     causes, sizes = CAUSES if problem.loaded.sources else {"duir": CAUSES["duir"]}, batch_sizes(samples)
     batches = [(size, *drawn) for drawn in causes.values() for size in sizes]
     done = iter(elsewhere(batches) if elsewhere else (experiment.batch(size, seed, *how) for size, *how in batches))

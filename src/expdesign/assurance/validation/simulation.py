@@ -19,7 +19,7 @@ from expdesign.planning.problem import DesignProblem
 
 _BATCH = 10_000
 """Repetitions that are computed at once, which bounds the memory."""
-Size = tuple[int, int]
+BatchSize = tuple[int, int]
 """Number of a batch and how many repetitions it has."""
 Attain = Callable[[FloatArray], tuple[FloatArray, float]]
 """Attained minus wanted pose (s, n) of estimates (s, p) at one target, and the residual as in `Repetitions`."""
@@ -101,16 +101,16 @@ def simulate(
         NotIdentifiableError: the plan does not identify what a target needs.
         ConvergenceError: a compensation has no command, or a robot does not come to rest.
     """
-    experiment, drawn = Experiment(problem, plan, plant, distribution), (noise, load_errors)
+    experiment, drawn = VirtualExperiment(problem, plan, plant, distribution), (noise, load_errors)
     return experiment.joined([experiment.batch(size, seed, *drawn) for size in batch_sizes(samples)], *drawn)
 
 
-def batch_sizes(samples: int) -> list[Size]:
+def batch_sizes(samples: int) -> list[BatchSize]:
     """Number and repetitions of every batch."""
     return [(number, min(_BATCH, samples - start)) for number, start in enumerate(range(0, samples, _BATCH))]
 
 
-class Experiment:
+class VirtualExperiment:
     """The experiment of a plan, to be repeated.
 
     The true compliances are those of the robot file, or of the model that the robot was found to be; so are its
@@ -188,7 +188,7 @@ class Experiment:
         self._offset = self.problem.loaded.regressor.nominal(self.problem.loaded.robot)
         return [partial(machine.attained, target=target, wrench=wrench) for target, wrench in self._targets]
 
-    def batch(self, size: Size, seed: int, noise: bool, load_errors: bool) -> Repetitions:
+    def batch(self, size: BatchSize, seed: int, noise: bool, load_errors: bool) -> Repetitions:
         """One batch; whether noise and load errors are drawn.
 
         Raises:
