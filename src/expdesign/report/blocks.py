@@ -6,7 +6,7 @@ a page's script fills in again (when another design is chosen, say) is found by 
 
 import re
 import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -230,6 +230,11 @@ class Option:
     value: str
     text: str
     chosen: bool = False
+
+
+def choices(texts: Iterable[str]) -> list[Option]:
+    """Entries that are numbered from 0, of which the first is chosen."""
+    return [Option(str(number), text, number == 0) for number, text in enumerate(texts)]
 
 
 @dataclass(frozen=True)

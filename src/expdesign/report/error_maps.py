@@ -16,7 +16,7 @@ from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.error_ellipses import TargetCovariances, ellipse_scale, principal_axes
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
-from expdesign.report.blocks import Block, DataTable, Option, Selector
+from expdesign.report.blocks import Block, DataTable, Selector, choices
 from expdesign.report.figures import axis, chart
 from expdesign.report.options import SHOWN
 
@@ -89,10 +89,8 @@ def ellipse_cells(
 
 def ellipse_blocks(problem: DesignProblem, first: list[list[str]], number: str) -> list[Block]:
     """The figure with its selector, and the table."""
-    options = []
-    for index, (target, i, j) in enumerate(planes(problem)):
-        names = [_name(problem.loaded.robot.coordinates.deflection[column]) for column in (i, j)]
-        options.append(Option(str(index), f"Target {target + 1}: {names[0]} and {names[1]}", index == 0))
+    names = [_name(column) for column in problem.loaded.robot.coordinates.deflection]
+    options = choices(f"Target {target + 1}: {names[i]} and {names[j]}" for target, i, j in planes(problem))
     if not options:
         return []
     percent = words.given(100.0 * SHOWN.ellipse)
@@ -175,11 +173,8 @@ def map_blocks(problem: DesignProblem, maps: list[AccuracyMap]) -> list[Block]:
     if not maps:
         return []
     names = problem.loaded.robot.configuration
-    options = []
-    for index, one in enumerate(maps):
-        first, second = (words.plan_column(names[column]).title for column in one.axes)
-        text = f"About target {one.target + 1}: {first} and {second}"
-        options.append(Option(str(index), text, index == 0))
+    titles = [words.plan_column(name).title for name in names]
+    texts = (f"About target {one.target + 1}: {' and '.join(titles[column] for column in one.axes)}" for one in maps)
     figure = chart(
         "map", "Accuracy to expect over the workspace", [],
         "RMS error that is left after calibration with this plan, in tolerances, if the target with its load and its "
@@ -188,4 +183,4 @@ def map_blocks(problem: DesignProblem, maps: list[AccuracyMap]) -> list[Block]:
         "Map of the expected error over two coordinates; the data can be saved as CSV.",
         x=axis(""), y=axis(""), height=440, filename="accuracy-map", showlegend=True,
     )  # fmt: skip
-    return [Selector("map-view", "Show", options, step=True), figure]
+    return [Selector("map-view", "Show", choices(texts), step=True), figure]

@@ -18,7 +18,7 @@ from expdesign.io.output import plain
 from expdesign.probabilities import probability_text
 from expdesign.report import words
 from expdesign.report.arm_section import arm_record
-from expdesign.report.blocks import Block, DataTable, Option, PageSection, Selector, Sentences, framed
+from expdesign.report.blocks import Block, DataTable, PageSection, Selector, Sentences, choices, framed
 from expdesign.report.figures import chart, points
 from expdesign.report.options import SHOWN
 from expdesign.report.remark_texts import sentences
@@ -182,8 +182,8 @@ def varied(result: Identification, train: Recordings) -> dict[str, FloatArray]:
 def residual_blocks(result: Identification, train: Recordings) -> list[Block]:
     """The selector and the figure, which shows the coordinate that varies most; the order where none does."""
     step = max(1, len(train) // SHOWN.points)
-    choices = _choices(result, train)
-    first = choices[0]
+    varying = _choices(result, train)
+    first = varying[0]
     names = result.recordings.components(result.robot.coordinates)
     kind = "scattergl" if len(train) > SHOWN.fast_points else "scatter"
     traces = [
@@ -200,7 +200,7 @@ def residual_blocks(result: Identification, train: Recordings) -> list[Block]:
         "Scatter of whitened residuals against the chosen coordinate, one series of points per measured axis.",
         x=first["title"], y="residual, standard deviations", frame=_frame(result, train), showlegend=True,
     )  # fmt: skip
-    options = [Option(str(index), str(one["title"]), index == 0) for index, one in enumerate(choices)]
+    options = choices(str(one["title"]) for one in varying)
     return [Selector("residuals-over", "Against", options, step=True), figure]
 
 

@@ -12,7 +12,7 @@ import pandas as pd
 from expdesign.arrays import FloatArray
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.report import words
-from expdesign.report.blocks import Block, Option, PageSection, Paragraph, Selector, SideBySide, table_of
+from expdesign.report.blocks import Block, PageSection, Paragraph, Selector, SideBySide, choices, table_of
 from expdesign.report.page import Page
 from expdesign.report.robot_view import RobotStates, at_rest, levers, plan_view, robot_states, view_data, view_figure
 
@@ -140,7 +140,7 @@ def _heading(name: str, robot: Robot) -> str:
 
 
 def picture(
-    robot: Robot, states: RobotStates | None, concerned: Sequence[str] = (), note: str = "", choices: Sequence[str] = ()
+    robot: Robot, states: RobotStates | None, concerned: Sequence[str] = (), note: str = "", names: Sequence[str] = ()
 ) -> tuple[list[Block], dict[str, Any]]:
     """The robot in space and from above with its numbers, and the data of the scripts; nothing where it is not drawn.
 
@@ -149,7 +149,7 @@ def picture(
         states: what is shown, at first the first one.
         concerned: components of a diagnosis that stand out.
         note: sentence for the caption.
-        choices: what the states are called, where there are several to choose from.
+        names: what the states are called, where there are several to choose from.
     """
     if states is None:
         return [], {}
@@ -157,8 +157,7 @@ def picture(
     space = view["dimension"] == 3
     caption = " ".join(text for text in (note, "Drag to turn it, scroll to zoom." if space else "") if text)
     figure = view_figure("robot", view["dimension"], "The robot", caption, 460)
-    options = [Option(str(number), text, number == 0) for number, text in enumerate(choices)]
-    shown: list[Block] = [figure, *([Selector("state", "Show", options, step=True)] if options else [])]
+    shown: list[Block] = [figure, *([Selector("state", "Show", choices(names), step=True)] if names else [])]
     return [SideBySide(shown, [plan_view(robot, states, concerned)])] if space else shown, {"view": view}
 
 
@@ -180,12 +179,12 @@ def problem_report(problem: "DesignProblem", summary: str) -> Page:
         np.concatenate([np.zeros((1, robot.coordinates.translations)), target_levers(problem)]),
     )
     texts = [f"Target {number + 1}: {target_text(problem, number)}" for number in range(len(targets))]
-    choices = ["Reference pose", *(f"Target {number + 1}" for number in range(len(targets)))]
-    return _page(robot, summary, states, choices, [Paragraph(text) for text in texts])
+    names = ["Reference pose", *(f"Target {number + 1}" for number in range(len(targets)))]
+    return _page(robot, summary, states, names, [Paragraph(text) for text in texts])
 
 
-def _page(robot: Robot, summary: str, states: RobotStates | None, choices: list[str], targets: list[Block]) -> Page:
-    blocks, data = picture(robot, states, note=_NOTE, choices=choices)
+def _page(robot: Robot, summary: str, states: RobotStates | None, names: list[str], targets: list[Block]) -> Page:
+    blocks, data = picture(robot, states, note=_NOTE, names=names)
     said = Paragraph(words.sentence(summary.replace("`", "")))
     sections = (
         PageSection("machine", "The robot", [said, *blocks, *actuator_blocks(robot)]),

@@ -139,7 +139,9 @@ def compare(
     Command:
         expdesign compare configs/hexapod-h1.yaml --plan mine=plan.csv --out results/compare
     """
-    _require_settings(configs, plans or {}, samples, random, generations, seed)
+    least = {"samples": (samples, 2), "random": (random, 0), "seed": (seed, 0)}
+    least |= {} if generations is None else {"generations": (generations, 1)}
+    _require_settings(configs, plans or {}, least)
     problems = [problem_of(config) for config in configs]
     names = _names(problems)
     if not separate:
@@ -184,18 +186,11 @@ def compare(
 
 
 def _require_settings(
-    configs: Sequence[Config],
-    plans: Mapping[str, TableInput],
-    samples: int,
-    random: int,
-    generations: int | None,
-    seed: int,
+    configs: Sequence[Config], plans: Mapping[str, TableInput], least: Mapping[str, tuple[int, int]]
 ) -> None:
+    """Raise where nothing is compared, a number is below its least value, or a plan has the name of a criterion."""
     if not configs:
         raise InputError("no configuration is given", remedy="Name at least one.")
-    least = {"samples": (samples, 2), "random": (random, 0), "seed": (seed, 0)}
-    if generations is not None:
-        least["generations"] = (generations, 1)
     for name, (value, smallest) in least.items():
         if value < smallest:
             raise ArgumentError(f"{value} is too small", argument=name, remedy=f"Use at least {smallest}.")

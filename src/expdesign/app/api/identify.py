@@ -23,6 +23,7 @@ from expdesign.estimation.arm_options import ArmOptions, Further, Loss
 from expdesign.estimation.arm_outcome import calibrated_urdf
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.identify import identify as identify_recordings
+from expdesign.estimation.intervals import Intervals
 from expdesign.estimation.remarks import Implausible
 from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.report.fit_texts import identification_lines, identification_warnings
@@ -73,20 +74,14 @@ class IdentificationResult(RecordedResult):
     @property
     def stiffness(self) -> pd.DataFrame:
         """Estimate and 95 % interval of every actuator's stiffness, by its name."""
-        interval = self.result.stiffness
-        columns = {"estimate": interval.estimate, "low": interval.low, "high": interval.high}
-        frame = pd.DataFrame(columns, index=pd.Index(self.result.robot.actuators, name="actuator"))
-        frame["unit"] = stiffness_unit(self.result.robot)
-        return frame
+        frame = _frame(self.result.stiffness, "actuator", self.result.robot.actuators)
+        return frame.assign(unit=stiffness_unit(self.result.robot))
 
     @property
     def geometry(self) -> pd.DataFrame | None:
         """Estimate and 95 % interval of every error of the geometry (m or rad), or None where it is nominal."""
         interval = self.result.geometry
-        if interval is None:
-            return None
-        columns = {"estimate": interval.estimate, "low": interval.low, "high": interval.high}
-        return pd.DataFrame(columns, index=pd.Index(self.result.geometry_names, name="parameter"))
+        return None if interval is None else _frame(interval, "parameter", self.result.geometry_names)
 
     @property
     def urdf(self) -> str | None:
@@ -105,6 +100,12 @@ class IdentificationResult(RecordedResult):
         further = [] if at is None else at.sections("the identified robot")
         source = self.robot.document.source
         return identification_report(self.result, source, "" if at is None else at.configuration, further)
+
+
+def _frame(interval: Intervals, name: str, names: tuple[str, ...]) -> pd.DataFrame:
+    """Estimates with their intervals, by names."""
+    columns = {"estimate": interval.estimate, "low": interval.low, "high": interval.high}
+    return pd.DataFrame(columns, index=pd.Index(names, name=name))
 
 
 def with_doubts(result: Identification) -> Identification:
