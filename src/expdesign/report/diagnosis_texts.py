@@ -151,8 +151,8 @@ VERDICTS = {
     "unexplained": "The model lacks physics that the library does not have. The mismatch is located below.",
 }
 MEASURE_NEXT = "Measure plan-next.csv: it separates the two remaining explanations."
-_COLUMN = re.compile(r"\b([a-z]+\d*)_(?:m|rad)\b")
-"""A column of a pose or a deflection, which prose names without its unit."""
+_COLUMN = re.compile(r"\b([a-z]+\d*)_(?:m|rad|N|Nm)\b")
+"""A column of a pose, a load or a deflection, which prose names without its unit."""
 
 
 def terminal_lines(result: Diagnosis, at_targets: Sequence[str] = ()) -> list[str]:
