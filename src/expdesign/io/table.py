@@ -67,6 +67,12 @@ class Table:
         """Whether all `columns` are there."""
         return all(column in self.frame.columns for column in columns)
 
+    def text(self, column: str) -> np.ndarray:
+        """The cells of `column` without blanks around them, shape (rows,); empty where there is no such column."""
+        if not self.has(column):
+            return np.full(len(self), "", dtype=object)
+        return self.frame[column].astype(str).str.strip().to_numpy(dtype=object)
+
     def require(self, columns: tuple[str, ...]) -> None:
         """Raise an `InputError` for the first of `columns` that is missing."""
         for column in columns:
@@ -109,7 +115,7 @@ class Table:
         values = np.full((len(self), len(columns)), np.nan)
         for index, column in enumerate(columns):
             if self.has(column):
-                filled = np.flatnonzero(self.frame[column].astype(str).str.strip().to_numpy() != "")
+                filled = np.flatnonzero(self.text(column) != "")
                 part = replace(self, frame=self.frame.iloc[filled], lines=self.lines[filled])
                 values[filled, index] = part.numbers((column,))[:, 0]
         return values
@@ -148,7 +154,7 @@ class Table:
         Raises:
             InputError: one of them is not `allowed`; `what` says so of it, e.g. "`{}` is neither `a` nor `b`".
         """
-        cells: TextArray = self.frame[column].astype(str).str.strip().to_numpy(dtype=str)
+        cells: TextArray = self.text(column).astype(str)
         cells = cells if order is None else cells[order]
         wrong = np.flatnonzero(~np.isin(cells, list(allowed)))
         if wrong.size:

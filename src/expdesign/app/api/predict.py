@@ -186,8 +186,8 @@ def _with_target(table: Table, model: Model) -> Table:
     rows = _poses(table.frame)
     if not model.chain.robot.jointed or not rows.any() or TARGET not in model.chain.reading.names:
         return table
-    names = table.frame["marker"].astype(str).str.strip() if table.has("marker") else pd.Series([""] * len(table))
-    marker = np.where(rows & (names.to_numpy() == ""), TARGET, names)
+    names = table.text("marker")
+    marker = np.where(rows & (names == ""), TARGET, names)
     return replace(table, frame=table.frame.assign(marker=marker))
 
 

@@ -222,7 +222,7 @@ def _without_measured(table: Table, robot: Robot) -> pd.DataFrame:
         *coordinates.deflection, *coordinates.deviation, *reading_names(coordinates), "marker", *POSITION, REFERENCE,
         *POSITION_DEVIATION, "points", "reference_points",
     }  # fmt: skip
-    blank = {name for name in table.columns if all(str(cell).strip() == "" for cell in table.frame[name])}
+    blank = {name for name in table.columns if (table.text(name) == "").all()}
     return table.frame[[name for name in table.columns if name not in measured | blank]]
 
 

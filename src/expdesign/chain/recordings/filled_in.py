@@ -23,6 +23,7 @@ from expdesign.chain.recordings.points import (
     read_payload,
     read_sequence,
     read_time,
+    require_load,
     require_one_command,
 )
 from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, SPANS, measured_names
@@ -63,7 +64,7 @@ def _without_empty(table: Table, coordinates: Coordinates) -> tuple[Table, list[
     values = [name for name in known if table.has(name)]
     if not values:
         return table, []
-    blank = np.array([[str(cell).strip() == "" for cell in table.frame[name]] for name in values]).all(axis=0)
+    blank = np.all([table.text(name) == "" for name in values], axis=0)
     if blank.all():
         what = f"nothing is filled in under {', '.join(values[:3])}{' ...' if len(values) > 3 else ''}"
         raise InputError(what, where=table.where(), remedy="Fill in what was measured.")
@@ -76,7 +77,7 @@ def _without_empty(table: Table, coordinates: Coordinates) -> tuple[Table, list[
         table = replace(table, frame=table.frame.iloc[kept].reset_index(drop=True), lines=table.lines[kept])
     optional = [*values, *coordinates.deviation, *POSITION_DEVIATION, *_HISTORY, "split"]
     optional += [name for name in table.columns if name.startswith("leg") and name.endswith("_degC")]
-    unused = [n for n in optional if table.has(n) and all(str(cell).strip() == "" for cell in table.frame[n])]
+    unused = [n for n in optional if table.has(n) and (table.text(n) == "").all()]
     if unused:
         notes.append(f"columns without an entry are left out: {', '.join(dict.fromkeys(unused))}")
         table = replace(table, frame=table.frame.drop(columns=list(dict.fromkeys(unused))))
@@ -136,10 +137,8 @@ def _require_agreement(table: Table, counted: TextArray, kept: BoolArray) -> Non
 
 def unloaded_rows(table: Table, coordinates: Coordinates) -> BoolArray:
     """Rows whose mass or whose wrench is 0, shape (N,)."""
+    require_load(table, coordinates)
     names = ("mass_kg",) if table.has("mass_kg") else tuple(n for n in coordinates.wrench if table.has(n))
-    if not names:
-        remedy = f"Add {', '.join(coordinates.wrench)}, or mass_kg and the centre of mass."
-        raise InputError("there is no load", where=table.where(), remedy=remedy)
     loads: FloatArray = table.numbers(names)
     unloaded: BoolArray = np.all(loads == 0.0, axis=1)
     return unloaded
@@ -153,7 +152,6 @@ _NO_JOINTS = frozenset(
         *reading_names(SPATIAL), *POSITION, *POSITION_DEVIATION,
     )
 )  # fmt: skip
-_MARKER = ("px_m", "py_m", "pz_m")
 
 
 def check_structure(table: Table, *, commanded: bool = True) -> str:
@@ -177,16 +175,20 @@ def check_structure(table: Table, *, commanded: bool = True) -> str:
     arm = names != coordinates.pose
     poses = tuple(name for name in measured_names(coordinates) if table.has(name))
     loads = ("mass_kg", *coordinates.wrench)
-    absolute = bool(poses) or table.has("marker") or any(table.has(name) for name in _MARKER)
+    absolute = bool(poses) or table.has("marker") or any(table.has(name) for name in POSITION)
     if not absolute or any(table.has(name) for name in loads):
-        _check_loads(table, coordinates)
+        require_load(table, coordinates)
+        if table.has("mass_kg"):
+            read_payload(table, coordinates)
+        if any(table.has(name) for name in coordinates.wrench):
+            table.numbers(coordinates.wrench)
     for name in ("temperature_degC", *coordinates.gravity, *(f"abs_{n}" for n in coordinates.wrench)):
         if table.has(name):
             table.numbers((name,))
     test = read_test_rows(table, order)
     if poses:
         table.numbers_where_filled(poses) if arm else table.numbers(poses)
-        measured = ", ".join(poses) + (" and positions" if any(table.has(name) for name in _MARKER) else "")
+        measured = ", ".join(poses) + (" and positions" if any(table.has(name) for name in POSITION) else "")
     elif absolute:
         table.require(("marker",))
         read_markers(table, order)
@@ -216,18 +218,6 @@ def _kind(table: Table) -> tuple[Coordinates, tuple[str, ...]]:
         PLANAR,
     )
     return coordinates, coordinates.pose
-
-
-def _check_loads(table: Table, coordinates: Coordinates) -> None:
-    payload = table.has("mass_kg")
-    wrench = any(table.has(name) for name in coordinates.wrench)
-    if not payload and not wrench:
-        remedy = f"Add {', '.join(coordinates.wrench)}, or mass_kg and the centre of mass."
-        raise InputError("there is no load", where=table.where(), remedy=remedy)
-    if payload:
-        read_payload(table, coordinates)
-    if wrench:
-        table.numbers(coordinates.wrench)
 
 
 def _beyond(larger: Coordinates, smaller: Coordinates) -> set[str]:

@@ -135,8 +135,8 @@ def with_targets(table: Table, robot: Robot) -> Table:
         return table
     if table.has("kind"):
         table.words("kind", _KINDS, "`{}` is neither `pose` nor `position`")
-    columns = {name: _cells(table, name) for name in (*POSITION, *POSITION_DEVIATION, "marker")}
-    posed = np.any([_cells(table, name) != "" for name in _PLACES], axis=0)
+    columns = {name: table.text(name) for name in (*POSITION, *POSITION_DEVIATION, "marker")}
+    posed = np.any([table.text(name) != "" for name in _PLACES], axis=0)
     positions = np.any([columns[name] != "" for name in POSITION], axis=0)
     if (posed & positions).any():
         row = int(np.argmax(posed & positions))
@@ -145,8 +145,8 @@ def with_targets(table: Table, robot: Robot) -> Table:
     for name, place, deviation, stated in zip(
         POSITION, _PLACES, POSITION_DEVIATION, SPATIAL.deviation[:3], strict=True
     ):
-        columns[name] = np.where(posed, _cells(table, place), columns[name])
-        columns[deviation] = np.where(posed, _cells(table, stated), columns[deviation])
+        columns[name] = np.where(posed, table.text(place), columns[name])
+        columns[deviation] = np.where(posed, table.text(stated), columns[deviation])
     columns["marker"] = np.where(posed & (columns["marker"] == ""), TARGET, columns["marker"])
     kept = {name: cells for name, cells in columns.items() if (cells != "").any()}
     frame = table.frame.drop(columns=[name for name in _PLACES if table.has(name)]).assign(**kept)
@@ -178,12 +178,6 @@ def turned(table: Table, order: IntArray) -> FloatArray:
     return np.where(np.isfinite(table.numbers_where_filled(TURNS))[order], 0.0, np.nan)
 
 
-def _cells(table: Table, name: str) -> np.ndarray:
-    if not table.has(name):
-        return np.full(len(table), "", dtype=object)
-    return table.frame[name].astype(str).str.strip().to_numpy(dtype=object)
-
-
 def read_fixed(table: Table, order: IntArray) -> tuple[IntArray | None, tuple[str, ...], FloatArray | None]:
     """Index of every row's fixed point or gauge (N,), their names, and unit vectors along gauges (N, 3), 0 elsewhere.
 
@@ -199,7 +193,7 @@ def read_fixed(table: Table, order: IntArray) -> tuple[IntArray | None, tuple[st
     gauged = length > 1e-6
     if seen is not None:
         _require_directions(table, np.isfinite(seen), gauged)
-    names = _cells(table, POINT)
+    names = table.text(POINT)
     names = np.where(names == "", np.where(gauged, "gauge", "point"), names)
     for name in np.unique(names.astype(str)):
         kinds = gauged[names == name]

@@ -109,7 +109,7 @@ def _measures_poses(table: Table, robot: Robot) -> bool:
         return False
     if any(table.has(name) for name in measured_names(robot.coordinates)):
         return True
-    return table.has("kind") and bool(table.frame["kind"].astype(str).str.strip().isin(KINDS).all())
+    return table.has("kind") and bool(np.isin(table.text("kind"), KINDS).all())
 
 
 def _sensible_poses(table: Table, robot: Robot, configurations: FloatArray, order: IntArray) -> None:
@@ -140,11 +140,9 @@ def _wrenches(
     order: IntArray,
 ) -> FloatArray:
     coordinates = robot.coordinates
+    require_load(table, coordinates)
     given = None
     if payload is None or any(table.has(name) for name in coordinates.wrench):
-        if payload is None and not any(table.has(name) for name in coordinates.wrench):
-            remedy = f"Add {', '.join(coordinates.wrench)}, or mass_kg and the centre of mass."
-            raise InputError("there is no load", where=table.where(), remedy=remedy)
         given = table.numbers(coordinates.wrench)[order]
     if payload is None:
         assert given is not None
@@ -155,6 +153,13 @@ def _wrenches(
     if given is not None:
         _no_contradiction(table, robot, given, weights, order)
     return weights
+
+
+def require_load(table: Table, coordinates: Coordinates) -> None:
+    """Raise an `InputError` where a table has neither payload nor wrench."""
+    if not any(table.has(name) for name in ("mass_kg", *coordinates.wrench)):
+        remedy = f"Add {', '.join(coordinates.wrench)}, or mass_kg and the centre of mass."
+        raise InputError("there is no load", where=table.where(), remedy=remedy)
 
 
 def _no_contradiction(table: Table, robot: Robot, given: FloatArray, weights: FloatArray, order: IntArray) -> None:
@@ -228,8 +233,8 @@ def read_markers(table: Table, order: IntArray) -> tuple[IntArray | None, tuple[
             remedy = "Name the marker of each row (one name where there is one marker)."
             raise InputError("the column is missing", where=table.where(column="marker"), remedy=remedy)
         return None, ()
-    names = table.frame["marker"].astype(str).str.strip().to_numpy()
-    table.refuse(np.array([name == "" for name in names]), ("marker",), "the marker has no name", "Write its name.")
+    names = table.text("marker")
+    table.refuse(names == "", ("marker",), "the marker has no name", "Write its name.")
     markers, index = np.unique(names, return_inverse=True)
     chosen: IntArray = index[order].astype(np.int64)
     return chosen, tuple(str(name) for name in markers)

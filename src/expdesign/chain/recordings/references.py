@@ -74,7 +74,7 @@ def read_references(table: Table, order: IntArray, commands: FloatArray | None =
     """
     if not table.has(REFERENCE):
         return None
-    names: TextArray = table.frame[REFERENCE].astype(str).str.strip().to_numpy(dtype=str)[order]
+    names: TextArray = table.text(REFERENCE).astype(str)[order]
     if commands is None:
         return names
     _, first, index = np.unique(groups(names), return_index=True, return_inverse=True)

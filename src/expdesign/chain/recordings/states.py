@@ -108,9 +108,7 @@ def _by_number(named: dict[str, PointSet], pattern: re.Pattern[str]) -> dict[int
 
 
 def _in_column(table: Table, column: str, row: int, named: dict[str, PointSet]) -> PointSet | None:
-    if not table.has(column):
-        return None
-    name = str(table.frame[column].iloc[row]).strip()
+    name = str(table.text(column)[row])
     if name == "":
         return None
     if name not in named:
