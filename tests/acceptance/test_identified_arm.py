@@ -50,7 +50,10 @@ def test_the_budget_is_that_of_the_commands(calibration: str | None) -> None:
 
 @pytest.mark.parametrize("calibration", ["both", "geometric"])
 def test_a_diagnosis_is_judged_with_the_geometry_that_it_found(calibration: str) -> None:
-    """U counts the geometry, as in the commands, and nothing is said of what the recordings hide."""
+    """U counts the geometry, as in the commands and in those of `identify`; nothing is said of what is hidden.
+
+    That joint 1's zero and the instrument's turn cannot be told apart made U a hundred times as large.
+    """
     frame = recordings(replace(usual_faults(3, tool=0.0), periodic=(0.0, 0.0)), 100, 5)
     frame = frame.drop(columns=[name for name in frame if str(name).endswith(("_N", "_Nm"))])
     config = configuration(calibration)
@@ -63,6 +66,10 @@ def test_a_diagnosis_is_judged_with_the_geometry_that_it_found(calibration: str)
     stated = commands[["sx_m", "sy_m", "sz_m"]].to_numpy()
     # Commands are up to 6 mrad from the targets, at which the budget is.
     np.testing.assert_allclose(accepted.budget.standard[:, :3], stated, rtol=0.05)
+    identified = xd.identify(ROBOT, frame, targets=config).acceptance
+    assert identified is not None
+    np.testing.assert_allclose(accepted.budget.standard, identified.budget.standard, rtol=0.1)
+    assert accepted.verdict == "pass"
     assert any(parameter.name.startswith("link_") for parameter in found.model.chain.parameters)
     assert accepted.left_out is None
     assert "hidden" not in found.record

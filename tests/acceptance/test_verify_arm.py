@@ -98,6 +98,17 @@ def in_instrument(frame: pd.DataFrame, stand: pin.SE3) -> pd.DataFrame:
     return found
 
 
+def test_targets_of_joints_are_written_in_the_frame_that_is_asked_for(identified: xd.IdentificationResult) -> None:
+    """They had the poses of the base's frame in it, which `verify` then refused."""
+    found = xd.compensate(identified, configuration(20), frame="instrument").frame
+    base = checked(identified, FAULTS).iloc[: len(found)]
+    names = [f"target_{name}" for name in SPATIAL.pose]
+    seen = in_instrument(base, stand_of(identified))
+    np.testing.assert_allclose(found[names], seen[names], atol=1e-11)
+    joints = [f"q{k}_rad" for k in range(1, 7)]
+    np.testing.assert_allclose(found[joints], base[joints], atol=1e-11)
+
+
 @pytest.mark.parametrize("compensated", [True, False])
 def test_a_certificate_in_the_instruments_frame_is_that_in_the_base(
     identified: xd.IdentificationResult, compensated: bool

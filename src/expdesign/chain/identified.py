@@ -15,7 +15,9 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.row import Row, RowData
+from expdesign.mechanics.minimal_set import MinimalSet
 from expdesign.mechanics.robots.robot import Robot
 
 _MOST_KEPT = 8
@@ -31,11 +33,13 @@ class Identified:
         values: its parameters, shape (p,).
         deviations: of the parameters of those effects before anything was measured, as the calibration sized them,
             shape (p − `chain.base`,).
+        minimal: parameters of the chain that its rows tell apart, and combinations of them which the others are.
     """
 
     chain: Chain
     values: FloatArray
     deviations: FloatArray
+    minimal: MinimalSet | None = None
     _known: list[tuple[RowData, FloatArray]] = field(default_factory=list, init=False, repr=False)
 
     @property
@@ -104,6 +108,15 @@ class ChainBeside(Chain):
     def without_identified(self, values: FloatArray) -> FloatArray:
         """The parameters of `held` among those of the chain (p,)."""
         return np.delete(values, self._part)
+
+    def in_frames(self, known: Estimable) -> Estimable:
+        """What is known of the parameters where those that the identified set drops stay as they are.
+
+        Readings do not change by that. It names the frame that positions of the tip are in: where no row tells joint
+        1's zero from the instrument's turn, that of the joint at its zero.
+        """
+        minimal = self.identified.minimal
+        return known if minimal is None else known.moved(minimal.moved(len(self.parameters)))
 
     def _run(self, rows: RowData, values: FloatArray, *, derivatives: bool) -> tuple[FloatArray, FloatArray | None]:
         readings, others = self.held._run(rows, self.without_identified(values), derivatives=derivatives)

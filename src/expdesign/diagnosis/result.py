@@ -88,10 +88,17 @@ class Diagnosis:
 
     @property
     def known(self) -> Fit:
-        """The predictive model with the covariance that its predictions have, what was identified among its effects."""
+        """The predictive model with the covariance that its predictions have, what was identified among its effects.
+
+        Where no row tells a joint's zero from the instrument's turn, both are free while physics is sought. Predictions
+        for other readings are made in the frames of `identify`: what its minimal set drops is where the robot file has
+        it, and instrument and markers are as uncertain as that leaves them.
+        """
         found = widened(self.predictive.fit, self.widening)
         chain = found.chain
-        return replace(found, chain=chain.exact) if isinstance(chain, ChainBeside) else found
+        if not isinstance(chain, ChainBeside):
+            return found
+        return replace(found.known_as(chain.in_frames(found.estimable)), chain=chain.exact)
 
     @property
     def reading_deviations(self) -> FloatArray:

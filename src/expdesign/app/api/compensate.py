@@ -19,15 +19,13 @@ from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.coordinates import SPATIAL
-from expdesign.estimation.compensation.arm_targets import ArmTargets, arm_targets
+from expdesign.estimation.compensation.arm_targets import ArmTargets, arm_targets, poses_of
 from expdesign.estimation.compensation.compensate import Compensation, Corrections, compensate_arm, corrections_of
 from expdesign.estimation.compensation.compensate import compensate as commands_for
 from expdesign.estimation.compensation.prediction import in_file_order, require_history
 from expdesign.io.output import csv_text
 from expdesign.io.table import Table, parse_table
-from expdesign.mechanics.robots.corrected_urdf import pose_of
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.mechanics.robots.urdf import transform
 
 if TYPE_CHECKING:  # most commands are found without a configuration, and need not wait for planning
     from expdesign.app.api.configuration import Config
@@ -186,8 +184,7 @@ def _of_platform(points: LoadedPoints, robot: Robot, found: Compensation) -> dic
 
 def _of_arm(table: Table, robot: Robot, found: Compensation, aims: ArmTargets) -> dict[str, FloatArray]:
     """Columns of joint commands, and of the pose to ask of a controller that has the nominal geometry."""
-    nominal = _poses(robot.position(found.commands), robot.jacobians(found.commands).rotation)
-    wanted = _poses(aims.positions, aims.rotations) if aims.stated is None else aims.stated
+    nominal = poses_of(robot.position(found.commands), robot.jacobians(found.commands).rotation)
     names = dict(zip(with_joint_columns(table, robot).columns, table.columns, strict=True))
     columns: dict[str, FloatArray] = {}
     for axis, name in enumerate(robot.configuration[: len(robot.stiffness)]):
@@ -195,15 +192,8 @@ def _of_arm(table: Table, robot: Robot, found: Compensation, aims: ArmTargets) -
         # Where the nominal robot is there: `verify` takes the load there.
         columns[f"target_{name}"] = aims.points.configurations[:, axis]
     for axis, name in enumerate(SPATIAL.pose):
-        columns |= {f"target_{name}": wanted[:, axis], f"controller_{name}": nominal[:, axis]}
+        columns |= {f"target_{name}": aims.stated[:, axis], f"controller_{name}": nominal[:, axis]}
     return columns | dict(zip(robot.coordinates.deviation, found.deviations.T, strict=True))
-
-
-def _poses(positions: FloatArray, rotations: FloatArray) -> FloatArray:
-    """Poses (N, 6) of frames."""
-    return np.array(
-        [pose_of(transform(rotation, position)) for rotation, position in zip(rotations, positions, strict=True)]
-    )
 
 
 def _judged(robot: Robot, corrections: Corrections) -> dict[str, Any]:

@@ -138,7 +138,7 @@ def tip_errors(model: Model, check: CheckMeasurement, poses: FloatArray) -> tupl
     """
     place, turn = (np.zeros(3), np.eye(3)) if check.frame == "base" else instrument_of(model)
     targets = ArmTargets(
-        check.points, poses[:, :3] @ turn.T + place, turn @ rotations_of(poses[:, 3:]), check.frame, None
+        check.points, poses[:, :3] @ turn.T + place, turn @ rotations_of(poses[:, 3:]), check.frame, poses
     )
     rows = row_data(at_targets(model, targets, check.frame), model.chain.robot)
     predicted, slopes = tip_chain(model, check.frame).predict_with_sensitivities(rows, model.values)

@@ -79,6 +79,10 @@ class Estimable:
         found: FloatArray = np.where(outside > _SHARE * whole, np.inf, deviation)
         return found
 
+    def moved(self, matrix: FloatArray) -> "Estimable":
+        """Of matrix @ parameters, shape (p, p)."""
+        return replace(self, generalised=matrix @ self.generalised @ matrix.T, directions=matrix @ self.directions)
+
     def scaled(self, factor: float) -> "Estimable":
         """The same with all variances multiplied."""
         return replace(self, generalised=factor * self.generalised)

@@ -19,7 +19,9 @@ from expdesign.coordinates import SPATIAL
 from expdesign.errors import ArgumentError, ConvergenceError
 from expdesign.io.table import Table
 from expdesign.mechanics.robots.orientation import rotations_of
+from expdesign.mechanics.robots.corrected_urdf import pose_of
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Robot
+from expdesign.mechanics.robots.urdf import transform
 
 _ITERATIONS = 200
 _LARGEST = 0.3
@@ -38,15 +40,15 @@ class ArmTargets:
     Attributes:
         points: loads, and joint coordinates at which the nominal robot's tip is there.
         positions, rotations: of the tip in the base frame, shapes (N, 3) and (N, 3, 3).
-        frame: in which the poses were stated.
-        stated: poses as they were stated (N, 6), or None where joint coordinates are the targets.
+        frame: of the poses: of `stated`, and of what is said of the attained ones.
+        stated: the poses in that frame (N, 6).
     """
 
     points: LoadedPoints
     positions: FloatArray
     rotations: FloatArray
     frame: Frame
-    stated: FloatArray | None
+    stated: FloatArray
 
 
 def arm_targets(table: Table, model: Model, frame: Frame) -> ArmTargets:
@@ -60,8 +62,12 @@ def arm_targets(table: Table, model: Model, frame: Frame) -> ArmTargets:
     table = with_joint_columns(table, robot)
     cartesian = any(table.has(name) for name in SPATIAL.pose[:3])
     if not cartesian:
-        points = points_from_table(table, robot)
-        return of_joints(robot, points)
+        found = of_joints(robot, points_from_table(table, robot))
+        if frame == "base":
+            return found
+        place, turn = instrument_of(model)
+        stated = poses_of((found.positions - place) @ turn, turn.T @ found.rotations)
+        return replace(found, frame=frame, stated=stated)
     joints = robot.configuration[: len(robot.stiffness)]
     posture = any(table.has(name) for name in joints)
     if not posture:
@@ -73,18 +79,23 @@ def arm_targets(table: Table, model: Model, frame: Frame) -> ArmTargets:
     if frame == "instrument":
         place, turn = instrument_of(model)
         positions, rotations = positions @ turn.T + place, turn @ rotations
-    found = points.configurations.copy()
+    reached = points.configurations.copy()
     for row in range(len(points)):
-        found[row] = _nominal(robot, positions[row], rotations[row], found[row], points.where(row))
+        reached[row] = _nominal(robot, positions[row], rotations[row], reached[row], points.where(row))
     # Payloads hang on the tip as it is turned at the target.
-    turned = points_from_table(_with_joints(table, robot, found[np.argsort(order)]), robot)
+    turned = points_from_table(_with_joints(table, robot, reached[np.argsort(order)]), robot)
     return ArmTargets(turned, positions, rotations, frame, stated)
 
 
 def of_joints(robot: Robot, points: LoadedPoints) -> ArmTargets:
     """The poses that the nominal robot has at the joint coordinates of points."""
-    rotations = robot.jacobians(points.configurations).rotation
-    return ArmTargets(points, robot.position(points.configurations), rotations, "base", None)
+    positions, rotations = robot.position(points.configurations), robot.jacobians(points.configurations).rotation
+    return ArmTargets(points, positions, rotations, "base", poses_of(positions, rotations))
+
+
+def poses_of(positions: FloatArray, rotations: FloatArray) -> FloatArray:
+    """x, y, z (m), rx, ry, rz (rad) of frames (N, 6)."""
+    return np.array([pose_of(transform(rotation, place)) for rotation, place in zip(rotations, positions, strict=True)])
 
 
 def instrument_of(model: Model) -> tuple[FloatArray, FloatArray]:
