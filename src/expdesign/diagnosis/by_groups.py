@@ -6,7 +6,7 @@ or two groups of effects predict them nearly as well as all together do, causes 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -36,12 +36,14 @@ class ByGroups:
         method: the way of working that the recordings call for.
         groups: that are predicted with; None where causes are named one at a time.
         errors: of them, on rows that were not fitted.
+        few: one or two groups that do nearly what all do together, where causes are named one at a time for that.
     """
 
     frame: Frame
     method: Method
     groups: Groups | None = None
     errors: HeldOut | None = None
+    few: Groups | None = None
 
     @property
     def alone(self) -> bool:
@@ -61,11 +63,17 @@ class ByGroups:
 
     def beats(self, named: Model) -> bool:
         """Whether left-out blocks are predicted better than by named effects (linear about their fit)."""
-        if self.groups is None:
-            return False
+        return self.groups is not None and self._ratio(self.groups, named) < OPTIONS.better
+
+    def out_of_reach(self, named: Model) -> bool:
+        """Whether few groups predict what the best named effects do not: without some of these nothing is explained."""
+        return self.few is not None and self._ratio(self.few, named) * OPTIONS.few < 1.0
+
+    def _ratio(self, groups: Groups, named: Model) -> float:
+        """Of the errors of left-out blocks by groups and by named effects."""
         sample = self.frame.names.sample.restricted(~named.outliers)
         errors = base_alone(named.fit, sample).left_out(readings_of(blocks_of(sample), sample))
-        return self.groups.after < OPTIONS.better * rms(errors)
+        return groups.after / rms(errors)
 
     def diagnosis(self) -> Diagnosis:
         """The diagnosis by these groups."""
@@ -130,7 +138,8 @@ def by_groups(frame: Frame, report: Callable[[str], None]) -> ByGroups:
             found, judged = lasting, errors_of
     errors = f"left-out blocks: {found.before:.3g} standard deviations without effects, {found.after:.3g} with groups"
     if many and found.few:
-        return one_at_a_time(f"one or two groups of effects do nearly what all do together ({errors})")
+        few = one_at_a_time(f"one or two groups of effects do nearly what all do together ({errors})")
+        return replace(few, few=found)
     if found.after > OPTIONS.all_gains * found.before or judged.test_after >= judged.test_before:
         return one_at_a_time(f"groups of effects predict no better ({errors})")
     why = f"{len(found.found)} groups of effects together predict best ({errors})"

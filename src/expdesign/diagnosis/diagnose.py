@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -102,7 +103,7 @@ def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -
     if groups.alone:
         return groups.diagnosis()
     few = None if groups.groups is None else OPTIONS.beside_groups
-    named = _named(frame, outliers=outliers, few=few)
+    named = _named(frame, outliers=outliers, few=few, in_vain=groups.out_of_reach)
     if groups.beats(named.model):
         return groups.diagnosis()
     report("weighing alternatives")
@@ -159,10 +160,11 @@ class _Named:
     found: Nameable
 
 
-def _named(frame: Frame, *, outliers: bool, few: int | None) -> _Named:
+def _named(frame: Frame, *, outliers: bool, few: int | None, in_vain: Callable[[Model], bool]) -> _Named:
     """Named effects; `outliers`: whether rows may be set aside as single mistakes, `few`: how many are looked for."""
     most = frame.names.most_effects if few is None else min(few, frame.names.most_effects)
-    found = _searched(frame, most) if outliers else nameable(frame.search, outliers=False, most=most)
+    search = partial(nameable, frame.search, most=most, in_vain=in_vain)
+    found = _searched(frame, search) if outliers else search(outliers=False)
     frame.names.report("checking on held-out recordings")
     return _Named(*_checked(frame.names, found.model, frame.base, frame.noise, frame.judged), found)
 
@@ -276,16 +278,16 @@ def _with_laws(frame: Frame, result: Diagnosis, report: Callable[[str], None]) -
     return changed
 
 
-def _searched(frame: Frame, most: int) -> Nameable:
+def _searched(frame: Frame, search: Callable[..., Nameable]) -> Nameable:
     """The best model; rows are set aside only where they are single mistakes."""
     names = frame.names
-    offered, found = names.offered, nameable(frame.search, most=most)
+    offered, found = names.offered, search()
     common = _in_common(names.sample, found.model, frame.robot)
     if not common:
         return found
     names.log.add("outliers", found.model, False, f"the rows set aside are no single mistakes: {common}")
     names.offered = offered
-    return nameable(frame.search, outliers=False, most=most)
+    return search(outliers=False)
 
 
 def _checked(names: Names, model: Model, base: Fit, noise: NoiseLevel, test: BoolArray) -> tuple[Model, HeldOut]:

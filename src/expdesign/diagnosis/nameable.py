@@ -5,6 +5,7 @@ because something else changed with time is not one either. Both are withdrawn f
 on without them; most of its models are known by then.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from expdesign.chain.recordings.recordings import Remark
@@ -33,13 +34,20 @@ class Nameable:
     remarks: tuple[Remark, ...]
 
 
-def nameable(search: Search, *, outliers: bool = True, most: int | None = None) -> Nameable:
+def nameable(
+    search: Search,
+    *,
+    outliers: bool = True,
+    most: int | None = None,
+    in_vain: Callable[[Model], bool] = lambda model: False,
+) -> Nameable:
     """The best model without physics at its limits and without drifts that imitate.
 
     Args:
         search: for named effects.
         outliers: whether rows may be set aside.
         most: effects that are looked for at most.
+        in_vain: whether a model explains too little for others to be looked for without what has to be withdrawn.
     """
     names = search.known_names
     other = confounded_with(names.sample, names.robot)
@@ -51,6 +59,7 @@ def nameable(search: Search, *, outliers: bool = True, most: int | None = None) 
         drifts = unsupported(names, model, other)
         if not limits and not drifts:
             break
+        vain = in_vain(model)
         for key, parameter in limits.items():
             names.log.add("limits", model, False, f"{parameter} is at the limit of what is physically possible")
             limited = min(limited or (model.misfit, parameter), (model.misfit, parameter))
@@ -59,6 +68,9 @@ def nameable(search: Search, *, outliers: bool = True, most: int | None = None) 
             names.log.add("drift", model, False, f"`{key}` does not show apart from what changed with time")
             names.forbid({key})
             imitations.append(key)
+        if vain:
+            model = names.restricted(model, {*limits, *drifts})
+            break
     else:
         model = search.model(aside=outliers, most=most)
         model = names.restricted(model, {*at_limits(model), *unsupported(names, model, other)})
