@@ -1,7 +1,7 @@
 """Held-out errors, processor times and parameters of ways to calibrate an arm from positions, on the same rows.
 
     python -m benchmarks.arms_positions [--figaroh PYTHON] [--pybotics PYTHON] [--seeds N] [--out FOLDER]
-        [--recorded ROBOT.yaml JOINT,... RECORDINGS.csv ...]
+        [--ways PATTERN] [--recorded ROBOT.yaml JOINT,... RECORDINGS.csv ...]
 
 Simulated arms (of the kind of a UR10, an IRB 120, a seven-axis arm; `rows.py`) are judged by held-out positions without
 noise, recordings by the rows that their column `split` marks `test`. The ways are the drawn robot with instrument and
@@ -18,6 +18,7 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import argparse
+import re
 import tempfile
 from collections.abc import Iterator
 from importlib.metadata import version
@@ -67,6 +68,7 @@ def main() -> None:
     parser.add_argument("--pybotics", help="interpreter that has pybotics")
     parser.add_argument("--seeds", type=int, default=5, help="simulated arms of each kind")
     parser.add_argument("--recorded", nargs="+", help="robot file, its joints as in the URDF, recordings")
+    parser.add_argument("--ways", default="", help="regular expression of the names of the ways that are gone")
     parser.add_argument("--out", type=Path, default=Path("results/arms"))
     given = parser.parse_args()
     print("expdesign, numpy, scipy, pin:", *(version(each) for each in ("expdesign", "numpy", "scipy", "pin")))
@@ -75,6 +77,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as scratch:
         for seed, rows in every(given, Path(scratch)):
             for way, calibrated in ways(given.figaroh, given.pybotics if seed == 0 else None).items():
+                if not re.search(given.ways, way):
+                    continue
                 try:
                     found = calibrated(rows)
                 except UnavailableError as reason:
