@@ -15,7 +15,7 @@ from expdesign.assurance.acceptance.planned import check_readings, planned_decis
 from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.errors import InputError
-from expdesign.estimation.coverage_factor import STANDARD, Coverage
+from expdesign.estimation.coverage import STANDARD, Coverage
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.start import starting_designs

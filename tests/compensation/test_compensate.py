@@ -76,30 +76,28 @@ def test_effects_are_compensated_as_the_platform_moves(physics: str, component: 
     np.testing.assert_allclose(found.commands + motion.deflections, made.poses, atol=1e-13)
 
 
-def test_a_command_beyond_the_limits_is_refused_with_its_row() -> None:
-    here = bipod((0.5, 0.84855))
-    made = experiment("bipod", 2)
-    poses = np.array([[0.0, 0.5], [0.10, 0.60]])
-    made = replace(made, robot=here, poses=poses, wrenches=np.array([[0.0, -1000.0]] * 2), series=np.array([1, 2]))
-    model = model_of(Chain(here), np.ones(2))
-    with pytest.raises(InfeasibleError, match="leg 1 would be") as caught:
-        compensate(model, made.recordings(np.zeros((2, 2)) + 1e-6))
-    assert caught.value.where == "recordings.csv, row 3"
-
-
-def test_a_singular_target_is_refused() -> None:
-    here = bipod()
-    made = replace(experiment("bipod", 1), robot=here, poses=np.array([[0.1, 0.0]]))
-    with pytest.raises(SingularConfigurationError, match="singular"):
-        compensate(model_of(Chain(here), np.ones(2)), made.recordings(np.zeros((1, 2)) + 1e-6))
-
-
-def test_a_robot_that_gives_way_altogether_has_no_command() -> None:
-    here = bipod()
-    made = experiment("bipod", 1)
-    made = replace(made, robot=here, poses=np.array([[0.1, 0.6]]), wrenches=np.array([[0.0, -1e7]]))
-    with pytest.raises(ConvergenceError, match="no command was found"):
-        compensate(model_of(Chain(here), np.ones(2)), made.recordings(np.zeros((1, 2)) + 1e-6))
+@pytest.mark.parametrize(
+    ("leg_length", "poses", "force", "error", "words"),
+    [
+        ((0.5, 0.84855), [[0.0, 0.5], [0.10, 0.60]], 1e3, InfeasibleError, r"recordings\.csv, row 3: .*leg 1 would be"),
+        (None, [[0.1, 0.0]], 1e3, SingularConfigurationError, "singular"),
+        (None, [[0.1, 0.6]], 1e7, ConvergenceError, "no command was found"),
+    ],
+    ids=["beyond the limits", "singular", "gives way altogether"],
+)
+def test_what_has_no_command_is_refused(
+    leg_length: tuple[float, float] | None, poses: list[list[float]], force: float, error: type[Exception], words: str
+) -> None:
+    here, count = bipod(leg_length), len(poses)
+    made = replace(
+        experiment("bipod", count),
+        robot=here,
+        poses=np.array(poses),
+        wrenches=np.array([[0.0, -force]] * count),
+        series=np.arange(1, count + 1),
+    )
+    with pytest.raises(error, match=words):
+        compensate(model_of(Chain(here), np.ones(2)), made.recordings(np.zeros((count, 2)) + 1e-6))
 
 
 def test_the_virtual_laboratory_attains_what_was_promised() -> None:

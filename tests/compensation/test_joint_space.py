@@ -71,8 +71,6 @@ def test_a_redundant_arm_moves_no_more_than_it_must() -> None:
 
 def test_an_arm_with_too_few_joints_keeps_the_position() -> None:
     """The first three joints alone: the position of the wrist is reached, its orientation is not."""
-    tree = KinematicTree(ARM.tree.urdf, "base", ["wrist_1"])
-    short = SerialRobot(tree, np.array([2e4, 2e4, 1e4, 1e9]))
     tree = KinematicTree(ARM.tree.urdf, "base", ["forearm"])
     short = SerialRobot(tree, np.array([2e4, 2e4, 1e4]))
     frame = arm_rows(ARM, series=4, loads=1).drop(columns=["q4_rad", "q5_rad", "q6_rad"])
@@ -86,20 +84,26 @@ def test_an_arm_with_too_few_joints_keeps_the_position() -> None:
     assert (np.linalg.norm(position, axis=1) < 0.05 * before).all()
 
 
-def test_a_stretched_arm_cannot_give_way_along_itself() -> None:
-    """Elbow, shoulder and wrist in line: no joint shortens the arm, and a weight that pulls along it is not undone."""
-    model = model_of(ARM, (JointCompliance, "joint 5", [1e-4]))
-    frame = arm_rows(ARM, series=1, loads=1)
-    for k, value in enumerate([0.0, -0.3, 0.0, 0.0, 0.0, 0.0]):
-        frame[f"q{k + 1}_rad"] = value
-    with pytest.raises(SingularConfigurationError, match="singular"):
-        compensate(model, read(frame, ARM))
+def far_from_stretched() -> Array:
+    q = arm_rows(ARM, series=6, loads=1)[list(ARM.configuration)].to_numpy()
+    found: Array = q[np.linalg.cond(ARM.jacobians(q).forward) < 50.0]
+    return found
 
 
-def test_a_load_far_beyond_reason_is_refused() -> None:
-    frame = arm_rows(ARM, series=6, loads=1)
-    forward = ARM.jacobians(frame[list(ARM.configuration)].to_numpy()).forward
-    frame = frame[np.linalg.cond(forward) < 50.0].assign(mass_kg=2e4)
-    assert len(frame) > 0
-    with pytest.raises(ConvergenceError, match="corrected by"):
-        compensate(model_of(ARM), read(frame, ARM))
+@pytest.mark.parametrize(
+    ("commands", "mass", "error", "words"),
+    [
+        # Elbow, shoulder and wrist in line: no joint shortens the arm, and a weight that pulls along it is not undone.
+        (np.array([[0.0, -0.3, 0.0, 0.0, 0.0, 0.0]]), None, SingularConfigurationError, "singular"),
+        (far_from_stretched(), 2e4, ConvergenceError, "corrected by"),
+    ],
+    ids=["stretched", "a load far beyond reason"],
+)
+def test_what_no_joint_can_undo_is_refused(
+    commands: Array, mass: float | None, error: type[Exception], words: str
+) -> None:
+    model = model_of(ARM, (JointCompliance, "joint 5", [1e-4])) if mass is None else model_of(ARM)
+    frame = arm_rows(ARM, series=len(commands), loads=1)
+    frame[list(ARM.configuration)] = commands
+    with pytest.raises(error, match=words):
+        compensate(model, read(frame if mass is None else frame.assign(mass_kg=mass), ARM))

@@ -8,7 +8,6 @@ from tests.identification.experiments import experiment, table_of
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.models.model_file import Model
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import predict, require_history
@@ -58,13 +57,6 @@ def test_predictions_scatter_as_they_say_over_repeated_experiments() -> None:
         )
         scores.append((found.deflections[0] - truth) / found.deviations[0])
     np.testing.assert_allclose(np.mean(np.square(scores), axis=0), np.ones(6), atol=4.0 * np.sqrt(2.0 / 300))
-
-
-def test_what_was_not_determined_is_infinitely_uncertain_only_where_it_matters() -> None:
-    covariance = np.array([[4.0, np.inf], [np.inf, np.inf]])
-    sensitivities = np.array([[[3.0, 0.0], [0.0, 1.0], [0.0, 0.0]]])
-    found = Estimable.from_covariance(covariance).deviations(sensitivities)
-    np.testing.assert_array_equal(found, [[6.0, np.inf, 0.0]])
 
 
 def test_the_platform_moves_without_the_errors_of_the_instrument() -> None:

@@ -78,6 +78,8 @@ def test_estimable_combinations_against_the_pseudoinverse() -> None:
     np.testing.assert_allclose(found, [0.2, np.inf, np.inf, 0.0])
     assert np.isinf(subspace.covariance).all()
     assert not subspace.determined.any()
+    apart = Estimable.from_covariance(np.array([[4.0, np.inf], [np.inf, np.inf]]))
+    np.testing.assert_array_equal(apart.deviations(np.array([[3.0, 0.0], [0.0, 1.0], [0.0, 0.0]])), [6.0, np.inf, 0.0])
 
 
 @pytest.mark.parametrize("factor", [1.0, 500.0])

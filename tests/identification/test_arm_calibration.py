@@ -22,8 +22,7 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.estimation.arm import calibrate
 from expdesign.estimation.arm_options import ArmOptions
-from expdesign.estimation.noise_remarks import GenerousNoise, NoiseBeyondStated
-from expdesign.estimation.redundancy import BlindPoses
+from expdesign.estimation.remarks import BlindPoses, GenerousNoise, NoiseBeyondStated
 from expdesign.mechanics.robots.kinematic_tree import KinematicTree
 from expdesign.mechanics.robots.robot_file import read_robot
 from expdesign.mechanics.robots.serial import SerialRobot

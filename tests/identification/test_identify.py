@@ -275,48 +275,58 @@ def idle_leg(made: Experiment) -> Experiment:
     return replace(made, wrenches=(forces[:, None, :] @ inverse)[:, 0])
 
 
-def test_the_leg_without_load_is_named() -> None:
-    made = idle_leg(experiment("H1", 6, seed=17))
-    with pytest.raises(NotIdentifiableError, match="leg 3 carries no load"):
-        identify(made.robot, made.recordings(made.exact))
-
-
-def test_a_leg_that_moves_no_measured_axis_is_named() -> None:
+def one_axis_alone() -> Experiment:
+    """Leg 1 pushes along the diagonal; leg 2 stands upright, so that leg 1 moves the tool point along x alone."""
     here = Bipod(
         base_joints=np.array([[-0.5, 0.0], [0.0, 0.0]]), home=np.array([0.0, 0.5]), stiffness=np.array([1e7, 1e7])
     )
-    # Leg 1 pushes along the diagonal; leg 2 stands upright, so that leg 1 moves the tool point along x alone.
-    made = replace(
-        experiment("bipod", 3),
-        robot=here,
-        poses=np.zeros((3, 2)),
-        wrenches=np.array([[100.0, -50.0], [0.0, -200.0], [50.0, 10.0]]),
-        series=np.array([1, 1, 1]),
-        compliance=here.compliance,
-    )
-    frame = made.frame(made.exact).drop(columns=["dx_m", "sx_m"])
-    with pytest.raises(NotIdentifiableError, match="leg 1 moves none of the measured axes"):
-        identify(here, read(frame, here))
+    wrenches = np.array([[100.0, -50.0], [0.0, -200.0], [50.0, 10.0]])
+    whole = replace(experiment("bipod", 3), robot=here, poses=np.zeros((3, 2)), wrenches=wrenches)
+    return replace(whole, series=np.array([1, 1, 1]), compliance=here.compliance)
 
 
-def test_legs_that_cannot_be_told_apart_are_named() -> None:
-    made = experiment("H1", 3, loads_per_pose=3)
-    made = replace(made, poses=np.zeros((3, 6)), wrenches=np.outer([1.0, 2.0, 3.0], [0.0, 0.0, -100.0, 0.0, 0.0, 0.0]))
-    frame = made.frame(made.exact)[
-        ["sequence", "series", *made.robot.coordinates.pose, *made.robot.coordinates.wrench, "dz_m"]
-    ]
-    frame = pd.concat([frame] * 3, ignore_index=True).assign(sequence=np.arange(9))
-    with pytest.raises(NotIdentifiableError, match=r"do not tell leg 1, leg 2.* apart \(rank 1 of 6\)"):
-        identify(made.robot, read(frame, made.robot))
+def straight_down() -> Experiment:
+    made = experiment("H1", 9, loads_per_pose=9)
+    wrenches = np.outer(np.resize([1.0, 2.0, 3.0], 9), [0.0, 0.0, -100.0, 0.0, 0.0, 0.0])
+    return replace(made, poses=np.zeros((9, 6)), wrenches=wrenches)
 
 
-def test_fewer_readings_than_stiffnesses_are_refused() -> None:
-    made = experiment("H1", 2)
-    frame = made.frame(made.exact)[
-        ["sequence", "series", *made.robot.coordinates.pose, *made.robot.coordinates.wrench, "dx_m", "dy_m"]
-    ]
-    with pytest.raises(NotIdentifiableError, match="4 readings cannot determine 6 compliances"):
-        identify(made.robot, read(frame, made.robot))
+def singular() -> Experiment:
+    made = experiment("bipod", 4)
+    return replace(made, poses=np.where(np.arange(8).reshape(4, 2) >= 4, [1.0, 0.0], 1.0) * made.poses)
+
+
+REFUSED: dict[str, tuple[Experiment, set[str], float, type[Exception], str]] = {
+    "no load": (replace(experiment("H1", 4), wrenches=np.zeros((4, 6))), set(), 1.0, NotIdentifiableError,
+                "no row has a load"),
+    "idle leg": (idle_leg(experiment("H1", 6, seed=17)), set(), 1.0, NotIdentifiableError, "leg 3 carries no load"),
+    "one axis": (one_axis_alone(), {"dy_m", "sy_m"}, 1.0, NotIdentifiableError,
+                 "leg 1 moves none of the measured axes"),
+    "one load": (straight_down(), {"dz_m"}, 1.0, NotIdentifiableError,
+                 r"do not tell leg 1, leg 2.* apart \(rank 1 of 6\)"),
+    "few readings": (experiment("H1", 2), {"dx_m", "dy_m"}, 1.0, NotIdentifiableError,
+                     "4 readings cannot determine 6 compliances"),
+    "wrong sign": (experiment("H1", 8, seed=18), set(), -1.0, InputError,
+                   r"recordings\.csv, row 2, columns dx_m.*wrong sign"),
+    "singular row": (singular(), set(), 1.0, SingularConfigurationError, r"recordings\.csv, row 4"),
+}  # fmt: skip
+"""What was measured, the columns of readings that are left (all if none is named), factor on deflections, and what is
+said.
+"""
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_does_not_determine_the_stiffness_is_refused_with_its_place(name: str) -> None:
+    made, left, factor, error, words = REFUSED[name]
+    if name == "singular row":
+        deflections = np.zeros((4, 2)) + 1e-6
+    else:
+        deflections = factor * (made.exact if left or name == "idle leg" else made.noisy(np.random.default_rng(1)))
+    frame = made.frame(deflections)
+    known = {*made.robot.coordinates.deflection, *made.robot.coordinates.deviation}
+    recordings = read(frame.drop(columns=[each for each in frame if each in known - left and left]), made.robot)
+    with pytest.raises(error, match=words):
+        identify(made.robot, recordings)
 
 
 def test_as_many_readings_as_stiffnesses_leave_nothing_to_estimate_the_noise_from() -> None:
@@ -324,19 +334,6 @@ def test_as_many_readings_as_stiffnesses_leave_nothing_to_estimate_the_noise_fro
     with pytest.raises(NotIdentifiableError, match="no reading over"):
         identify(made.robot, made.recordings(made.exact, stated=False))
     assert identify(made.robot, made.recordings(made.exact)).goodness.p_value is None
-
-
-def test_no_row_with_a_load_is_refused() -> None:
-    made = replace(experiment("H1", 4), wrenches=np.zeros((4, 6)))
-    with pytest.raises(NotIdentifiableError, match="no row has a load"):
-        identify(made.robot, made.recordings(made.noisy(np.random.default_rng(0))))
-
-
-def test_deflections_of_the_wrong_sign_are_suspected() -> None:
-    made = experiment("H1", 8, seed=18)
-    with pytest.raises(InputError, match="wrong sign") as caught:
-        identify(made.robot, made.recordings(-made.noisy(np.random.default_rng(1))))
-    assert caught.value.where.startswith("recordings.csv, row 2, columns dx_m")
 
 
 @pytest.mark.parametrize("stated", [True, False])
@@ -354,15 +351,6 @@ def test_deflections_a_hundred_times_too_large_are_suspected() -> None:
     made = replace(made, compliance=made.compliance * 1e2, deviation=made.deviation * 1e2)
     found = with_doubts(identify(made.robot, made.recordings(made.noisy(np.random.default_rng(1)))))
     assert any("softer" in text and "hundred times" in text for text in sentences(found.suspicions))
-
-
-def test_a_singular_row_is_named() -> None:
-    made = experiment("bipod", 4)
-    poses = made.poses.copy()
-    poses[2:, 1] = 0.0
-    with pytest.raises(SingularConfigurationError) as caught:
-        identify(made.robot, replace(made, poses=poses).recordings(np.zeros((4, 2)) + 1e-6))
-    assert caught.value.where == "recordings.csv, row 4"
 
 
 def test_the_record_is_that_of_the_interface() -> None:

@@ -12,7 +12,6 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.models.effect_entry import effect_classes
 from expdesign.chain.models.model_file import Model, model_text, read_model
-from expdesign.chain.row import row_data
 from expdesign.errors import InputError
 from expdesign.estimation.identify import identify
 from expdesign.io.yaml_reader import YamlDocument, read_yaml
@@ -52,29 +51,14 @@ def model_with(effects: tuple[Effect, ...]) -> Model:
     return Model(chain, values, root @ root.T, content.content, content.folder, "recordings.csv")
 
 
-def test_there_are_effects_to_try() -> None:
-    assert len(EFFECTS) > 10
-
-
-@pytest.mark.parametrize("key", EFFECTS)
-def test_every_effect_survives_the_file(key: str, tmp_path: Path) -> None:
-    model = model_with((EFFECTS[key],))
+def test_effects_together_keep_their_order(tmp_path: Path) -> None:
+    effects = tuple(EFFECTS.values())[:4]
+    model = model_with(effects)
     found = read_model(saved(model, tmp_path))
-    assert [effect.key for effect in found.chain.effects] == [key]
+    assert [effect.key for effect in found.chain.effects] == [effect.key for effect in effects]
     np.testing.assert_array_equal(found.values[6:], model.values[6:])
     np.testing.assert_allclose(found.values, model.values, rtol=1e-14)
     np.testing.assert_allclose(found.covariance, model.covariance, rtol=1e-12)
-    made = experiment("H1", 6)
-    rows = row_data(made.recordings(made.exact), robot("H1"))
-    expected = model.chain.predict(rows, model.values)
-    # The file's robot has its joints rounded to nanometres.
-    np.testing.assert_allclose(found.chain.predict(rows, found.values), expected, rtol=1e-5, atol=1e-11)
-
-
-def test_effects_together_keep_their_order(tmp_path: Path) -> None:
-    effects = tuple(EFFECTS.values())[:4]
-    found = read_model(saved(model_with(effects), tmp_path))
-    assert [effect.key for effect in found.chain.effects] == [effect.key for effect in effects]
 
 
 def test_parameters_that_were_not_determined_stay_so(tmp_path: Path) -> None:
@@ -101,9 +85,6 @@ def changed(folder: Path, **changes: object) -> Path:
     return path
 
 
-PLAY = {"physics": "leg_backlash", "component": "leg 1", "variant": "middle"}
-
-
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
@@ -111,11 +92,6 @@ PLAY = {"physics": "leg_backlash", "component": "leg 1", "variant": "middle"}
         ({"schema_version": 3}, "schema version 3"),
         ({"covariance": [[1.0]]}, "a matrix of"),
         ({"compliance": {"leg 1": 1e-7}}, "not the robot's actuators"),
-        ({"effects": [{"physics": "ghost", "component": "leg 1", "parameters": {}}]}, "unknown physics `ghost`"),
-        (
-            {"effects": [dict(PLAY, parameters={"gap": 1.0})]},
-            "does not have these parameters",
-        ),
         ({"robot": {"kind": "hexapod"}}, "missing"),
     ],
 )

@@ -17,10 +17,9 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.errors import NotIdentifiableError
 from expdesign.estimation.arm import ArmCalibration, calibrate
-from expdesign.estimation.estimability import idle_actuators
+from expdesign.estimation.estimability import idle_actuators, require_positive
 from expdesign.estimation.fit import RANK_TOLERANCE, Fit
 from expdesign.estimation.geometric import calibration_of
-from expdesign.estimation.suspicions import require_positive
 from expdesign.mechanics.robots.robot import Robot
 
 

@@ -25,7 +25,7 @@ from expdesign.estimation.goodness import FIT, StatementOfFit
 from expdesign.estimation.identify import fitted_rows
 from expdesign.estimation.load_errors import DeclaredLoadErrors
 from expdesign.estimation.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
-from expdesign.estimation.noise_remarks import GenerousNoise
+from expdesign.estimation.remarks import GenerousNoise
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.robots.robot import Robot
 

@@ -32,22 +32,18 @@ from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
 from expdesign.estimation.accuracy import Accuracies, accuracies, nominal_readings, nominal_start, pose_folds
-from expdesign.estimation.arm_labels import labels_of
 from expdesign.estimation.arm_noise import ArmNoise, Settled
 from expdesign.estimation.arm_options import ArmOptions, Further
 from expdesign.estimation.arm_problem import ArmProblem, blind_poses, chosen_set, priors_of, sizes_of
-from expdesign.estimation.coverage import NONE_HELD_OUT, HeldOutRows
-from expdesign.estimation.evidence import Priors
+from expdesign.estimation.coverage import HeldOutRows, held_out_rows
+from expdesign.estimation.evidence import Priors, inverse
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.noise_level import NoiseLevel
-from expdesign.estimation.redundancy import Redundant, redundancies
+from expdesign.estimation.redundancy import Redundant, labels_of, redundancies
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.mechanics.minimal_set import MinimalSet
 from expdesign.mechanics.robots.robot import Robot
-
-_ROUNDING = 1e-15
-"""Eigenvalues of scaled information below this part of the largest are rounding."""
 
 
 @dataclass(frozen=True)
@@ -213,10 +209,9 @@ def _fit(problem: ArmProblem, found: Settled, beforehand: FloatArray) -> Fit:
     # Held is not known: what depends on it is as uncertain as it is.
     spreads = beforehand.copy()
     spreads[chain.compliances : chain.base] = chain.reading.released(spreads[chain.compliances : chain.base])
-    matrix = found.solution.slopes
-    information = matrix.T @ matrix + np.diag(1.0 / spreads[live] ** 2)
     covariance = np.zeros((len(values), len(values)))
-    covariance[np.ix_(live, live)] = _inverse(information)
+    matrix = found.solution.slopes
+    covariance[np.ix_(live, live)] = inverse(matrix.T @ matrix, 1.0 / spreads[live] ** 2)[0]
     return Fit(
         chain=chain,
         values=values,
@@ -231,15 +226,6 @@ def _fit(problem: ArmProblem, found: Settled, beforehand: FloatArray) -> Fit:
     )
 
 
-def _inverse(information: FloatArray) -> FloatArray:
-    """Of a positive definite matrix (p, p) whose parameters have different units."""
-    scale = 1.0 / np.sqrt(information.diagonal())
-    values, vectors = np.linalg.eigh(information * np.outer(scale, scale))
-    root = vectors / np.sqrt(np.maximum(values, _ROUNDING * values[-1])) * scale[:, None]
-    inverse: FloatArray = root @ root.T
-    return inverse
-
-
 def _among(indices: IntArray, count: int) -> BoolArray:
     inside = np.zeros(count, dtype=bool)
     inside[indices] = True
@@ -247,16 +233,10 @@ def _among(indices: IntArray, count: int) -> BoolArray:
 
 
 def _held_out(chain: Chain, recordings: Recordings, fit: Fit, found: Settled) -> HeldOutRows:
-    judged = recordings.test & chain.reading.predictable(chain.robot, recordings)
-    test = recordings.rows(judged)
-    if not len(test):
-        return NONE_HELD_OUT
+    test = recordings.rows(recordings.test & chain.reading.predictable(chain.robot, recordings))
     level = np.sqrt((found.noise.deviations**2).mean(axis=0))
     deviations = level if found.noise.groups or test.deviations is None else test.deviations
-    predicted, slopes = chain.predict_with_sensitivities(row_data(test, chain.robot), fit.values)
-    seen, scale = np.isfinite(test.deflections), np.broadcast_to(deviations, test.deflections.shape)
-    residuals = (test.deflections - predicted[:, recordings.axes])[seen] / scale[seen]
-    return HeldOutRows(residuals[:, None], (slopes[:, recordings.axes][seen] / scale[seen][:, None])[:, None])
+    return held_out_rows(chain, test, fit.values, deviations)
 
 
 def _accuracy(

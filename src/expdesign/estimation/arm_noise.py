@@ -18,7 +18,7 @@ from expdesign.estimation.arm_problem import ArmProblem
 from expdesign.estimation.evidence import Priors, Sized, with_evidence
 from expdesign.estimation.goodness import FIT, p_value_of
 from expdesign.estimation.noise_level import NoiseGroup, NoiseLevel, axis_groups
-from expdesign.estimation.noise_remarks import GenerousNoise, NoiseBeyondStated
+from expdesign.estimation.remarks import GenerousNoise, NoiseBeyondStated
 
 _CORNER = 1.345
 """Standard deviations where Huber's loss becomes linear: 95 % efficient at normal noise."""

@@ -15,7 +15,7 @@ from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.row import RowData, row_data
 from expdesign.estimation.arm_options import ArmOptions
 from expdesign.estimation.evidence import Priors
-from expdesign.estimation.redundancy import BlindPoses
+from expdesign.estimation.remarks import BlindPoses
 from expdesign.mechanics.minimal_set import MinimalSet, minimal_set
 
 _ZEROS, _LENGTHS, _ANGLES, _HARMONICS, _SHIFTS, _TURNS = range(6)

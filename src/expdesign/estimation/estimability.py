@@ -1,16 +1,20 @@
-"""Whether the recordings determine every compliance, and if not, whose."""
+"""Whether the recordings determine every compliance, and if not, whose; and compliances that come out negative."""
 
 import numpy as np
+from scipy.special import ndtri
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.recordings.recordings import Recordings, Remark
-from expdesign.errors import NotIdentifiableError, SingularConfigurationError
-from expdesign.estimation.fit import IDLE_DEVIATION, RANK_TOLERANCE
-from expdesign.estimation.remarks import IdleActuators
+from expdesign.errors import InputError, NotIdentifiableError, SingularConfigurationError
+from expdesign.estimation.fit import IDLE_DEVIATION, RANK_TOLERANCE, Fit
+from expdesign.estimation.remarks import IdleActuators, NegativeCompliance
 from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Jacobians, Robot
 
 _REMEDY = "Add measurements in which every actuator carries load, or give a prior (argument `prior`, in percent)."
+
+CERTAINTY = float(ndtri(0.9999))
+"""Standard deviations below zero at which a compliance is certainly negative."""
 
 
 def require_regular_rows(recordings: Recordings, jacobians: Jacobians) -> None:
@@ -83,6 +87,33 @@ def idle_remarks(robot: Robot, idle: BoolArray) -> list[Remark]:
     """That the stiffness of idle actuators stays what the robot file says."""
     named = tuple(robot.actuators[i] for i in np.flatnonzero(idle))
     return [IdleActuators(named, IDLE_DEVIATION)] if named else []
+
+
+def require_positive(fit: Fit, recordings: Recordings, robot: Robot) -> None:
+    """Raise where most compliances are certainly negative, which no robot's are.
+
+    Raises:
+        InputError: with the sign that is probably wrong.
+    """
+    deviation = np.sqrt(np.diag(fit.covariance))
+    negative = fit.values + CERTAINTY * deviation < 0.0
+    if 2 * negative.sum() > len(negative):
+        what = f"{int(negative.sum())} of {len(negative)} identified stiffnesses are negative: wrong sign?"
+        columns = ", ".join(robot.coordinates.deflection[i] for i in recordings.axes)
+        remedy = (
+            "Deflections are pose under load minus pose without load, and loads are what the environment applies to "
+            "the platform; check the sign of both."
+        )
+        raise InputError(what, where=f"{recordings.where(0)}, columns {columns}", remedy=remedy)
+
+
+def negative_compliances(fit: Fit, robot: Robot) -> list[Remark]:
+    """Actuators whose compliance comes out negative."""
+    deviation = np.sqrt(np.diag(fit.covariance))
+    return [
+        NegativeCompliance(robot.actuators[index], bool(fit.values[index] + CERTAINTY * deviation[index] < 0.0))
+        for index in np.flatnonzero(fit.values <= 0.0)
+    ]
 
 
 def _listed(names: list[str]) -> str:

@@ -1,9 +1,9 @@
 """Least squares with normal priors whose factors the readings decide, by damped steps that also reach far minima.
 
-Levenberg-Marquardt finds the parameters at given factors (Marquardt's scaling of the damping, bounds by leaving out
-what they hold), and MacKay's fixed point on the problem linearised there finds the factors and, where it is not known,
-the noise (1992, section 4). Both take turns until the factors stay. Where a tool hardly
-turns, the place of a marker on it is determined so loosely that undamped steps leave the range of any linearisation.
+Damped steps (`descent.py`) find the parameters at given factors, and MacKay's fixed point on the problem linearised
+there finds the factors and, where it is not known, the noise (1992, section 4). Both take turns until the factors stay.
+Where a tool hardly turns, the place of a marker on it is determined so loosely that undamped steps leave the range of
+any linearisation.
 
     γ_g = Σ_(i in g) (1 − C_ii/d_i²),   f_g² = Σ (θ_i/δ_i)²/γ_g,   s² = |r|²/(M − Σγ − rank of what has no factor),
 
@@ -16,20 +16,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.estimation.descent import Descent, Linearised
 
 _TURNS = 12
-_STEPS = 60
 _FIXED = 30
 _COARSE, _FINE = 1e-3, 1e-9
 """Relative fall of the cost in one step at which parameters have settled, between changes of the factors and after."""
 _SETTLED = 2e-2
 """Change of the logarithm of a factor at which it has settled."""
-_LARGEST_DAMPING = 1e10
 _ALONE = 1.0 + 1e-9
 """Diagonal of I − H, so that a reading that nothing else predicts leaves it regular."""
-
-Linearised = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
-"""Whitened residuals (M,) and derivatives of the prediction (M, p) at parameters (p,)."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +69,7 @@ class Sized:
     def left_out(self, blocks: IntArray, priors: Priors) -> FloatArray:
         """Errors of readings predicted without their block, e_B = (I − H_BB)⁻¹·r_B of the linear problem, (M,)."""
         gram = self.slopes.T @ self.slopes
-        _, _, root = _inverse(gram, prior_precision(priors, self.factors, self.noise))
+        _, _, root = inverse(gram, prior_precision(priors, self.factors, self.noise))
         projected = self.slopes @ root
         errors = np.empty_like(self.residuals)
         for block in np.unique(blocks):
@@ -81,16 +77,6 @@ class Sized:
             own = projected[inside]
             errors[inside] = np.linalg.solve(_ALONE * np.eye(len(inside)) - own @ own.T, self.residuals[inside])
         return errors
-
-
-@dataclass
-class _State:
-    """Where the descent is."""
-
-    values: FloatArray
-    residuals: FloatArray
-    slopes: FloatArray
-    damping: float = 1e-3
 
 
 def with_evidence(
@@ -112,66 +98,44 @@ def with_evidence(
         least: smallest factor.
         most: largest factor.
     """
-    values: FloatArray = np.clip(start, priors.low, priors.high)
-    state = _State(values, *linearised(values))
+    descent = Descent(linearised, start, priors.mean, priors.low, priors.high)
     count = max(int(priors.group.max(initial=-1)) + 1, 1)
     factors: FloatArray = np.ones(count)
     determined: FloatArray = np.zeros(count)
     noise = 1.0
     for _ in range(_TURNS):
-        _descend(state, linearised, priors, prior_precision(priors, factors, noise), _COARSE)
+        descent.run(prior_precision(priors, factors, noise), *_ends(_COARSE))
         before: FloatArray = factors
-        factors, determined, noise = _decided(state, priors, before, noise, known_noise=known_noise, ends=(least, most))
+        factors, determined, noise = _decided(
+            descent, priors, before, noise, known_noise=known_noise, ends=(least, most)
+        )
         if np.abs(np.log(factors / before)).max() < _SETTLED:
             break
     precision = prior_precision(priors, factors, noise)
-    _descend(state, linearised, priors, precision, _FINE)
-    covariance = noise**2 * _inverse(state.slopes.T @ state.slopes, precision)[0]
-    return Sized(state.values, covariance, factors, determined, noise, state.residuals, state.slopes)
+    descent.run(precision, *_ends(_FINE))
+    residuals, slopes = descent.residuals, descent.slopes
+    covariance = noise**2 * inverse(slopes.T @ slopes, precision)[0]
+    return Sized(descent.values, covariance, factors, determined, noise, residuals, slopes)
 
 
-def _descend(state: _State, linearised: Linearised, priors: Priors, precision: FloatArray, enough: float) -> None:
-    """Levenberg-Marquardt steps at fixed factors, until a step gains less than `enough` of the cost."""
-    away = state.values - priors.mean
-    cost = float(state.residuals @ state.residuals + away**2 @ precision)
-    for _ in range(_STEPS):
-        gradient = state.slopes.T @ state.residuals - precision * (state.values - priors.mean)
-        held = (state.values <= priors.low) & (gradient < 0.0) | (state.values >= priors.high) & (gradient > 0.0)
-        free = np.flatnonzero(~held)
-        gram = state.slopes[:, free].T @ state.slopes[:, free] + np.diag(precision[free])
-        scale = 1.0 / np.sqrt(np.maximum(gram.diagonal(), 1e-300))
-        gram *= np.outer(scale, scale)
-        gained = None
-        while state.damping < _LARGEST_DAMPING:
-            step = np.linalg.solve(gram + state.damping * np.eye(len(free)), gradient[free] * scale) * scale
-            if float(gradient[free] @ step) <= enough * cost * 1e-3:
-                break
-            trial = state.values.copy()
-            trial[free] = np.clip(trial[free] + step, priors.low[free], priors.high[free])
-            residuals, slopes = linearised(trial)
-            lower = float(residuals @ residuals + (trial - priors.mean) ** 2 @ precision)
-            if np.isfinite(lower) and lower <= cost:
-                gained = cost - lower
-                state.values, state.residuals, state.slopes, cost = trial, residuals, slopes, lower
-                break
-            state.damping *= 5.0
-        state.damping = max(state.damping / 10.0, 1e-9)
-        if gained is None or gained <= enough * cost:
-            break
+def _ends(share: float) -> tuple[Callable[[float], float], float]:
+    """When a descent ends: where a step gains less than a share of the cost, or promises a thousandth of that."""
+    return lambda cost: share * cost, 1e-3
 
 
 def _decided(
-    state: _State, priors: Priors, factors: FloatArray, noise: float, *, known_noise: bool, ends: tuple[float, float]
+    descent: Descent, priors: Priors, factors: FloatArray, noise: float, *, known_noise: bool, ends: tuple[float, float]
 ) -> tuple[FloatArray, FloatArray, float]:
     """Factors, how many parameters of each group are determined, and noise, on the problem linearised here."""
-    readings = state.residuals + state.slopes @ (state.values - priors.mean)
-    gram, right = state.slopes.T @ state.slopes, state.slopes.T @ readings
+    slopes = descent.slopes
+    readings = descent.residuals + slopes @ (descent.values - priors.mean)
+    gram, right = slopes.T @ slopes, slopes.T @ readings
     factors, determined = factors.copy(), np.zeros(len(factors))
     for _ in range(_FIXED):
         before = factors.copy()
         precision = prior_precision(priors, factors, noise)
-        inverse, variances, _ = _inverse(gram, precision)
-        step, gamma = inverse @ right, 1.0 - variances * precision
+        covariance, variances, _ = inverse(gram, precision)
+        step, gamma = covariance @ right, 1.0 - variances * precision
         for group in range(len(factors)):
             own: BoolArray = priors.group == group
             if own.any():
@@ -179,7 +143,7 @@ def _decided(
                 size = float(((step / priors.deviation)[own] ** 2).sum())
                 factors[group] = np.clip(np.sqrt(size / determined[group]), *ends)
         if not known_noise:
-            left = readings - state.slopes @ step
+            left = readings - slopes @ step
             noise = float(np.sqrt(left @ left / max(len(left) - gamma.sum(), 1.0)))
         if np.abs(np.log(factors / before)).max() < _SETTLED / 2.0:
             break
@@ -194,7 +158,7 @@ def prior_precision(priors: Priors, factors: FloatArray, noise: float) -> FloatA
     return precision
 
 
-def _inverse(gram: FloatArray, precision: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def inverse(gram: FloatArray, precision: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """(G + P)⁻¹, its diagonal and its root; what neither readings nor priors determine is left at 0."""
     matrix = gram + np.diag(precision)
     scale = 1.0 / np.sqrt(np.maximum(matrix.diagonal(), 1e-300))

@@ -13,19 +13,18 @@ from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.readings.reading import DEFLECTION, Reading
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import RowData
+from expdesign.estimation.descent import Descent
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.robots.robot import Robot
 
 RANK_TOLERANCE = 1e-9
 """Singular values of the scaled sensitivities below this fraction of the largest count as zero."""
-MOST_STEPS = 60
 CONVERGED = 1e-10
 """Relative fall of the sum of squares below which a fit has settled."""
 _ROUNDING = 1e-6
 """Standard deviations; see `_above_rounding`."""
 _ROUNDED_DATA = 1e-7
 """Singular values of the scaled sensitivities below this fraction of the largest may be the rounding of a file."""
-LARGEST_DAMPING = 1e8
 IDLE_DEVIATION = 1.0
 """Relative standard deviation of the compliance of an idle actuator, which stays that of the robot file."""
 
@@ -185,7 +184,7 @@ def _least(found: Fit, data: Data, prior: tuple[FloatArray, FloatArray] | None) 
     explode. Along what the data do not determine the least parameters are taken instead.
     """
     scales = found.chain.scales()
-    matrix = _above_rounding(as_matrix(found.sensitivities) * scales)
+    matrix = _scaled(found.sensitivities, scales)
     if prior is not None:
         matrix = np.vstack([matrix, np.diag(scales / prior[1])])
     columns = np.linalg.norm(matrix, axis=0)
@@ -227,69 +226,38 @@ def _minimise(
     enough: float,
     rough: float,
 ) -> FloatArray:
-    """Levenberg-Marquardt with bounds: a step is cut off at the bounds, and parameters held by them are left out.
+    """Parameters at the minimum; `summarise` works on the sensitivities themselves."""
+    scales = chain.scales()
 
-    The normal equations that give a step square the condition number, which costs steps but no accuracy: the minimum is
-    where the exact gradient vanishes, and `summarise` works on the sensitivities themselves.
-    """
-    scales, (low, high) = chain.scales(), chain.bounds()
-    values = np.clip(start, low, high)
-    residuals, slopes = _stacked(chain, data, values, scales, prior)
-    cost, damping = float(residuals @ residuals), 1e-3
-    for _ in range(MOST_STEPS):
-        gradient = slopes.T @ residuals
-        held = ((values <= low) & (gradient < 0.0)) | ((values >= high) & (gradient > 0.0))
-        free = np.flatnonzero(~held)
-        if free.size == 0:
-            break
-        normal = slopes[:, free].T @ slopes[:, free]
-        diagonal = np.maximum(normal.diagonal(), 1e-12 * max(float(normal.diagonal().max()), 1e-300))
-        tolerance = max(CONVERGED * cost, enough, rough * (cost - np.count_nonzero(residuals)))
-        improved = settled = False
-        while damping < LARGEST_DAMPING:
-            scaled = np.linalg.solve(normal + damping * np.diag(diagonal), gradient[free])
-            settled = float(gradient[free] @ scaled) <= tolerance
-            if settled:
-                break
-            step = np.zeros_like(values)
-            step[free] = scaled * scales[free]
-            trial = np.clip(values + step, low, high)
-            # Most steps are accepted: with the derivatives at once, the next one needs no further evaluation.
-            remaining, steeper = _stacked(chain, data, trial, scales, prior)
-            trial_cost = float(remaining @ remaining)
-            if np.isfinite(trial_cost) and trial_cost < cost:
-                improved = True
-                break
-            damping *= 5.0
-        if not improved:
-            break
-        settled = cost - trial_cost <= tolerance
-        values, residuals, slopes = trial, remaining, steeper
-        cost, damping = trial_cost, max(damping / 10.0, 1e-9)
-        if settled:
-            break
-    return values
+    def linearised(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        residuals, sensitivities = data.residuals_with_sensitivities(chain, values)
+        matrix = as_matrix(sensitivities)
+        return residuals.ravel(), matrix * _above_rounding(matrix, scales)
+
+    mean, deviation = prior or (start, np.full(len(start), np.inf))
+    descent = Descent(linearised, start, mean, *chain.bounds())
+
+    def settled(cost: float) -> float:
+        noise = np.count_nonzero(descent.residuals) + np.count_nonzero((descent.values != mean) / deviation)
+        return max(CONVERGED * cost, enough, rough * (cost - noise))
+
+    descent.run(1.0 / deviation**2, settled)
+    return descent.values
 
 
-def _stacked(
-    chain: Chain, data: Data, values: FloatArray, scales: FloatArray, prior: tuple[FloatArray, FloatArray] | None
-) -> tuple[FloatArray, FloatArray]:
-    """Residuals (M,) and derivatives of the prediction per scaled parameter (M, p), those of a prior included."""
-    residuals, sensitivities = data.residuals_with_sensitivities(chain, values)
-    slopes = _above_rounding(as_matrix(sensitivities) * scales)
-    if prior is not None:
-        slopes = np.vstack([slopes, np.diag(scales / prior[1])])
-    return _with_prior(residuals.ravel(), values, prior), slopes
-
-
-def _above_rounding(matrix: FloatArray) -> FloatArray:
-    """Sensitivities per scaled parameter (M, p), without those that are nothing but rounding.
+def _above_rounding(matrix: FloatArray, scales: FloatArray) -> FloatArray:
+    """Columns of sensitivities (M, p) that are more than rounding, 1 or 0, shape (p,).
 
     A parameter that would have to be a million times its typical size to move the readings, all together, by one
     standard deviation is not determined by them.
     """
-    matrix[:, np.linalg.norm(matrix, axis=0) < _ROUNDING] = 0.0
-    return matrix
+    return (np.linalg.norm(matrix, axis=0) * scales >= _ROUNDING).astype(float)
+
+
+def _scaled(sensitivities: FloatArray, scales: FloatArray) -> FloatArray:
+    """Sensitivities (N, k, p) per scaled parameter that are more than rounding, shape (N·k, p)."""
+    matrix = as_matrix(sensitivities)
+    return matrix * (scales * _above_rounding(matrix, scales))
 
 
 def linear_fit(
@@ -309,7 +277,7 @@ def linear_fit(
         prior: see `fit`.
     """
     scales = chain.scales()
-    matrix = _above_rounding(as_matrix(sensitivities) * scales)
+    matrix = _scaled(sensitivities, scales)
     step, estimable, rank = _solve(matrix, residuals.ravel(), start, scales, prior)
     remaining = residuals - sensitivities @ (step * scales)
     return _as_fit(chain, start + step * scales, estimable, rank, remaining, sensitivities, prior)
@@ -319,7 +287,7 @@ def summarise(chain: Chain, data: Data, values: FloatArray, prior: tuple[FloatAr
     """The fit at given parameter values."""
     residuals, sensitivities = data.residuals_with_sensitivities(chain, values)
     scales = chain.scales()
-    matrix = _above_rounding(as_matrix(sensitivities) * scales)
+    matrix = _scaled(sensitivities, scales)
     _, estimable, rank = _solve(matrix, residuals.ravel(), values, scales, prior)
     return _as_fit(chain, values, estimable, rank, residuals, sensitivities, prior)
 
@@ -350,12 +318,6 @@ def _as_fit(
         rank=rank,
         subspace=estimable,
     )
-
-
-def _with_prior(residuals: FloatArray, values: FloatArray, prior: tuple[FloatArray, FloatArray] | None) -> FloatArray:
-    if prior is None:
-        return residuals
-    return np.concatenate([residuals, (prior[0] - values) / prior[1]])
 
 
 def _solve(

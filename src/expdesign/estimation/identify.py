@@ -6,27 +6,37 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
+from expdesign.chain.effects.legs.geometry import leg_geometry
+from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.recordings.references import reference_rows
+from expdesign.chain.row import row_data
 from expdesign.errors import InputError
 from expdesign.estimation.arm import ArmCalibration, calibrate
 from expdesign.estimation.arm_options import ArmOptions
-from expdesign.estimation.coverage import NONE_HELD_OUT, HeldOutRows, reading_deviations
+from expdesign.estimation.coverage import HeldOutRows, held_out_rows, reading_deviations
 from expdesign.estimation.estimability import (
     idle_actuators,
     idle_remarks,
+    negative_compliances,
     require_estimable,
+    require_positive,
     require_regular_rows,
 )
-from expdesign.estimation.fit import Fit, idle_knowledge, linear_fit
-from expdesign.estimation.geometric import calibration_of, geometry_slice
+from expdesign.estimation.fit import Data, Fit, idle_knowledge, linear_fit
+from expdesign.estimation.fit import fit as nonlinear_fit
+from expdesign.estimation.geometric import (
+    calibration_of,
+    geometry_remarks,
+    geometry_slice,
+    require_determined,
+    usable_rows,
+)
 from expdesign.estimation.goodness import StatementOfFit, statement_of_fit
 from expdesign.estimation.intervals import Intervals, Uncertainty, uncertainty
 from expdesign.estimation.load_errors import DeclaredLoadErrors
 from expdesign.estimation.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
 from expdesign.estimation.outlying import Influence, influence
-from expdesign.estimation.positions import PositionFit, fit_positions
-from expdesign.estimation.suspicions import negative_compliances, require_positive
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.mechanics.elastostatics.maps import actuator_forces, observation_matrix
@@ -136,8 +146,7 @@ def identify(
     if recordings.measurand.absolute and robot.jointed:
         return _of_arm(robot, recordings, calibrate(robot, recordings, chosen, options), chosen)
     if recordings.measurand.absolute:
-        found = fit_positions(robot, recordings, calibration=chosen, frames_known=frames_known)
-        return _of_positions(robot, recordings, found, chosen, load_errors)
+        return _of_positions(robot, recordings, chosen, load_errors, frames_known=frames_known)
     return _of_deflections(robot, recordings, prior, load_errors)
 
 
@@ -188,64 +197,58 @@ def _of_deflections(
         noise = replicated or noise_from_residuals(train, translations, solve)
     fit = solve(noise.deviations)
     require_positive(fit, train, robot)
-    whitening = whitening_of(noise.deviations)
-    columns = recordings.components(robot.coordinates)
-    goodness = statement_of_fit(fit, train, noise, whitening, columns, load_errors)
-    known = uncertainty(fit, noise).inflated(goodness.birge_ratio, goodness.dof)
+    whitening, remarks = whitening_of(noise.deviations), negative_compliances(fit, robot)
+    goodness, known = _judged(fit, train, noise, whitening, load_errors)
     if prior is None and idle is not None:
         # What stays as the robot file has it was not determined.
-        fit = replace(fit, rank=fit.rank - int(idle.sum()))
-    compliance = _scaled(known.intervals(fit.values), robot.compliance)
-    return Identification(
-        robot=robot,
-        recordings=recordings,
-        fitted=fitted,
-        fit=replace(fit.known_as(known.estimable), inflation=goodness.birge_ratio**2),
-        noise=noise,
-        compliance=compliance,
-        stiffness=compliance.inverse(),
-        goodness=goodness,
-        influence=influence(fit, whitening, noise_known=noise.known),
-        held_out=_held_out(robot, recordings, fit, noise),
-        prior=prior,
-        suspicions=negative_compliances(fit, robot)
-        + ([] if prior is not None or idle is None else idle_remarks(robot, idle)),
+        fit, remarks = replace(fit, rank=fit.rank - int(idle.sum())), remarks + idle_remarks(robot, idle)
+    test = recordings.rows(recordings.test)
+    held_out = held_out_rows(chain, test, fit.values, _stated(test, noise))
+    return _identification(
+        recordings, fitted, fit, noise, goodness, known, held_out, remarks, whitening=whitening, prior=prior
     )
 
 
 def _of_positions(
     robot: Robot,
     recordings: Recordings,
-    found: PositionFit,
     calibration: Calibration,
     load_errors: DeclaredLoadErrors | None,
+    *,
+    frames_known: bool,
 ) -> Identification:
-    """Identification from absolute readings; a prior on the compliances is part of the model (`positions`)."""
-    train = recordings.rows(found.fitted)
-    whitening = Whitening(found.noise.deviations, references=train.references)
-    columns = recordings.components(robot.coordinates)
-    goodness = statement_of_fit(found.fit, train, found.noise, whitening, columns, load_errors)
-    known = uncertainty(found.fit, found.noise).inflated(goodness.birge_ratio, goodness.dof)
-    count = len(robot.stiffness)
-    intervals = known.intervals(found.fit.values)
-    compliance = _scaled(intervals.part(slice(count)), robot.compliance)
-    part = geometry_slice(found.fit.chain)
-    effect = influence(found.fit, whitening, noise_known=found.noise.known)
-    return Identification(
-        robot=robot,
-        recordings=recordings,
-        fitted=found.fitted,
-        fit=replace(found.fit.known_as(known.estimable), inflation=goodness.birge_ratio**2),
-        noise=found.noise,
-        compliance=compliance,
-        stiffness=compliance.inverse(),
-        goodness=goodness,
-        influence=replace(effect, share=effect.share[:, :count]),
-        held_out=found.held_out,
-        prior=None,
-        suspicions=found.remarks,
-        calibration=calibration,
-        geometry=None if part is None else intervals.part(part),
+    """Identification from absolute readings of a robot that is no arm: compliances and geometry, with the frames of the
+    instrument and the markers' places; the geometry alone from rows without load.
+
+    What the fitted rows do not determine stays what the robot file says, within a wide tolerance (`chain.knowledge`).
+    """
+    usable = usable_rows(recordings, calibration)
+    fitted = usable & ~recordings.test
+    reading = reading_of(robot, recordings, frames_known=frames_known)
+    train = recordings.rows(fitted)
+    effects = () if calibration == "elastostatic" else (leg_geometry(robot),)
+    chain, rows = Chain(robot, effects, reading=reading), row_data(train, robot)
+    idle = np.ones(len(robot.stiffness), dtype=bool) if calibration == "geometric" else None
+
+    def data(deviations: FloatArray) -> Data:
+        return Data(train, rows, Whitening(deviations, references=train.references), idle=idle, reading=reading)
+
+    def solve(deviations: FloatArray) -> Fit:
+        return nonlinear_fit(chain, data(deviations))
+
+    if effects:
+        require_determined(chain, data(np.ones_like(train.deflections)))
+    if train.deviations is not None:
+        noise = NoiseLevel(train.deviations, "recordings")
+    else:
+        noise = noise_from_residuals(train, robot.coordinates.translations, solve)
+    fit, whitening = solve(noise.deviations), data(noise.deviations).whitening
+    goodness, known = _judged(fit, train, noise, whitening, load_errors)
+    test = recordings.rows(recordings.test & usable & reading.predictable(robot, recordings))
+    held_out = held_out_rows(chain, test, fit.values, _stated(test, noise))
+    remarks = reading.degeneracies + geometry_remarks(fit)
+    return _identification(
+        recordings, fitted, fit, noise, goodness, known, held_out, remarks, whitening=whitening, calibration=calibration
     )
 
 
@@ -261,26 +264,65 @@ def _of_arm(robot: Robot, recordings: Recordings, found: ArmCalibration, calibra
         chi2 = fit.chi2 if noise.known else None
         goodness = StatementOfFit(chi2, fit.dof, p_value, origin=noise.origin, mean_square=mean_square)
     dof = np.full(len(fit.values), np.inf if noise.known else float(max(fit.dof, 1)))
-    intervals = Uncertainty(fit.estimable, dof).intervals(fit.values)
-    count, part = len(robot.stiffness), geometry_slice(fit.chain)
-    compliance = _scaled(intervals.part(slice(count)), robot.compliance)
+    known, held_out = Uncertainty(fit.estimable, dof), found.held_out
+    return _identification(
+        recordings, found.fitted, fit, noise, goodness, known, held_out, found.remarks, whitening=whitening,
+        calibration=calibration, arm=found,
+    )  # fmt: skip
+
+
+def _stated(test: Recordings, noise: NoiseLevel) -> FloatArray:
+    """Standard deviations that rows state, or else those that were estimated."""
+    return test.deviations if test.deviations is not None else noise.deviations[:1]
+
+
+def _judged(
+    fit: Fit, train: Recordings, noise: NoiseLevel, whitening: Whitening, load_errors: DeclaredLoadErrors | None
+) -> tuple[StatementOfFit, Uncertainty]:
+    """Whether the model accounts for the fitted rows, and how well its parameters are known with that."""
+    columns = train.components(fit.chain.robot.coordinates)
+    goodness = statement_of_fit(fit, train, noise, whitening, columns, load_errors)
+    return goodness, uncertainty(fit, noise).inflated(goodness.birge_ratio, goodness.dof)
+
+
+def _identification(
+    recordings: Recordings,
+    fitted: BoolArray,
+    fit: Fit,
+    noise: NoiseLevel,
+    goodness: StatementOfFit,
+    known: Uncertainty,
+    held_out: HeldOutRows,
+    suspicions: list[Remark],
+    *,
+    whitening: Whitening,
+    prior: float | None = None,
+    calibration: Calibration = "elastostatic",
+    arm: ArmCalibration | None = None,
+) -> Identification:
+    """What a fit with the uncertainty of its parameters says of the robot."""
+    robot, intervals, part = fit.chain.robot, known.intervals(fit.values), geometry_slice(fit.chain)
+    scale, own = robot.compliance, intervals.part(slice(len(robot.stiffness)))
+    compliance = Intervals(own.estimate * scale, own.low * scale, own.high * scale)
     effect = influence(fit, whitening, noise_known=noise.known)
+    if arm is None:
+        fit = replace(fit.known_as(known.estimable), inflation=goodness.birge_ratio**2)
     return Identification(
         robot=robot,
         recordings=recordings,
-        fitted=found.fitted,
+        fitted=fitted,
         fit=fit,
         noise=noise,
         compliance=compliance,
         stiffness=compliance.inverse(),
         goodness=goodness,
-        influence=replace(effect, share=effect.share[:, :count]),
-        held_out=found.held_out,
-        prior=None,
-        suspicions=found.remarks,
+        influence=replace(effect, share=effect.share[:, : len(scale)]),
+        held_out=held_out,
+        prior=prior,
+        suspicions=suspicions,
         calibration=calibration,
         geometry=None if part is None else intervals.part(part),
-        arm=found,
+        arm=arm,
     )
 
 
@@ -290,23 +332,3 @@ def fitted_rows(recordings: Recordings) -> BoolArray:
         return ~recordings.test
     rows: BoolArray = ~recordings.test & ~reference_rows(recordings)
     return rows
-
-
-def _scaled(intervals: Intervals, factor: FloatArray) -> Intervals:
-    return replace(
-        intervals,
-        estimate=intervals.estimate * factor,
-        low=intervals.low * factor,
-        high=intervals.high * factor,
-    )
-
-
-def _held_out(robot: Robot, recordings: Recordings, fit: Fit, noise: NoiseLevel) -> HeldOutRows:
-    """The rows that were held out."""
-    test = recordings.rows(recordings.test)
-    if not len(test):
-        return NONE_HELD_OUT
-    observation = observation_matrix(robot.jacobians(test.configurations), test.wrenches)[:, test.axes]
-    deviations = test.deviations if test.deviations is not None else noise.deviations[:1]
-    sensitivities = observation * robot.compliance / deviations[..., None]
-    return HeldOutRows(test.deflections / deviations - sensitivities @ fit.values, sensitivities)

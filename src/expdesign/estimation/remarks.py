@@ -68,3 +68,46 @@ class AliasedGeometry(Remark):
 
     count: int
     total: int
+
+
+@dataclass(frozen=True)
+class NoiseBeyondStated(Remark):
+    """Residuals exceed the stated noise, and a second component was estimated.
+
+    Attributes:
+        name: `translations` or `rotations`.
+        stated: RMS of the stated standard deviations (m or rad).
+        needed: what they would have to be.
+        extra: the second component, needed² − stated².
+    """
+
+    name: str
+    stated: float
+    needed: float
+    extra: float
+
+
+@dataclass(frozen=True)
+class GenerousNoise(Remark):
+    """The stated standard deviations are far larger than the residuals, from which the noise was estimated.
+
+    Attributes:
+        name: `translations` or `rotations`.
+        stated: RMS of the stated standard deviations (m or rad).
+        needed: what the residuals show.
+    """
+
+    name: str
+    stated: float
+    needed: float
+
+
+@dataclass(frozen=True)
+class BlindPoses(Remark):
+    """Parameters that other poses would tell apart, and the fitted ones do not.
+
+    Attributes:
+        names: of the parameters, which stay as drawn.
+    """
+
+    names: tuple[str, ...]

@@ -8,7 +8,7 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.errors import ExpdesignError, InputError, NotIdentifiableError
-from expdesign.estimation.coverage_factor import STANDARD, Coverage
+from expdesign.estimation.coverage import STANDARD, Coverage
 from expdesign.estimation.load_errors import DeclaredLoadErrors
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.planning.budget import Budget

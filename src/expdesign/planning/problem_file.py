@@ -9,7 +9,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.errors import InputError, SingularConfigurationError
-from expdesign.estimation.coverage_factor import STANDARD
+from expdesign.estimation.coverage import STANDARD
 from expdesign.io.kinds import require_kind
 from expdesign.io.nearest import nearest
 from expdesign.io.schema import validate

@@ -4,7 +4,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, model_validator
 
-from expdesign.estimation.coverage_factor import STANDARD, Coverage
+from expdesign.estimation.coverage import STANDARD, Coverage
 from expdesign.io.schema import (
     LARGEST,
     LARGEST_COUNT,

@@ -16,14 +16,15 @@ from expdesign.diagnosis.remarks import (
     TooFewForLaws,
     WithoutMoment,
 )
-from expdesign.estimation.noise_remarks import GenerousNoise, NoiseBeyondStated
-from expdesign.estimation.redundancy import BlindPoses
 from expdesign.estimation.remarks import (
     AliasedGeometry,
+    BlindPoses,
+    GenerousNoise,
     IdleActuators,
     Implausible,
     LargeGeometricErrors,
     NegativeCompliance,
+    NoiseBeyondStated,
 )
 from expdesign.report import words
 from expdesign.report.options import SHOWN

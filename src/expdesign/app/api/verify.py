@@ -23,7 +23,7 @@ from expdesign.chain.readings.position import Frame
 from expdesign.errors import ArgumentError, InputError
 from expdesign.estimation.compensation.arm_targets import instrument_of
 from expdesign.estimation.compensation.prediction import chain_of, predict_with, require_history, require_regular_points
-from expdesign.estimation.coverage_factor import STANDARD, Coverage
+from expdesign.estimation.coverage import STANDARD, Coverage
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.page import Page
 from expdesign.report.verification_report import statement, verification_report

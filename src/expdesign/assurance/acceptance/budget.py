@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
-from expdesign.estimation.coverage_factor import Coverage
+from expdesign.estimation.coverage import Coverage
 
 if TYPE_CHECKING:  # what is decided of recordings without targets need not wait for planning
     from expdesign.planning.criteria.assessment import Assessment

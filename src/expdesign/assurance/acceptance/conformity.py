@@ -16,7 +16,7 @@ from expdesign.assurance.acceptance.check_measurement import CheckMeasurement
 from expdesign.assurance.acceptance.options import ACCEPTANCE
 from expdesign.assurance.acceptance.planned import reading_deviations
 from expdesign.errors import InputError
-from expdesign.estimation.coverage_factor import Coverage
+from expdesign.estimation.coverage import Coverage
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.problem import DesignProblem
 

@@ -16,7 +16,7 @@ from scipy.special import ndtr
 from expdesign.assurance.acceptance.attained import Comparison
 from expdesign.assurance.acceptance.certificate import About
 from expdesign.assurance.acceptance.conformity import AxisResult, TargetResult
-from expdesign.estimation.coverage_factor import Coverage
+from expdesign.estimation.coverage import Coverage
 from expdesign.estimation.goodness import StatementOfFit
 from expdesign.mechanics.robots.robot import Robot
 

@@ -18,10 +18,8 @@ from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import ArgumentError, ConvergenceError
 from expdesign.io.table import Table
-from expdesign.mechanics.robots.orientation import rotations_of
-from expdesign.mechanics.robots.corrected_urdf import pose_of
+from expdesign.mechanics.robots.orientation import angles_of_matrix, rotations_of
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Robot
-from expdesign.mechanics.robots.urdf import transform
 
 _ITERATIONS = 200
 _LARGEST = 0.3
@@ -95,7 +93,7 @@ def of_joints(robot: Robot, points: LoadedPoints) -> ArmTargets:
 
 def poses_of(positions: FloatArray, rotations: FloatArray) -> FloatArray:
     """x, y, z (m), rx, ry, rz (rad) of frames (N, 6)."""
-    return np.array([pose_of(transform(rotation, place)) for rotation, place in zip(rotations, positions, strict=True)])
+    return np.hstack([positions, [angles_of_matrix(rotation) for rotation in rotations]])
 
 
 def instrument_of(model: Model) -> tuple[FloatArray, FloatArray]:

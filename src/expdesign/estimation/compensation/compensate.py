@@ -27,7 +27,7 @@ from expdesign.errors import ConvergenceError, InfeasibleError, InputError, Sing
 from expdesign.estimation.compensation.arm_targets import ArmTargets, of_joints
 from expdesign.estimation.compensation.joint_space import at_targets, joint_commands, tip_chain
 from expdesign.estimation.compensation.prediction import chain_of, moved, predict_with
-from expdesign.estimation.coverage_factor import STANDARD
+from expdesign.estimation.coverage import STANDARD
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Robot
 
 TOLERANCE = 1e-13
