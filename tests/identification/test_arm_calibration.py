@@ -56,7 +56,7 @@ def test_what_is_held_out_is_predicted_to_the_noise(identified: IdentificationRe
     arm = identified.result.arm
     assert arm is not None
     assert identified.result.calibration == "both"
-    held_out = arm.accuracy.entries["held out", "position"]
+    held_out = arm.accuracy["held out", "position"]
     assert held_out.before.rms > 1e-3
     assert held_out.after.rms < 1.2 * NOISE * np.sqrt(3.0)
     p_value = identified.result.goodness.p_value
@@ -211,8 +211,8 @@ def test_poses_and_positions_with_empty_cells_and_without_loads() -> None:
     found = xd.identify(ROBOT, mixed())
     arm = found.result.arm
     assert arm is not None
-    assert arm.accuracy.entries["held out", "position"].after.rms < 1.5 * NOISE * np.sqrt(3.0)
-    assert arm.accuracy.entries["held out", "orientation"].after.rms < 1.5 * 1e-4 * np.sqrt(3.0)
+    assert arm.accuracy["held out", "position"].after.rms < 1.5 * NOISE * np.sqrt(3.0)
+    assert arm.accuracy["held out", "orientation"].after.rms < 1.5 * 1e-4 * np.sqrt(3.0)
     levels = {group.name: group.deviation for group in found.result.noise.groups}
     assert abs(levels["translations"] / NOISE - 1.0) < 0.25
     assert abs(levels["rotations"] / 1e-4 - 1.0) < 0.25
@@ -234,7 +234,7 @@ def test_geometry_alone_needs_no_stiffness(tmp_path: Path) -> None:
     assert found.result.calibration == "geometric"
     arm = found.result.arm
     assert arm is not None
-    assert arm.accuracy.entries["held out", "position"].after.rms < 1.3 * NOISE * np.sqrt(3.0)
+    assert arm.accuracy["held out", "position"].after.rms < 1.3 * NOISE * np.sqrt(3.0)
     found.save(tmp_path / "out")
     assert xd.predict(tmp_path / "out/model.yaml", measured(6)).frame["spx_m"].max() < NOISE
     with pytest.raises(xd.InputError, match="actuator_stiffness"):

@@ -52,7 +52,7 @@ def test_held_out_distances_are_predicted_to_their_noise(positions: bool, tmp_pa
     found = xd.identify(ROBOT, frame)
     arm = found.result.arm
     assert arm is not None
-    entries = arm.accuracy.entries
+    entries = arm.accuracy
     assert entries["held out", "distance"].before.rms > 20.0 * DISTANCE
     assert entries["held out", "distance"].after.rms < 1.5 * DISTANCE
     assert entries["held out", "gauge"].after.rms < 2.0 * GAUGE

@@ -42,15 +42,10 @@ class Compared:
     after: Errors
 
 
-@dataclass(frozen=True)
-class Accuracies:
-    """Accuracy by kind of row and of reading.
-
-    Kinds of rows are `fitted`, `held out` and `left-out folds`, of readings `position`, `orientation`, `distance` and
-    `gauge`.
-    """
-
-    entries: dict[tuple[str, str], Compared]
+Accuracies = dict[tuple[str, str], Compared]
+"""By kind of row (`fitted`, `held out`, `left-out folds`) and of reading (`position`, `orientation`, `distance`,
+`gauge`).
+"""
 
 
 def accuracies(
@@ -65,7 +60,7 @@ def accuracies(
 
     `axes` (k,) are components of readings: 0 to 2 of positions, 3 to 5 of orientations, 6 a distance, 7 a gauge.
     """
-    entries: dict[tuple[str, str], Compared] = {}
+    entries: Accuracies = {}
     sets = [("fitted", before[fitted], after[fitted])]
     if test.any():
         sets.append(("held out", before[test], after[test]))
@@ -77,7 +72,7 @@ def accuracies(
             one, other = _errors(first[:, columns]), _errors(second[:, columns])
             if one is not None and other is not None:
                 entries[rows, kind] = Compared(one, other)
-    return Accuracies(entries)
+    return entries
 
 
 def _errors(errors: FloatArray) -> Errors | None:

@@ -38,7 +38,7 @@ def arm_sections(result: Identification) -> list[PageSection]:
 def accuracy_lines(found: ArmCalibration) -> list[str]:
     """A line for every kind of row and of reading."""
     lines = []
-    for (rows, kind), pair in found.accuracy.entries.items():
+    for (rows, kind), pair in found.accuracy.items():
         unit, factor = _unit(kind)
         parts = [
             f"{heading} {words.number(factor * getattr(pair.before, name))} → "
@@ -98,7 +98,7 @@ def arm_record(result: Identification) -> dict[str, Any] | None:
         else {"chi2": found.stated[0], "dof": found.stated[1], "p_value": found.stated[2]},
         "accuracy": [
             {"rows": rows, "of": kind, "before": _figures(pair.before), "after": _figures(pair.after)}
-            for (rows, kind), pair in found.accuracy.entries.items()
+            for (rows, kind), pair in found.accuracy.items()
         ],
         "parameters": [
             {
@@ -131,7 +131,7 @@ def _unit(kind: str) -> tuple[str, float]:
 
 def _accuracy_table(found: ArmCalibration) -> DataTable:
     rows, frame = [], []
-    for (which, kind), pair in found.accuracy.entries.items():
+    for (which, kind), pair in found.accuracy.items():
         unit, factor = _unit(kind)
         for when, errors in (("before", pair.before), ("after", pair.after)):
             figures = [factor * float(getattr(errors, name)) for name in _NAMES]
