@@ -38,27 +38,22 @@ REFERENCE = [0.005, 0.0, 0.01, 0.03, 0.0, 0.05]
 POSE_NOISE = np.array([5e-7] * 3 + [2e-6] * 3) / np.sqrt(2.0)
 
 
-def planned(*, interpolate: bool = False, shared: bool = False) -> tuple[DesignProblem, Plan]:
+def planned(*, interpolate: bool = False) -> tuple[DesignProblem, Plan, Hexapod, pd.DataFrame]:
+    """A problem with a plan drawn for it, its robot, and the protocol that is to be filled in."""
     changes = {
         "experiment.reference_pose": {"pose": REFERENCE, "interpolate": interpolate},
-        "experiment.deflection_noise.shared_reference": shared,
         "experiment.load.gravity": ...,
         "experiment.measurements": 4,
     }
     here = problem(HEXAPOD, changes)
     space = here.space
     decisions = starting_designs(here, 1, np.random.default_rng(4)).reshape(space.measurements, space.decisions)
-    if shared:
-        poses = [i for i, variable in enumerate(space.variables) if variable.columns[0] < space.n_pose]
-        decisions[1, poses] = decisions[0, poses]
     configurations, loads = space.decode(decisions)
-    return here, Plan(configurations, loads, series_by_pose(configurations))
-
-
-def hexapod_of(here: DesignProblem) -> Hexapod:
-    robot = here.loaded.robot
+    plan, robot = Plan(configurations, loads, series_by_pose(configurations)), here.loaded.robot
+    frame = protocol_frame(here, plan)
     assert isinstance(robot, Hexapod)
-    return robot
+    assert frame is not None
+    return here, plan, robot, frame
 
 
 def measured(frame: pd.DataFrame, robot: ParallelRobot, growth: Array, noise: Array) -> pd.DataFrame:
@@ -90,10 +85,7 @@ def drift(count: int, seed: int) -> Array:
 
 @pytest.mark.parametrize("interpolate", [False, True])
 def test_what_evaluate_charges_is_what_correct_pays(interpolate: bool) -> None:
-    here, plan = planned(interpolate=interpolate)
-    robot = hexapod_of(here)
-    frame = protocol_frame(here, plan)
-    assert frame is not None
+    here, plan, robot, frame = planned(interpolate=interpolate)
     assert len(frame) == (5 if interpolate else 4) * len(plan)
     filled = measured(frame, robot, np.zeros((len(frame), 6)), np.zeros((len(frame), 6)))
     poses = read(filled, robot)
@@ -111,10 +103,7 @@ def test_what_evaluate_charges_is_what_correct_pays(interpolate: bool) -> None:
 
 
 def test_growth_that_lasts_from_reference_to_pose_is_removed_exactly() -> None:
-    here, plan = planned()
-    robot = hexapod_of(here)
-    frame = protocol_frame(here, plan)
-    assert frame is not None
+    _, _, robot, frame = planned()
     growth = drift(len(frame), 1)
     commands = frame[list(robot.coordinates.pose)].to_numpy(dtype=float)
     grown = ForwardKinematics(robot).pose(robot.lengths(commands) + growth, commands)
@@ -131,10 +120,7 @@ def test_growth_that_lasts_from_reference_to_pose_is_removed_exactly() -> None:
 
 def test_noise_price_of_a_pose() -> None:
     """C12: standard deviation after the correction over √(V + 2TVTᵀ), within four standard errors on every axis."""
-    here, plan = planned()
-    robot = hexapod_of(here)
-    frame = protocol_frame(here, plan)
-    assert frame is not None
+    _, _, robot, frame = planned()
     generator = np.random.default_rng(7)
     count = 1500
     growth = drift(len(frame), 2)
@@ -158,10 +144,7 @@ def test_noise_price_of_a_pose() -> None:
 
 
 def test_interpolation_removes_a_steady_drift() -> None:
-    here, plan = planned(interpolate=True)
-    robot = hexapod_of(here)
-    frame = protocol_frame(here, plan)
-    assert frame is not None
+    _, _, robot, frame = planned(interpolate=True)
     time = np.random.default_rng(8).uniform(1.0, 5.0, len(frame)).cumsum()
     frame.insert(1, "time_s", time)
     growth = np.outer(time, [1e-7, 2e-7, -1e-7, 0.5e-7, 0.0, 1e-7])
@@ -180,8 +163,7 @@ def test_interpolation_removes_a_steady_drift() -> None:
 
 
 def test_repeated_poses_scatter_as_predicted_after_the_correction() -> None:
-    here, _ = planned()
-    robot = hexapod_of(here)
+    _, _, robot, _ = planned()
     generator = np.random.default_rng(5)
     visits = 400
     pose = [0.01, -0.01, 0.0, 0.05, 0.02, 0.0]
@@ -204,10 +186,7 @@ def test_repeated_poses_scatter_as_predicted_after_the_correction() -> None:
 
 
 def test_from_plan_to_identification(tmp_path: Path) -> None:
-    here, plan = planned()
-    robot = hexapod_of(here)
-    frame = protocol_frame(here, plan)
-    assert frame is not None
+    _, plan, robot, frame = planned()
     generator = np.random.default_rng(11)
     noise = generator.standard_normal((len(frame), 6)) * POSE_NOISE
     filled = measured(frame, robot, 6.0 * drift(len(frame), 6), noise)
@@ -248,10 +227,7 @@ def test_from_plan_to_identification(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_wrong_is_named(change: object, words: str, tmp_path: Path) -> None:
-    here, plan = planned()
-    robot = hexapod_of(here)
-    frame = protocol_frame(here, plan)
-    assert frame is not None
+    _, _, robot, frame = planned()
     filled = measured(frame, robot, np.zeros((len(frame), 6)), np.zeros((len(frame), 6)))
     changed = csv_text(change(filled))  # type: ignore[operator]
     path = tmp_path / "poses.csv"
