@@ -84,8 +84,8 @@ FAULTS = (
     Fault(
         "a leg gets shorter when it is warmed",
         "chain/effects/environment/thermal_drift.py",
-        "return elongation + gained, state",
-        "return elongation - gained, state",
+        "return theta[0] * at.place * self.driver(row, row.warming[at.index]), at.state",
+        "return -theta[0] * at.place * self.driver(row, row.warming[at.index]), at.state",
         ("chain", "diagnosis"),
     ),
     Fault(
