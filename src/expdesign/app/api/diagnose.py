@@ -7,15 +7,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import pandas as pd
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
-from expdesign.app.api.inputs import RobotInput, purpose_of, robot_of
-from expdesign.app.api.recorded import (
-    RecordedResult,
-    RecordingsInput,
-    problem_at,
-    recorded_model,
-    recordings_of,
-    referenced,
-)
+from expdesign.app.api.inputs import RobotInput, purpose_of
+from expdesign.app.api.recorded import RecordedResult, RecordingsInput, recorded_at, recorded_model
 from expdesign.app.api.result import PAGE
 from expdesign.chain.recordings.recordings import complete_positions
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
@@ -175,8 +168,9 @@ def diagnose(
         raise ArgumentError(f"{series} is not a number of series", argument="series", remedy="Use at least 1.")
     if isinstance(without, str):
         raise ArgumentError("identifiers of physics are a list", argument="without", remedy=f"Write [{without!r}].")
-    machine = robot_of(robot)
-    problem = problem_at(targets, machine, confirmed=other_robot)
+    machine, measured, problem = recorded_at(
+        robot, recordings, targets, shared_reference, confirmed=other_robot, usable=complete_positions
+    )
     if problem is not None and not machine.robot.jointed:
         problem.require_elastostatic("what recordings hide is known")
 
@@ -184,7 +178,6 @@ def diagnose(
         stage = next(number for number, begin in enumerate(STAGES, 1) if text.startswith(begin))
         callback("diagnosing", stage, 0, f"stage {stage} of at most {len(STAGES)}: {text}")
 
-    measured = referenced(complete_positions(recordings_of(recordings, machine)), shared_reference, problem)
     if problem is not None:
         from expdesign.assurance.acceptance.fitted import require_what_is_calibrated  # noqa: PLC0415 (of targets)
 

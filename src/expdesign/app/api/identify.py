@@ -6,15 +6,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
 
 import pandas as pd
 
-from expdesign.app.api.inputs import RobotInput, purpose_of, require_known, robot_of
-from expdesign.app.api.recorded import (
-    RecordedResult,
-    RecordingsInput,
-    problem_at,
-    recorded_model,
-    recordings_of,
-    referenced,
-)
+from expdesign.app.api.inputs import RobotInput, purpose_of, require_known
+from expdesign.app.api.recorded import RecordedResult, RecordingsInput, recorded_at, recorded_model
 from expdesign.app.api.result import PAGE
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.counted import counted
@@ -168,9 +161,7 @@ def identify(
         expdesign identify configs/robots/hexapod-h1.yaml recordings.csv --out results/mine
     """
     require_prior(prior)
-    machine = robot_of(robot)
-    problem = problem_at(targets, machine, confirmed=other_robot)
-    measured = referenced(recordings_of(recordings, machine), shared_reference, problem)
+    machine, measured, problem = recorded_at(robot, recordings, targets, shared_reference, confirmed=other_robot)
     relative = None if prior is None else prior / 100.0
     require_known(frames, get_args(Frames), "frames", "knowledge of frames")
     require_known(loss, get_args(Loss), "loss", "loss")

@@ -2,14 +2,14 @@
 
 import difflib
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from expdesign.app.api.inputs import RobotFile, table_of
+from expdesign.app.api.inputs import RobotFile, RobotInput, robot_of, table_of
 from expdesign.app.api.result import FolderResult, PathLike, Result
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.assurance.plausibility.finding import Implausibility, say
@@ -82,22 +82,34 @@ def recordings_of(recordings: RecordingsInput, robot: RobotFile) -> Recordings:
     return measured
 
 
-def problem_at(targets: "Config | None", robot: RobotFile, *, confirmed: bool) -> "DesignProblem | None":
-    """The run configuration at whose targets something is said of a robot; None without one.
+def recorded_at(
+    robot: RobotInput,
+    recordings: RecordingsInput,
+    targets: "Config | None",
+    option: bool | None,
+    *,
+    confirmed: bool,
+    usable: Callable[[Recordings], Recordings] = lambda recordings: recordings,
+) -> "tuple[RobotFile, Recordings, DesignProblem | None]":
+    """A robot, its recordings with their references, and the configuration at whose targets something is said of it.
 
     Args:
-        targets: the configuration.
-        robot: that it has to be about.
+        robot: that was measured.
+        recordings: of it.
+        targets: run configuration, or None.
+        option: whether series share their reference, where the caller says so.
         confirmed: whether a configuration of another geometry is meant.
+        usable: what is used of the recordings.
 
     Raises:
-        InputError: the configuration is wrong, or of another robot.
+        InputError: a file is wrong, or the configuration is of another robot.
     """
-    if targets is None:
-        return None
-    from expdesign.app.api.configuration import problem_of_robot  # noqa: PLC0415 (most recordings have no targets)
+    machine, problem = robot_of(robot), None
+    if targets is not None:
+        from expdesign.app.api.configuration import problem_of_robot  # noqa: PLC0415 (most recordings have no targets)
 
-    return problem_of_robot(targets, robot.robot, robot.document.source, confirmed=confirmed)
+        problem = problem_of_robot(targets, machine.robot, machine.document.source, confirmed=confirmed)
+    return machine, referenced(usable(recordings_of(recordings, machine)), option, problem), problem
 
 
 def referenced(points: Points, option: bool | None, problem: "DesignProblem | None" = None) -> Points:
