@@ -11,8 +11,9 @@ from tests.ports.machines import recordings_of
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.component import ALL_LEGS
+from expdesign.chain.component import ALL_LEGS, GEOMETRY
 from expdesign.chain.effect import Effect
+from expdesign.chain.effects.legs.geometry import Correction, GeometricStiffness
 from expdesign.chain.effects.legs.passive_joints import PassiveJoints, PassiveJointStiffness
 from expdesign.chain.ports.law import ports_of
 from expdesign.chain.ports.port import Entry
@@ -281,3 +282,36 @@ def test_joints_that_resist_being_turned_are_a_law_of_the_legs() -> None:
     bending = Chain(here, (PassiveJointStiffness(here, ALL_LEGS, PassiveJoints.BENDING),))
     exact = measured.whiten(bending.predict_with_sensitivities(measured.rows, np.append(values, 0.0))[1])[..., -1]
     assert ends == pytest.approx(exact, rel=1e-9, abs=1e-9 * np.abs(exact).max())
+
+
+def test_flexures_of_both_ends_do_together_what_the_named_effect_does_to_first_order() -> None:
+    """And bent ones are told from joints that are relaxed at every pose."""
+    dictionary, measured, values = _bench("passive joints", "flexures", "geometry", "base", "platform")
+    here = robot(NAME)
+    chain = Chain(here, (PassiveJointStiffness(here, ALL_LEGS, PassiveJoints.FLEXURES),))
+    exact = measured.whiten(chain.predict_with_sensitivities(measured.rows, np.append(values, 0.0))[1])[..., -1]
+    ends = _maps("flexures", measured, values).sum(axis=2)
+    assert ends == pytest.approx(exact, rel=1e-9, abs=1e-9 * np.abs(exact).max())
+    entry = _best(dictionary, measured, values, exact)
+    assert (entry.port, str(entry.component)) == ("flexures", "all legs")
+
+
+def test_a_change_of_geometry_under_load_is_a_law_of_one_weight_of_the_geometry() -> None:
+    dictionary, measured, values = _bench("loaded geometry", "geometry", "base", "platform")
+    here = robot(NAME)
+    chain = Chain(here, (GeometricStiffness(here, GEOMETRY, Correction.EQUILIBRIUM),))
+    exact = chain.predict(measured.rows, np.append(values, 1.0)) - chain.predict(measured.rows, np.append(values, 0.0))
+    shown = measured.whiten(exact)
+    assert _maps("loaded geometry", measured, values)[:, :, 0] == pytest.approx(shown, abs=1e-9 * np.abs(shown).max())
+    entry = _best(dictionary, measured, values, shown)
+    assert (entry.port, str(entry.component), entry.blocks, entry.rank) == ("loaded geometry", "geometry", 1, 1)
+
+
+def test_a_loop_that_closes_at_zero_is_a_law_of_the_history_and_the_force() -> None:
+    """Friction that grows with the load, as of a flag-shaped loop, is nothing where the force is."""
+    dictionary, measured, values = _bench("actuators")
+    force = dictionary.sight.values(Quantity("effort", 3))
+    stop = dictionary.sight.values(Quantity("stop", 3, (0.2 * np.abs(force).max(),)))
+    loop = stop * (force / force.std()) ** 2
+    entry = _best(dictionary, measured, values, _maps("actuators", measured, values)[:, :, 3] * loop[:, None])
+    assert (str(entry.component), entry.form, entry.inputs) == ("leg 4", "friction", (Quantity("effort", 3),))

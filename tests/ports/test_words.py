@@ -27,7 +27,7 @@ def _seen(here: Robot) -> list[Quantity]:
         "pose": range(len(here.configuration)), "overlap": range(len(here.configuration)),
         "warming": range(max(actuators, 1)),
     }  # fmt: skip
-    kinds = {*quantities._VALUES, "stop", "lag", "latched", "overlap", "settling"} - {"towards"}
+    kinds = {*quantities._VALUES, "stop", "lag", "latched", "overlap", "settling", "after"} - {"towards"}
     found = []
     for kind in sorted(kinds):
         usual = range(len(here.gravity)) if kind in _AXES else range(axes)

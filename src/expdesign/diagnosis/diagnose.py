@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from expdesign.arrays import BoolArray
+from expdesign.chain.ports.naming import LAW
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.averaging import averaged
 from expdesign.diagnosis.by_groups import by_groups
@@ -229,8 +230,8 @@ def _with_names(frame: Frame, result: Diagnosis) -> Diagnosis:
 
 
 def _doubted(found: tuple[Finding, ...], factor: float) -> tuple[Finding, ...]:
-    """Findings of a model that is no explanation."""
-    return tuple(replace(finding, probability=finding.probability * factor) for finding in found)
+    """Findings of a model that is no explanation: a name is less likely; where a law is has been weighed already."""
+    return tuple(f if f.physics == LAW else replace(f, probability=f.probability * factor) for f in found)
 
 
 def _guarded(names: Names, model: Model, base: Fit) -> str:
@@ -263,15 +264,19 @@ def _with_laws(frame: Frame, result: Diagnosis, report: Callable[[str], None]) -
     if wins and not errors.refuted:
         named = tuple(part.named for part in laws.parts if part.named is not None)
         model = Model(named, aside, laws.fit, float("nan"))
+        verdict = verdict_with(laws, errors)
+        # What leaves more than the noise has no name: its part and what it depends on are all that is said.
+        known = () if verdict == "unexplained" else frame.known
+        found = law_findings(laws, result.robot, known)
         changed = replace(
             changed,
             model=model,
             predictive=model,
             errors=errors,
-            findings=law_findings(laws, result.robot, frame.known),
+            findings=_doubted(found, OPTIONS.fitting) if verdict == "unexplained" else found,
             method=Method(LAWS, "left-out rows are predicted better with laws at ports than with named effects alone"),
             after=frame.stated(laws.fit, sample),
-            verdict=verdict_with(laws, errors),
+            verdict=verdict,
             stability=None,
         )
     names.log.add_text("laws", laws.summary(changed.verdict))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from expdesign.chain.effect import Effect
 from expdesign.chain.ports.curve import Curve
 from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.naming import FREE, LAW, physics_of
@@ -60,13 +61,20 @@ def _finding(laws: Laws, index: int, robot: Robot, known: Collection[str]) -> Fi
     inputs = effect.form.channels[0].inputs
     every = effect.form.depends_on
     names = tuple(dict.fromkeys(identifier(q, robot) for q in every))
-    # What may as well be elsewhere has no name yet: the name depends on the part.
-    physics = LAW if others else physics_of(effect, known)
+    # What may as well be elsewhere has no name yet: the name depends on the part. Nor has what several laws of one part
+    # make up together, unless all are the same physics.
+    own = {physics_of(p.effect, known) for p in laws.parts if _beside(p.effect, effect)}
+    physics = LAW if others or own - {physics_of(effect, known)} else physics_of(effect, known)
     return LawFinding(
         physics, str(effect.component), effect.form.kind, {}, probability, (), sentence(part, robot, others),
         form="" if physics == LAW else FREE, share=part.share,
         depends_on=names, columns=columns(inputs, robot), curve=part.curve,
     )  # fmt: skip
+
+
+def _beside(other: Effect, law: Law) -> bool:
+    """Whether another law is of the same component."""
+    return isinstance(other, Law) and other.component == law.component
 
 
 def sentence(part: FoundLaw, robot: Robot, others: tuple[str, ...] = ()) -> str:

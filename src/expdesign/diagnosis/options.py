@@ -58,6 +58,7 @@ class DiagnosisOptions:
         beside_its_law: the same where one of these is of its own component: physics of a form that has no name.
         indistinguishable: penalised misfits that differ by less leave two explanations open.
         residual_share: of the excess of χ² that may remain in an explained case: no library is exact.
+        present: of its own standard deviations, how far an effect has to be from none for its name to be said.
         predicts: `HeldOut.test_surprise` above which a model describes the recordings but does not predict.
         halved: factor on the left-out RMS that halves its square: what an imitation has to reach to predict.
         shows: standard deviations of χ² that count as visible.
@@ -108,6 +109,7 @@ class DiagnosisOptions:
     beside_its_law: float = 0.5
     indistinguishable: float = 7.0
     residual_share: float = 0.05
+    present: float = 2.0
     predicts: float = 1.3
     halved: float = 0.7
     shows: float = 3.0

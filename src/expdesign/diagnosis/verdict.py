@@ -55,6 +55,8 @@ def doubt(
         return f"{beyond} at the limit of what is physically possible describes the recordings better"
     if errors.test_surprise > OPTIONS.predicts:
         return "recordings that were not fitted are not predicted"
+    if open_size := undetermined(model):
+        return f"how large {open_size} is cannot be told"
     many = len(model.candidates) >= most
     if not known_noise:
         return "so many effects at once imitate something else" if many else ""
@@ -76,6 +78,22 @@ def fits(before: tuple[float, int], after: tuple[float, int]) -> bool:
     """Whether what remains of a mismatch is within the noise, or a small share of it."""
     remaining, excess = after[0] / after[1] - 1.0, before[0] / before[1] - 1.0
     return within_noise(after) or remaining <= OPTIONS.residual_share * excess
+
+
+def undetermined(model: Model) -> str:
+    """The key of an effect whose parameters together differ from none by less than they are known; empty without one.
+
+    An effect takes away what it does by its size. One that may have any size, none included, while others beside it
+    make up for that, is a direction in which something else was bent. (Wald 1943: dᵀ·C⁻¹·d.)
+    """
+    for candidate, part in zip(model.candidates, model.fit.chain.slices, strict=True):
+        effect = candidate.effect
+        free = np.array([not parameter.shape for parameter in effect.parameters])
+        away = (model.fit.values[part] - effect.neutral())[free]
+        covariance = model.fit.covariance[part, part][np.ix_(free, free)]
+        if np.isfinite(covariance).all() and away @ np.linalg.pinv(covariance) @ away < OPTIONS.present**2:
+            return effect.key
+    return ""
 
 
 def at_limits(model: Model) -> dict[str, str]:

@@ -19,6 +19,8 @@ _BEYOND = (0.05, 0.1, 0.14, 0.2, 0.28, 0.4, 0.8)
 """Where guides end, in ranges of the place beyond its range."""
 _AT_START = {"clock": "started", "temperature": "warmth"}
 """What changes slowly, and what the same was at the first row of the series."""
+_JUMPS = 8
+"""Times at which something may have jumped, evenly among the rows; the search goes on between them."""
 _THRESHOLDS = (0.05, 0.15, 0.3, 0.6, 1.0)
 
 
@@ -81,6 +83,21 @@ def over_time(sight: Sight, form: str) -> Iterator[Prior]:
             yield Prior(form, "wiener", (time,), (sight.largest(time),), 24)
             for factor in (0.2, 0.5, 1.5):
                 yield Prior(form, "squared_exponential", (time,), (factor * sight.spread(time),), 24)
+
+
+def jumps(sight: Sight, form: str = "jump") -> Iterator[Prior]:
+    """A change from one row to the next that stays: what slips, is knocked or is screwed down again.
+
+    Of a displacement positions alone show it for longer than a series.
+    """
+    if not sight.timed or not sight.varies(Quantity("clock")) or (form == "jump" and not sight.positions):
+        return
+    times = np.unique(sight.values(Quantity("clock"))[sight.counts])
+    between = np.unique(np.linspace(0, len(times) - 2, min(_JUMPS, len(times) - 1)).round().astype(int))
+    for index in between:
+        yield Prior(
+            form, "linear", (Quantity("after", 0, (round(float(times[index : index + 2].mean()), 6),)),), (1.0,), 1
+        )
 
 
 def memory_of(sight: Sight, effort: Quantity) -> Iterator[Prior]:

@@ -22,7 +22,7 @@ _INPUTS = {
     "effort": Input.FORCE, "effort_sign": Input.FORCE, "whole": Input.FORCE, "rest": Input.FORCE, "ground": Input.FORCE,
     "joint_moment": Input.FORCE, "carried": Input.FORCE, "pair": Input.FORCE, "pair_sign": Input.FORCE,
     "weight": Input.FORCE,
-    "clock": Input.TIME, "elapsed": Input.TIME, "started": Input.TIME,
+    "clock": Input.TIME, "after": Input.TIME, "elapsed": Input.TIME, "started": Input.TIME,
     "warming": Input.TEMPERATURE, "temperature": Input.TEMPERATURE, "warmth": Input.TEMPERATURE,
 }  # fmt: skip
 """What laws see, in the words of declarations; memory is known by its states, and all other things are places."""

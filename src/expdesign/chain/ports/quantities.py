@@ -29,7 +29,7 @@ class Quantity:
         index: of which actuator, axis or coordinate.
         setting: threshold (N, N·m) of a stop operator, time constant (s) of a lag or of settling, point of a distance
             (m), end of a guide and the way to it, temperature (°C) from which one counts, index of the other actuator
-            of a pair.
+            of a pair, time (s) of a jump.
     """
 
     kind: str
@@ -54,7 +54,7 @@ class Quantity:
         exceeded a limit. `overlap`: 1/(what is left of a guide until it is drawn out), to which the tilt by its
         clearance is proportional. `settling`: 1 − exp(−t/T) from the start of the series. `lag`: the slow part y of a
         force, T·dy/dt = τ − y; τ changes within the interval. `pair`, `pair_sign`: what two actuators carry
-        together, as a bracket on which both stand, and its sign.
+        together, as a bracket on which both stand, and its sign. `after`: 1 in rows after a jump.
         """
         if self.kind == "stop":
             force, (limit,) = _effort(row)[self.index], self.setting
@@ -82,6 +82,8 @@ class Quantity:
         if self.kind in ("pair", "pair_sign"):
             both = _effort(row)[self.index] + _effort(row)[int(self.setting[0])]
             return both if self.kind == "pair" else ca.sign(both), ca.SX.zeros(0)
+        if self.kind == "after":
+            return ca.if_else(row.clock > self.setting[0], 1.0, 0.0), ca.SX.zeros(0)
         if self.kind == "temperature" and self.setting:
             return _VALUES[self.kind](row, robot)[self.index] - self.setting[0], ca.SX.zeros(0)
         value = _VALUES[self.kind](row, robot)

@@ -365,4 +365,6 @@ class Problem:
 
 def _wanders(atom: Atom) -> bool:
     """Whether an entry is a mount that moves whatever it carries."""
-    return atom.entry is not None and atom.entry.form == "twist" and atom.entry.inputs[0].kind in ("clock", "elapsed")
+    if atom.entry is None or atom.entry.port not in ("base", "platform"):
+        return False
+    return atom.entry.form in ("twist", "jump") and atom.entry.inputs[0].kind in ("clock", "elapsed", "after")

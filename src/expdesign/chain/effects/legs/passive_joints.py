@@ -126,7 +126,7 @@ class PassiveJointStiffness(TabulatedEffect):
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
-        stiffness = theta[0] * (self._bent(row) if self.variant is PassiveJoints.FLEXURES else self.relaxed(row))
+        stiffness = theta[0] * (self.bent(row) if self.variant is PassiveJoints.FLEXURES else self.relaxed(row))
         added = ca.diag(compliance) @ row.forward.T @ stiffness @ row.forward
         # (I + S)⁻¹·e = e − S·(I + S)⁻¹·e, of which an expression of the derivative at S = 0 is short.
         return elongation - added @ ca.solve(ca.SX.eye(elongation.shape[0]) + added, elongation), state
@@ -162,11 +162,12 @@ class PassiveJointStiffness(TabulatedEffect):
                 total += 0.5 * about.T @ about
         return total
 
-    def _bent(self, row: Row) -> ca.SX:
+    def bent(self, row: Row) -> ca.SX:
         """K_J + K_G(τ₀) per unit stiffness in twist coordinates, from the energy of joints relaxed at the zero pose.
 
-        With W = T⁻ᵀ·∂U/∂X the wrench that bends the joints, the unloaded legs carry τ₀ = −Jᵀ·W; the derivative of the
-        whole wrench W + J⁻ᵀ·τ₀ at constant τ₀ is the stiffness of the joints.
+        Of the end that the variant names, or of both. With W = T⁻ᵀ·∂U/∂X the wrench that bends the joints, the
+        unloaded legs carry τ₀ = −Jᵀ·W; the derivative of the whole wrench W + J⁻ᵀ·τ₀ at constant τ₀ is the stiffness
+        of the joints.
         """
         robot = self.robot.inverse_kinematics
         pose = ca.SX.sym("X", 6)
@@ -187,7 +188,10 @@ class PassiveJointStiffness(TabulatedEffect):
         return -row.forward.T @ ca.substitute(bending, pose, row.pose)
 
     def _energy(self, pose: ca.SX) -> ca.SX:
-        """Energy of joints of unit stiffness: ½(bending at the base² + bending at the platform² + ½ twist²)."""
+        """Energy of joints of unit stiffness: ½(bending at the base² + bending at the platform² + ½ twist²).
+
+        Of one end ½(bending² + ¼ twist²), so that those of both ends add up.
+        """
         geometry = ca.SX(self.robot.inverse_kinematics.geometry)
         vectors = self.robot.straight_legs.leg_vectors(pose, geometry)
         relaxed = self.robot.straight_legs.leg_vectors(ca.SX.zeros(6), geometry)
@@ -197,8 +201,10 @@ class PassiveJointStiffness(TabulatedEffect):
         for leg in self.actuators:
             u = vectors[:, leg] / ca.norm_2(vectors[:, leg])
             home = relaxed[:, leg] / ca.norm_2(relaxed[:, leg])
-            bends = _angle_squared(u, home) + _angle_squared(u, rotation @ home)
-            energy += 0.5 * (bends + 0.5 * ca.dot(u, turned) ** 2)
+            ends = {PassiveJoints.BASE: home, PassiveJoints.PLATFORM: rotation @ home}
+            for end, relaxed_at in ends.items():
+                if self.variant in (end, PassiveJoints.FLEXURES):
+                    energy += 0.5 * (_angle_squared(u, relaxed_at) + 0.25 * ca.dot(u, turned) ** 2)
         return energy
 
 

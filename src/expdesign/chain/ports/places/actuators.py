@@ -7,6 +7,7 @@ import casadi as ca
 from expdesign.chain.component import Component, actuators_and_all
 from expdesign.chain.ports.families import (
     Prior,
+    jumps,
     memory_of,
     of_effort,
     over_temperature,
@@ -57,6 +58,8 @@ class Actuators(Port):
             yield from self._friction_along(sight, actuator)
             yield from self._on_one_bracket(sight, actuator)
         yield from self._growing(sight)
+        if not sight.robot.on_legs:
+            yield from self._hoses(sight)
         families = [list(_laws(sight, actuator)) for actuator in range(count)]
         for actuator, family in enumerate(families):
             for prior, scaled in family:
@@ -84,16 +87,29 @@ class Actuators(Port):
                     yield Entry(self.name, everything, first.form, channels, first.kernel, scales, rank)
 
     def _friction_along(self, sight: Sight, actuator: int) -> Iterator[Entry]:
-        """Friction that differs from place to place: a bank of stop operators, each times a law of the length."""
-        length, bank = Quantity("length", actuator), stops(sight, Quantity("effort", actuator))
-        if int(sight.rows.position.max()) < 1 or not sight.varies(length):
+        """Friction that differs from place to place, and loops that harden, close at zero or grow with the force: a
+        bank of stop operators, each times a law of the length or of the force.
+        """
+        effort = Quantity("effort", actuator)
+        if int(sight.rows.position.max()) < 1:
             return
-        varying = [stop for stop in bank if sight.spread(stop) > 0.0]
-        channels = tuple(Channel(actuator, i, (length,), stop) for i, stop in enumerate(varying))
-        for factor in (0.5, 1.0, 2.0) if channels else ():
-            scale = (factor * sight.spread(length),)
-            component = self.components[actuator]
-            yield Entry(self.name, component, "friction", channels, "squared_exponential", scale, 5)
+        varying = [stop for stop in stops(sight, effort) if sight.spread(stop) > 0.0]
+        for seen in (Quantity("length", actuator), effort):
+            channels = tuple(Channel(actuator, i, (seen,), stop) for i, stop in enumerate(varying))
+            for factor in (0.5, 1.0, 2.0) if channels and sight.varies(seen) else ():
+                scale = (factor * sight.spread(seen),)
+                component = self.components[actuator]
+                yield Entry(self.name, component, "friction", channels, "squared_exponential", scale, 5)
+
+    def _hoses(self, sight: Sight) -> Iterator[Entry]:
+        """What is led along an arm over two joints turns both with moments that follow both angles."""
+        if not sight.positions:
+            return
+        for joint in range(self.width - 1):
+            angles = Quantity("length", joint), Quantity("length", joint + 1)
+            for prior in smooth_over(sight, "hose", angles, 8):
+                channels = tuple(Channel(joint + i, i, prior.inputs) for i in range(2))
+                yield Entry(self.name, self.components[joint], "hose", channels, prior.kernel, prior.scales, prior.rank)
 
     def _growing(self, sight: Sight) -> Iterator[Entry]:
         """Legs of one material grow with the temperature in proportion to their lengths."""
@@ -150,5 +166,7 @@ def _laws(sight: Sight, actuator: int) -> Iterator[tuple[Prior, bool]]:
         yield prior, False
     for prior in smooth_over(sight, "offset", (length,)):
         yield prior, False
-    for prior in over_time(sight, "offset"):
+    for prior in (*over_time(sight, "offset"), *jumps(sight)):
         yield prior, False
+    for prior in jumps(sight, "compliance"):
+        yield prior, True

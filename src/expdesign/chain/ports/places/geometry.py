@@ -1,14 +1,15 @@
-"""Geometry that is not as the robot file says."""
+"""Geometry that is not as the robot file says, or does not stay as it is."""
 
 from collections.abc import Iterator, Sequence
 
 import casadi as ca
 
 from expdesign.chain.component import GEOMETRY, Component, each_leg
-from expdesign.chain.effects.legs.geometry import LegEnd
+from expdesign.chain.effects.legs.geometry import Correction, GeometricStiffness, LegEnd
 from expdesign.chain.ports.port import Channel, Entry, Port
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
+from expdesign.chain.row import Row
 
 
 class Geometry(Port):
@@ -44,3 +45,31 @@ class Geometry(Port):
         channels = tuple(Channel(a, i, (Quantity("clock"),)) for i, a in enumerate(coordinates))
         if channels:
             yield Entry(self.name, component, "geometry", channels, "constant", (1.0,), 1)
+
+
+class LoadedGeometry(Port):
+    """u: fraction of the change of geometry under load to second order (`GeometricStiffness`), at the file's stiffness.
+
+    Whatever turns legs and lever arms while the machine yields shows in proportion to it.
+    """
+
+    name = "loaded geometry"
+
+    def components_of_motion(self) -> int:
+        return int(self.robot.on_legs)
+
+    @property
+    def outputs(self) -> Sequence[str]:
+        return ("fraction",)
+
+    @property
+    def components(self) -> Sequence[Component]:
+        return (GEOMETRY,)
+
+    def structure(self, deflection: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
+        effect = GeometricStiffness(self.robot, GEOMETRY, Correction.EQUILIBRIUM)
+        return effect.structure(deflection, row.wrench, 1.0 / ca.SX(self.robot.stiffness), row, extra)
+
+    def entries(self, sight: Sight) -> Iterator[Entry]:
+        steady = (Channel(0, 0, (Quantity("clock"),)),)
+        yield Entry(self.name, GEOMETRY, "loaded geometry", steady, "constant", (1.0,), 1)

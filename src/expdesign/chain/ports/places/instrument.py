@@ -5,7 +5,15 @@ from collections.abc import Iterator, Sequence
 import casadi as ca
 
 from expdesign.chain.component import ENVIRONMENT, INSTRUMENT, Component
-from expdesign.chain.ports.families import Prior, over_temperature, over_time, repeating, since_start, smooth_over
+from expdesign.chain.ports.families import (
+    Prior,
+    jumps,
+    over_temperature,
+    over_time,
+    repeating,
+    since_start,
+    smooth_over,
+)
 from expdesign.chain.ports.port import Channel, Entry, Port
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
@@ -74,7 +82,7 @@ class Surroundings(Instrument):
     def entries(self, sight: Sight) -> Iterator[Entry]:
         n, d = self.width, len(self.robot.gravity)
         axes = [a for a in sight.axes if a < (d if sight.positions else n)]
-        for prior in (*over_time(sight, "drift"), *over_temperature(sight, "drift", 0)):
+        for prior in (*over_time(sight, "drift"), *jumps(sight), *over_temperature(sight, "drift", 0)):
             channels = since_start(sight, (Channel(a, i, prior.inputs) for i, a in enumerate(axes)))
             yield Entry(self.name, ENVIRONMENT, prior.form, channels, prior.kernel, prior.scales, prior.rank)
 

@@ -9,6 +9,7 @@ import numpy as np
 from expdesign.chain.component import BASE, PLATFORM, Component
 from expdesign.chain.ports.families import (
     Prior,
+    jumps,
     kinks_over,
     memory_of,
     of_effort,
@@ -71,7 +72,7 @@ class Mount(Port):
             yield Entry(self.name, self.component, prior.form, channels, prior.kernel, prior.scales, 16)
         yield from self._each_axis(sight, [a for a, _ in own])
         yield from self._every_axis(sight, [a for a, _ in own])
-        for prior in over_time(sight, "twist"):
+        for prior in (*over_time(sight, "twist"), *jumps(sight)):
             channels = since_start(sight, (Channel(a, a, prior.inputs) for a in range(self.width)))
             yield Entry(self.name, self.component, prior.form, channels, prior.kernel, prior.scales, 10)
 

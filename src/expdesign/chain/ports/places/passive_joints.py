@@ -11,10 +11,11 @@ from expdesign.chain.ports.port import Channel, Entry, Port
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
 from expdesign.chain.row import Row
+from expdesign.mechanics.robots.robot import Robot
 
 
 class PassiveJointsPort(Port):
-    """u: stiffness (N·m/rad) against rotation at every end of every leg, base ends first.
+    """u: stiffness (N·m/rad) against rotation at every end of every leg, base ends first, of joints relaxed wherever.
 
     The wrench that turns the joints as the legs' own springs deflect, −Σ u·K·J·Δq with K of unit stiffness
     (`PassiveJointStiffness.relaxed`), is missing from what the legs carry. To first order in u, as all laws are.
@@ -39,9 +40,8 @@ class PassiveJointsPort(Port):
         return legs_and_all(self.robot)
 
     def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
-        forces = row.forward.T @ row.wrench
-        moved = row.forward @ (forces / ca.SX(self.robot.stiffness))
         kinds = [(end, leg) for end in self._ends for leg in each_leg(self.robot)]
+        moved = _moved(self.robot, row, row.wrench)
         for index, (end, leg) in enumerate(kinds):
             wrench = wrench - extra[index] * (PassiveJointStiffness(self.robot, leg, end).relaxed(row) @ moved)
         return wrench
@@ -51,11 +51,54 @@ class PassiveJointsPort(Port):
         legs, ends = each_leg(self.robot), len(self._ends)
         if not self.width:
             return
-        always = Prior("joints", "constant", (Quantity("clock"),), (1.0,), 1)
         for leg, component in enumerate(legs):
-            for prior in (always, *smooth_over(sight, "joints", (Quantity("length", leg),), 6)):
+            for prior in (_ALWAYS, *smooth_over(sight, "joints", (Quantity("length", leg),), 6)):
                 channels = tuple(Channel(e * len(legs) + leg, e, prior.inputs) for e in range(ends))
                 yield Entry(self.name, component, prior.form, channels, prior.kernel, prior.scales, prior.rank)
-        for prior in (always, *over_time(sight, "joints")) if len(legs) > 1 else ():
+        for prior in (_ALWAYS, *over_time(sight, "joints")) if len(legs) > 1 else ():
             channels = tuple(Channel(i, i // len(legs), prior.inputs) for i in range(self.width))
             yield Entry(self.name, self.components[-1], prior.form, channels, prior.kernel, prior.scales, 6)
+
+
+class Flexures(Port):
+    """u: stiffness (N·m/rad) of the flexures at the base ends of all legs and of those at their platform ends, relaxed
+    at the zero pose.
+
+    At any other pose they are bent, and the forces with which the legs hold them change with the pose
+    (`PassiveJointStiffness.bent`): −Σ u·K·J·Δq is missing from what the legs carry.
+    """
+
+    name = "flexures"
+
+    def components_of_motion(self) -> int:
+        legs = each_leg(self.robot) if self.robot.on_straight_legs else []
+        return 2 if len(legs) > 1 and self.robot.coordinates.rotations == 3 else 0
+
+    @property
+    def outputs(self) -> Sequence[str]:
+        return ("base_Nm_per_rad", "platform_Nm_per_rad")
+
+    @property
+    def components(self) -> Sequence[Component]:
+        return legs_and_all(self.robot)[-1:]
+
+    def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
+        moved = _moved(self.robot, row, row.wrench)
+        for index, end in enumerate((PassiveJoints.BASE, PassiveJoints.PLATFORM)):
+            bent = PassiveJointStiffness(self.robot, self.components[0], end).bent(row)
+            wrench = wrench - extra[index] * (bent @ moved)
+        return wrench
+
+    def entries(self, sight: Sight) -> Iterator[Entry]:
+        """The same always, at the ends of all legs alike."""
+        if not sight.positions:
+            channels = tuple(Channel(i, i, _ALWAYS.inputs) for i in range(self.width))
+            yield Entry(self.name, self.components[0], "joints", channels, "constant", (1.0,), 1)
+
+
+_ALWAYS = Prior("joints", "constant", (Quantity("clock"),), (1.0,), 1)
+
+
+def _moved(robot: Robot, row: Row, wrench: ca.SX) -> ca.SX:
+    """Twist of the platform by the legs' own springs under a wrench."""
+    return row.forward @ ((row.forward.T @ wrench) / ca.SX(robot.stiffness))
