@@ -19,9 +19,9 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.evidence.dictionary import Dictionary
-from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.laws import base_alone, measured_of
+from expdesign.diagnosis.options import EVIDENCE
 from expdesign.mechanics.robots.robot import Robot
 
 _LOGS = np.linspace(np.log(1e-3), np.log(1e6), 64)

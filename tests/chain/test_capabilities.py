@@ -43,7 +43,7 @@ ELSEWHERE = ("axis", "one", "part")
 #: Where a reading is compared with another, and why.
 COMPARED = {
     # A deflection is the motion of the platform itself where nothing acts on the reading.
-    "assurance/model_error/directions.py": 1,
+    "assurance/model_error/left_out.py": 1,
 }
 
 

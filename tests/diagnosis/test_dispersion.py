@@ -5,8 +5,8 @@ import pytest
 from tests.chain.bodies import BODY, recordings
 
 from expdesign.chain.row import row_data
-from expdesign.diagnosis.dispersion import dispersion
 from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.statement import dispersion
 from expdesign.estimation.fit import Data
 from expdesign.estimation.whitening import Whitening
 

@@ -17,7 +17,7 @@ from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.diagnosis.confirmation import pruned
+from expdesign.diagnosis.confirmation import pruned, stability
 from expdesign.diagnosis.cross_validation import blocks_of
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.library import candidates, library
@@ -26,7 +26,6 @@ from expdesign.diagnosis.names import Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.remarks import ConfoundedTime
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.stability import stability
 from expdesign.estimation.fit import Data, fit
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.robots.serial import SerialRobot

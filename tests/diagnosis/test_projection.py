@@ -8,7 +8,7 @@ from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.diagnosis.library import candidates
-from expdesign.diagnosis.projection import explained, orthonormal_basis
+from expdesign.diagnosis.locate import explained, orthonormal_basis
 from expdesign.estimation.fit import fit
 
 READINGS, MODEL, COUNT = 40, 6, 4000

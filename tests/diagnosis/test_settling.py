@@ -14,7 +14,7 @@ from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.settling import Settling, settling
+from expdesign.diagnosis.shared_noise import Settling, settling
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.robots.serial import SerialRobot

@@ -31,5 +31,5 @@ def test_no_other_module_holds_a_threshold_to_a_p_value_of_its_own() -> None:
         if line.startswith("    refuted: float")
     }
     assert fields == {
-        "estimation/goodness.py", "assurance/plausibility/options.py", "diagnosis/evidence/options.py"
+        "estimation/goodness.py", "assurance/plausibility/options.py", "diagnosis/options.py"
     }  # fmt: skip

@@ -4,9 +4,14 @@ import numpy as np
 import pytest
 from tests.model_error.problems import ROBOTS, plans, problem
 
-from expdesign.assurance.model_error.directions import Directions
-from expdesign.assurance.model_error.left_out import effects_of_problem, left_out, offsets, plan_points
-from expdesign.assurance.model_error.prior import with_steps
+from expdesign.assurance.model_error.left_out import (
+    Directions,
+    effects_of_problem,
+    left_out,
+    offsets,
+    plan_points,
+    with_steps,
+)
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data

@@ -5,7 +5,7 @@ import pytest
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.diagnosis.cross_validation import LeftOut
-from expdesign.diagnosis.evidence.options import EVIDENCE
+from expdesign.diagnosis.options import EVIDENCE
 
 BLOCKS: IntArray = np.repeat(np.arange(20), 12)
 

@@ -18,10 +18,9 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data, row_symbols
 from expdesign.coordinates import SPATIAL
 from expdesign.diagnosis.cross_validation import blocks_of
-from expdesign.diagnosis.group_findings import group_findings
 from expdesign.diagnosis.group_library import groups_of
 from expdesign.diagnosis.groups import Groups, grouped
-from expdesign.diagnosis.law_findings import LawFinding
+from expdesign.diagnosis.law_findings import LawFinding, group_findings
 from expdesign.diagnosis.sample import Sample, rms
 from expdesign.estimation.fit import Data, fit
 from expdesign.estimation.whitening import Whitening

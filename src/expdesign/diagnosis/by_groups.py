@@ -10,21 +10,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from expdesign.diagnosis.caveats import caveats
 from expdesign.diagnosis.cross_validation import blocks_of, readings_of
-from expdesign.diagnosis.dispersion import dispersion
 from expdesign.diagnosis.findings import set_aside
 from expdesign.diagnosis.frame import Frame
-from expdesign.diagnosis.group_findings import group_findings
 from expdesign.diagnosis.group_library import groups_of
 from expdesign.diagnosis.groups import Groups, grouped
 from expdesign.diagnosis.held_out import HeldOut, held_out
+from expdesign.diagnosis.law_findings import group_findings
 from expdesign.diagnosis.laws import base_alone
 from expdesign.diagnosis.locate import locate
 from expdesign.diagnosis.names import Model
 from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.remarks import caveats
 from expdesign.diagnosis.result import ONE_AT_A_TIME, TOGETHER, Diagnosis, Method
 from expdesign.diagnosis.sample import rms
+from expdesign.diagnosis.statement import dispersion
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,7 @@ from scipy.optimize import brentq
 from scipy.stats import t as t_distribution
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.diagnosis.evidence.options import EVIDENCE
-from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.options import EVIDENCE, OPTIONS
 from expdesign.diagnosis.sample import Sample, rms
 
 Values = TypeVar("Values", IntArray, BoolArray)

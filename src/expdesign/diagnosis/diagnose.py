@@ -11,10 +11,7 @@ from expdesign.chain.ports.naming import LAW
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.averaging import averaged
 from expdesign.diagnosis.by_groups import by_groups
-from expdesign.diagnosis.caveats import caveats, not_sought
-from expdesign.diagnosis.confirmation import confirmed, gains, pruned
-from expdesign.diagnosis.dispersion import dispersion
-from expdesign.diagnosis.evidence.options import EVIDENCE
+from expdesign.diagnosis.confirmation import confirmed, gains, pruned, stability
 from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.frame import Frame, framed
 from expdesign.diagnosis.held_out import HeldOut, held_out
@@ -24,13 +21,12 @@ from expdesign.diagnosis.library import OUTLIER
 from expdesign.diagnosis.locate import drivers, locate
 from expdesign.diagnosis.nameable import Nameable, nameable
 from expdesign.diagnosis.names import Model, Names
-from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.options import EVIDENCE, OPTIONS
 from expdesign.diagnosis.outliers import in_common
-from expdesign.diagnosis.remarks import Averaged
+from expdesign.diagnosis.remarks import Averaged, caveats, not_sought
 from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, Diagnosis, Method
 from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.stability import stability
-from expdesign.diagnosis.statement import tested
+from expdesign.diagnosis.statement import dispersion, tested
 from expdesign.diagnosis.verdict import at_limits, doubt, fits, verdict_with, verdict_without, within_noise
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.load_errors import DeclaredLoadErrors
@@ -258,7 +254,7 @@ def _with_laws(frame: Frame, result: Diagnosis, report: Callable[[str], None]) -
     result = replace(result, caveats=(*result.caveats, *not_sought(names.sample)))
     if laws is None:
         return result
-    changed = replace(result, laws=laws)
+    changed = replace(result, laws=laws if explained else laws.doubted)
     errors = _held_out(names, base, laws.fit, frame.judged, aside).divided_by(laws.noise) if wins else result.errors
     # Rows that were held out do not choose among laws, but none is predicted with that they refute.
     if wins and not errors.refuted:
@@ -266,10 +262,13 @@ def _with_laws(frame: Frame, result: Diagnosis, report: Callable[[str], None]) -
         model = Model(named, aside, laws.fit, float("nan"))
         verdict = verdict_with(laws, errors)
         # What leaves more than the noise has no name: its part and what it depends on are all that is said.
-        known = () if verdict == "unexplained" else frame.known
+        known = frame.known
+        if verdict == "unexplained":
+            laws, known = laws.doubted, frozenset()
         found = law_findings(laws, result.robot, known)
         changed = replace(
             changed,
+            laws=laws,
             model=model,
             predictive=model,
             errors=errors,

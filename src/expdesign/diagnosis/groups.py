@@ -19,20 +19,19 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component
 from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.sight import Sight
+from expdesign.diagnosis.confirmation import Stability, named_without_tenths, shares_of
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, last_part, readings_of
 from expdesign.diagnosis.evidence.columns import Dense
 from expdesign.diagnosis.evidence.dictionary import Atom, law_of
-from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.evidence.state import Present, regular
 from expdesign.diagnosis.group_library import Group, GroupLibrary
 from expdesign.diagnosis.laws import base_alone
-from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.options import EVIDENCE, OPTIONS
 from expdesign.diagnosis.outliers import single_mistakes
 from expdesign.diagnosis.sample import Sample, rms
-from expdesign.diagnosis.settling import Settling, settling
-from expdesign.diagnosis.stability import Stability, named_without_tenths, shares_of
+from expdesign.diagnosis.shared_noise import Settling, settling
 from expdesign.diagnosis.statement import Widening
 from expdesign.estimation.coverage import NORMAL_95
 from expdesign.estimation.fit import Fit, fit

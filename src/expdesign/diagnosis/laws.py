@@ -6,7 +6,7 @@ evidence it wins, having fewer weights.
 Where laws are is said by evidence over ports: every component is given its chance in the place of one that was found.
 The log evidence of a component is what its laws gain together (`Search.weighed`), with the laws of all other
 components kept. Machines and kernels are never exact, so that differences of log evidence are divided by a
-temperature before they become probabilities; it was set on simulated cases (results/ports).
+temperature before they become probabilities; and what no port covers may be behind everything.
 """
 
 from collections.abc import Mapping
@@ -22,13 +22,12 @@ from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.sight import Sight
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
 from expdesign.diagnosis.evidence.dictionary import Dictionary, Measured, law_of
-from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.evidence.state import Present, regular
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.names import Model, Names
-from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.options import EVIDENCE, OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Fit, fit
 
@@ -41,21 +40,25 @@ class Place:
         component: where.
         log_evidence: gain of log evidence by its laws together.
         probability: that the law is there.
+        alike: whether the recordings do not tell it from the most probable one.
     """
 
     component: Component
     log_evidence: float
     probability: float
+    alike: bool
 
 
 def places(gains: Mapping[Component, float]) -> tuple[Place, ...]:
     """Components by probability, from the gain of log evidence by the laws of each."""
     names = sorted(gains, key=lambda name: -gains[name])
     evidence = np.array([gains[name] for name in names])
-    temperature = max(EVIDENCE.temperature, EVIDENCE.share * float(evidence.max()))
-    weights = np.exp((evidence - evidence.max()) / temperature)
-    weights /= weights.sum()
-    return tuple(Place(name, float(e), float(w)) for name, e, w in zip(names, evidence, weights, strict=True))
+    below = evidence.max() - evidence
+    weights = np.exp(-below / EVIDENCE.temperature)
+    weights *= EVIDENCE.place_most / weights.sum()
+    close = max(EVIDENCE.close, EVIDENCE.share * float(evidence.max()))
+    every = zip(names, evidence, weights, below < close, strict=True)
+    return tuple(Place(name, float(e), float(w), bool(near)) for name, e, w, near in every)
 
 
 @dataclass(frozen=True)
@@ -112,6 +115,15 @@ class Laws:
     def predicts(self) -> bool:
         """Whether left-out readings are predicted well enough to be predicted with the laws."""
         return not self.left_out.doubt
+
+    @property
+    def doubted(self) -> "Laws":
+        """The same where they leave more than the noise: where they are is less sure."""
+
+        def less(place: Place) -> Place:
+            return replace(place, probability=EVIDENCE.unexplained * place.probability)
+
+        return replace(self, parts=tuple(replace(p, places=tuple(map(less, p.places))) for p in self.parts))
 
     def replaces(self, base: Model, named: Model) -> bool:
         """Whether these may stand in the place of names that explain: with a law among them, and likelier by far."""

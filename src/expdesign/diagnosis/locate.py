@@ -4,6 +4,8 @@ Each probe is a set of directions in which one part of the machine could move th
 function of the force in a leg for that leg, any load-proportional motion for platform and base, and so on. The part of
 χ² that a probe explains after the compliances are projected out is χ²-distributed when nothing is wrong there; with
 many probes the p-values are corrected by Holm's method, so that the whole table holds its level.
+
+What directions explain of residuals once a model has been projected out (score tests without constraints).
 """
 
 from dataclasses import dataclass
@@ -17,10 +19,40 @@ from expdesign.chain.component import BASE, GEOMETRY, INSTRUMENT, PLATFORM
 from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.projection import explained, orthonormal_basis
 from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Fit
 from expdesign.mechanics.robots.robot import Robot
+
+_NEGLIGIBLE = 1e-4
+"""Directions of which the model already explains all but this share of the length carry no information."""
+_ALIKE = 3e-4
+"""Singular value, in units of the largest, below which scaled directions are the same."""
+
+
+def orthonormal_basis(sensitivities: FloatArray, alike: float = 1e-9) -> FloatArray:
+    """Basis (M, r) of the space spanned by whitened sensitivities (M, p); `alike`: singular value that is none."""
+    norms = np.linalg.norm(sensitivities, axis=0)
+    scaled = sensitivities[:, norms > 0.0] / norms[norms > 0.0]
+    left, values, _ = np.linalg.svd(scaled, full_matrices=False)
+    basis: FloatArray = left[:, values > alike * values[:1]]
+    return basis
+
+
+def explained(residuals: FloatArray, basis: FloatArray, directions: FloatArray) -> tuple[float, int]:
+    """Reduction of χ² by the best combination of directions, and how many of them are independent.
+
+    Args:
+        residuals: whitened, shape (M,).
+        basis: orthonormal, of the model that was fitted to them, shape (M, r).
+        directions: whitened, shape (M, d).
+    """
+    free = directions - basis @ (basis.T @ directions)
+    there = np.linalg.norm(free, axis=0) > _NEGLIGIBLE * np.linalg.norm(directions, axis=0)
+    if not there.any():
+        return 0.0, 0
+    own = orthonormal_basis(free[:, there], _ALIKE)
+    return float(((own.T @ residuals) ** 2).sum()), own.shape[1]
+
 
 _FORCE_BINS = 5
 _ACROSS = {"joint_compliance"}

@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 from expdesign.arrays import FloatArray
 from expdesign.chain.identified import ChainBeside
 from expdesign.chain.recordings.recordings import Recordings, Remark
+from expdesign.diagnosis.confirmation import Stability
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.laws import Laws
 from expdesign.diagnosis.locate import Location
 from expdesign.diagnosis.names import Model, Names
-from expdesign.diagnosis.stability import Stability
 from expdesign.diagnosis.statement import NONE, Widening, widened, widening
 from expdesign.estimation.coverage import reading_deviations
 from expdesign.estimation.fit import Fit

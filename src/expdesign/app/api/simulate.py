@@ -17,7 +17,7 @@ from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import TableInput, TruthInput, purpose_of, require_seed, table_of, truth_of
 from expdesign.app.api.result import TableResult, filled
 from expdesign.arrays import FloatArray
-from expdesign.assurance.model_error.prior import PriorSizes
+from expdesign.assurance.model_error.left_out import PriorSizes
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import component_from_text

@@ -6,10 +6,17 @@ from typing import Self
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.model_error.directions import Directions
 from expdesign.assurance.model_error.hidden import Hidden, hidden_errors
-from expdesign.assurance.model_error.left_out import Omitted, effects_of_problem, left_out, plan_points, target_points
-from expdesign.assurance.model_error.prior import prior_deviations, with_steps
+from expdesign.assurance.model_error.left_out import (
+    Directions,
+    Omitted,
+    effects_of_problem,
+    left_out,
+    plan_points,
+    prior_deviations,
+    target_points,
+    with_steps,
+)
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import RowData, row_data

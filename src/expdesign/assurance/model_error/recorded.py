@@ -10,11 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.model_error.directions import Directions
 from expdesign.assurance.model_error.hidden import hidden_errors
-from expdesign.assurance.model_error.left_out import left_out
+from expdesign.assurance.model_error.left_out import Directions, left_out, with_steps
 from expdesign.assurance.model_error.meir import Meir, meir_of_problem
-from expdesign.assurance.model_error.prior import with_steps
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.assurance.model_error.statement import WhatIsHidden, hidden_physics
 from expdesign.chain.chain import Chain

@@ -19,7 +19,7 @@ _BEYOND = (0.05, 0.1, 0.14, 0.2, 0.28, 0.4, 0.8)
 """Where guides end, in ranges of the place beyond its range."""
 _AT_START = {"clock": "started", "temperature": "warmth"}
 """What changes slowly, and what the same was at the first row of the series."""
-_JUMPS = 8
+_JUMPS = 20
 """Times at which something may have jumped, evenly among the rows; the search goes on between them."""
 _THRESHOLDS = (0.05, 0.15, 0.3, 0.6, 1.0)
 

@@ -56,7 +56,9 @@ class _AtPort(Effect):
 
     def __init__(self, robot: Robot, port: Port, component: Component, variant: Variant = ONLY) -> None:
         self.port = port
-        self.changes_geometry = type(port).geometry is not Port.geometry
+        self.changes_geometry = any(
+            getattr(type(port), hook) is not getattr(Port, hook) for hook in ("geometry", "unloaded")
+        )
         super().__init__(robot, component, variant)
 
     @classmethod
@@ -76,8 +78,15 @@ class _AtPort(Effect):
     def _u(self, row: Row, theta: ca.SX) -> ca.SX:
         return self.extra(row, ca.SX.zeros(self.states), theta)[0]
 
+    def always(self, theta: ca.SX) -> ca.SX:
+        """What a port adds that changes the machine without a load: u, the same in all rows."""
+        return theta
+
     def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:
-        return self.port.geometry(geometry, theta) if self.changes_geometry else geometry
+        return self.port.geometry(geometry, self.always(theta)) if self._acts("geometry") else geometry
+
+    def unloaded(self, pose: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        return self.port.unloaded(pose, row, self.always(theta)) if self._acts("unloaded") else pose
 
     def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         return self.port.load(wrench, row, self._u(row, theta)) if self._acts("load") else wrench
@@ -174,13 +183,11 @@ class Law(_AtPort):
         names += [f"beyond_{output + 1}" for output in self._outputs]
         return tuple(Parameter(name, form.deviation, spread=form.deviation) for name in names)
 
-    def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:
-        if not self.changes_geometry:
-            return geometry
+    def always(self, theta: ca.SX) -> ca.SX:
         values = ca.SX.zeros(self.port.width)
         for channel in self.form.channels:
             values[channel.output] += channel.gain * theta[channel.block * self.form.basis.rank]
-        return self.port.geometry(geometry, values)
+        return values
 
     def extra(self, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
         form, robot = self.form, self.robot

@@ -116,6 +116,10 @@ class Port(ABC):
         """See `Effect.geometry`."""
         return geometry
 
+    def unloaded(self, pose: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
+        """See `Effect.unloaded`."""
+        return pose
+
     def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
         """See `Effect.load`."""
         return wrench

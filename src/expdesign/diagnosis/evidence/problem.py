@@ -16,13 +16,12 @@ from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.port import Entry
 from expdesign.diagnosis.evidence.dictionary import Atom
-from expdesign.diagnosis.evidence.options import EVIDENCE, EvidenceOptions
 from expdesign.diagnosis.evidence.refinement import refined
 from expdesign.diagnosis.evidence.screen import Screen
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.names import LawsBeside, Model, Names, hierarchical
-from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.options import EVIDENCE, OPTIONS, EvidenceOptions
 from expdesign.diagnosis.sample import rms
 
 _Promise = tuple[float, Candidate, Callable[[], FloatArray]]

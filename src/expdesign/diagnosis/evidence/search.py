@@ -16,9 +16,9 @@ import numpy as np
 
 from expdesign.chain.component import Component
 from expdesign.diagnosis.cross_validation import blocks_of, readings_of
-from expdesign.diagnosis.evidence.options import EVIDENCE
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.names import Model, Names, hierarchical
+from expdesign.diagnosis.options import EVIDENCE
 
 
 class Search:

@@ -134,7 +134,7 @@ class PassiveJointStiffness(TabulatedEffect):
     def unloaded(self, pose: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         if self.variant is not PassiveJoints.FLEXURES:
             return pose
-        return pose + row.pose_map @ (compliance * theta[0] * self._preload(row))
+        return pose + row.pose_map @ (compliance * theta[0] * self.preload(row))
 
     def relaxed(self, row: Row) -> ca.SX:
         """K_J (n×n, twist coordinates) of relaxed joints of unit stiffness."""
@@ -179,9 +179,9 @@ class PassiveJointStiffness(TabulatedEffect):
         wrench = bending + (ca.jacobian(lengths, pose) @ rates).T @ held
         derivative = ca.jacobian(wrench, pose) @ rates
         # τ₀ is held constant in the derivative, so it is put in last.
-        return ca.substitute(ca.substitute(derivative, pose, row.pose), held, self._preload(row))
+        return ca.substitute(ca.substitute(derivative, pose, row.pose), held, self.preload(row))
 
-    def _preload(self, row: Row) -> ca.SX:
+    def preload(self, row: Row) -> ca.SX:
         """τ₀ (n_p,) per unit stiffness: actuator forces that hold the bent joints without any load."""
         pose = ca.SX.sym("X", 6)
         bending = self.robot.inverse_kinematics.pose_rate_map(pose).T @ ca.gradient(self._energy(pose), pose)

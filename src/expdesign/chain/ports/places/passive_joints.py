@@ -64,8 +64,8 @@ class Flexures(Port):
     """u: stiffness (N·m/rad) of the flexures at the base ends of all legs and of those at their platform ends, relaxed
     at the zero pose.
 
-    At any other pose they are bent, and the forces with which the legs hold them change with the pose
-    (`PassiveJointStiffness.bent`): −Σ u·K·J·Δq is missing from what the legs carry.
+    At any other pose they are bent. The forces with which the legs hold them shift the unloaded platform, and change
+    with the pose (`PassiveJointStiffness.bent`): −Σ u·K·J·Δq is missing from what the legs carry.
     """
 
     name = "flexures"
@@ -82,11 +82,20 @@ class Flexures(Port):
     def components(self) -> Sequence[Component]:
         return legs_and_all(self.robot)[-1:]
 
+    @property
+    def _of_ends(self) -> list[PassiveJointStiffness]:
+        ends = (PassiveJoints.BASE, PassiveJoints.PLATFORM)
+        return [PassiveJointStiffness(self.robot, self.components[0], end) for end in ends]
+
+    def unloaded(self, pose: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
+        for index, joints in enumerate(self._of_ends):
+            pose = pose + extra[index] * (row.pose_map @ (joints.preload(row) / ca.SX(self.robot.stiffness)))
+        return pose
+
     def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
         moved = _moved(self.robot, row, row.wrench)
-        for index, end in enumerate((PassiveJoints.BASE, PassiveJoints.PLATFORM)):
-            bent = PassiveJointStiffness(self.robot, self.components[0], end).bent(row)
-            wrench = wrench - extra[index] * (bent @ moved)
+        for index, joints in enumerate(self._of_ends):
+            wrench = wrench - extra[index] * (joints.bent(row) @ moved)
         return wrench
 
     def entries(self, sight: Sight) -> Iterator[Entry]:
