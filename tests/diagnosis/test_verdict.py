@@ -24,12 +24,13 @@ def one() -> Model:
 
 @pytest.fixture(scope="module")
 def many() -> Model:
-    """As many effects as the search allows."""
+    """As many effects as the search allows, each known as if it showed."""
     effects = [PLAY, FRICTION, effect(NAME, "load_direction_tilt", "payload")]
     names = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]), effects=effects).known_names
     assert len(effects) == names.most_effects == MOST_EFFECTS
     parts = [each.effect.neutral() + 1e-7 for each in names.library]
-    return names.model(names.library, np.zeros(len(names.sample.counts), dtype=bool), parts)
+    found = names.model(names.library, np.zeros(len(names.sample.counts), dtype=bool), parts)
+    return replace(found, fit=replace(found.fit, covariance=1e-12 * found.fit.covariance))
 
 
 def test_without_effects_chi_squared_decides() -> None:
@@ -63,6 +64,14 @@ def test_many_effects_explain_only_a_mismatch_of_which_an_imitation_would_leave_
     assert doubt(many, (7.5 * 200, 200), (200.0, 197), GOOD, most=MOST_EFFECTS, known_noise=True) == ""
     assert "imitate" in doubt(many, (100.0 * 200, 200), (300.0, 197), GOOD, most=MOST_EFFECTS, known_noise=True)
     assert "imitate" in doubt(many, (7.5 * 200, 200), (200.0, 197), GOOD, most=MOST_EFFECTS, known_noise=False)
+
+
+@pytest.mark.parametrize("variance", [1e6, np.inf])
+def test_an_effect_that_may_have_any_size_is_no_explanation(one: Model, variance: float) -> None:
+    covariance = one.fit.covariance.copy()
+    covariance[-1, -1] *= variance
+    loose = replace(one, fit=replace(one.fit, covariance=covariance))
+    assert "how large" in doubt(loose, (800.0, 200), (200.0, 199), GOOD, most=MOST_EFFECTS, known_noise=True)
 
 
 def test_a_value_that_no_machine_has_is_no_explanation(one: Model) -> None:

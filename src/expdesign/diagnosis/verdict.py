@@ -88,10 +88,10 @@ def undetermined(model: Model) -> str:
     """
     for candidate, part in zip(model.candidates, model.fit.chain.slices, strict=True):
         effect = candidate.effect
-        free = np.array([not parameter.shape for parameter in effect.parameters])
-        away = (model.fit.values[part] - effect.neutral())[free]
-        covariance = model.fit.covariance[part, part][np.ix_(free, free)]
-        if np.isfinite(covariance).all() and away @ np.linalg.pinv(covariance) @ away < OPTIONS.present**2:
+        covariance = model.fit.covariance[part, part]
+        known = np.array([not parameter.shape for parameter in effect.parameters]) & np.isfinite(covariance.diagonal())
+        away = (model.fit.values[part] - effect.neutral())[known]
+        if away @ np.linalg.pinv(covariance[np.ix_(known, known)]) @ away < OPTIONS.present**2:
             return effect.key
     return ""
 
