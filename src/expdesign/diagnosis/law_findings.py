@@ -69,18 +69,14 @@ def _finding(laws: Laws, index: int, robot: Robot, known: Collection[str]) -> Fi
     names = tuple(dict.fromkeys(identifier(q, robot) for q in every))
     # What may as well be elsewhere has no name yet: the name depends on the part. Nor has what several laws of one part
     # make up together, unless all are the same physics.
-    own = {physics_of(p.effect, known) for p in laws.parts if _beside(p.effect, effect)}
+    beside = [p.effect for p in laws.parts if p.effect.component == effect.component]
+    own = {physics_of(law, known) for law in beside if isinstance(law, Law)}
     physics = LAW if others or own - {physics_of(effect, known)} else physics_of(effect, known)
     return LawFinding(
         physics, str(effect.component), effect.form.kind, {}, probability, (), sentence(part, robot, others),
         form="" if physics == LAW else FREE, share=part.share,
         depends_on=names, columns=columns(inputs, robot), curve=part.curve,
     )  # fmt: skip
-
-
-def _beside(other: Effect, law: Law) -> bool:
-    """Whether another law is of the same component."""
-    return isinstance(other, Law) and other.component == law.component
 
 
 def sentence(part: FoundLaw, robot: Robot, others: tuple[str, ...] = ()) -> str:
