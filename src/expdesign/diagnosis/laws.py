@@ -121,7 +121,7 @@ class Laws:
         """The same where they leave more than the noise: where they are is less sure."""
 
         def less(place: Place) -> Place:
-            return replace(place, probability=EVIDENCE.unexplained * place.probability)
+            return replace(place, probability=OPTIONS.fitting * place.probability)
 
         return replace(self, parts=tuple(replace(p, places=tuple(map(less, p.places))) for p in self.parts))
 

@@ -52,7 +52,7 @@ class DiagnosisOptions:
         temperature: spreads posterior weights: models of real mechanisms are never exact. Like the next three set on
             development sets of `benchmarks/concealed`.
         most: share that is right of the conclusions for which nothing else comes near.
-        fitting: factor on probabilities in an unexplained case where the recordings are fitted.
+        fitting: factor on probabilities in an unexplained case where the recordings are fitted, or laws locate it.
         tentative: the same where a mismatch remains, part of which effects may imitate.
         beside_laws: the same for a named effect that stands beside laws, part of which it may imitate.
         beside_its_law: the same where one of these is of its own component: physics of a form that has no name.
@@ -155,9 +155,8 @@ class EvidenceOptions:
         most_inflated: factor on variances: a law whose errors are more than five times as large as it says is wrong,
             not unsure.
         temperature: divides differences of log evidence between components before they become probabilities. With
-            `place_most` and `unexplained` the most likely on 97 cases of development seeds of `benchmarks/concealed`.
+            `place_most` the most likely on 97 cases of development seeds of `benchmarks/concealed`.
         place_most: probability that a law is where it is found, at most.
-        unexplained: factor on it where laws leave more than the noise.
         close: log evidence by which components may differ that are not told apart.
         share: the same in proportion to the evidence itself: no model is exact.
     """
@@ -190,7 +189,6 @@ class EvidenceOptions:
     most_inflated: float = 25.0
     temperature: float = 4.0
     place_most: float = 0.95
-    unexplained: float = 0.8
     close: float = 48.0
     share: float = 0.045
 
