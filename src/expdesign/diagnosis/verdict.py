@@ -88,10 +88,14 @@ def undetermined(model: Model) -> str:
     """
     for candidate, part in zip(model.candidates, model.fit.chain.slices, strict=True):
         effect = candidate.effect
-        covariance = model.fit.covariance[part, part]
-        known = np.array([not parameter.shape for parameter in effect.parameters]) & np.isfinite(covariance.diagonal())
-        away = (model.fit.values[part] - effect.neutral())[known]
-        if away @ np.linalg.pinv(covariance[np.ix_(known, known)]) @ away < OPTIONS.present**2:
+        free = np.array([not parameter.shape for parameter in effect.parameters])
+        away = (model.fit.values[part] - effect.neutral())[free]
+        covariance = model.fit.covariance[part, part][np.ix_(free, free)]
+        if not np.isfinite(covariance).all():
+            shows = len(away) > 1  # what several axes have in common may be any spring's, and they differ nevertheless
+        else:
+            shows = away @ np.linalg.pinv(covariance) @ away >= OPTIONS.present**2
+        if not shows:
             return effect.key
     return ""
 
