@@ -89,6 +89,8 @@ def table(name: str, folder: Path) -> None:
         print(f"- least {what} within 0.1 % of the best known in {close}, furthest above it {values[what].max():.1e}")
     for what in ("to bound of DUIR", "to bound of total"):
         share = values[what][np.isfinite(values[what])]
+        if len(share) == 0:
+            continue
         print(
             f"- {what}: median {np.median(share):.2%}, largest {share.max():.1%}, {(share < -1e-9).sum()} above a plan"
         )
