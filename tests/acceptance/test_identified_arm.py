@@ -11,6 +11,7 @@ from benchmarks.arms.plant import recordings, usual_faults
 
 import expdesign as xd
 from expdesign.assurance.acceptance.said import sentences
+from expdesign.diagnosis.statement import widened
 from expdesign.errors import InputError
 
 ROOT = Path(__file__).parents[2]
@@ -70,6 +71,10 @@ def test_a_diagnosis_is_judged_with_the_geometry_that_it_found(calibration: str)
     assert identified is not None
     np.testing.assert_allclose(accepted.budget.standard, identified.budget.standard, rtol=0.1)
     assert accepted.verdict == "pass"
+    # Readings are as uncertain in these frames as before.
+    fit = found.result.predictive.fit
+    before = widened(fit, found.result.widening).estimable.deviations(fit.sensitivities)
+    np.testing.assert_allclose(found.result.known.estimable.deviations(fit.sensitivities), before, rtol=0.02)
     assert any(parameter.name.startswith("link_") for parameter in found.model.chain.parameters)
     assert accepted.left_out is None
     assert "hidden" not in found.record

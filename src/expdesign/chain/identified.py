@@ -110,13 +110,16 @@ class ChainBeside(Chain):
         return np.delete(values, self._part)
 
     def in_frames(self, known: Estimable) -> Estimable:
-        """What is known of the parameters where those that the identified set drops stay as they are.
+        """What is known of the parameters where those that stand for the frames of instrument and markers are as found.
 
-        Readings do not change by that. It names the frame that positions of the tip are in: where no row tells joint
-        1's zero from the instrument's turn, that of the joint at its zero.
+        It names the frame that positions of the tip are in: where no row tells joint 1's zero from the instrument's
+        turn, that of the joint at its zero. What instrument and markers are known by is the readings, not a prior, so
+        that predictions of readings are as uncertain as before.
         """
         minimal = self.identified.minimal
-        return known if minimal is None else known.moved(minimal.moved(len(self.parameters)))
+        if minimal is None:
+            return known
+        return known.given(minimal.standing_in(slice(self.compliances, self._part.start)))
 
     def _run(self, rows: RowData, values: FloatArray, *, derivatives: bool) -> tuple[FloatArray, FloatArray | None]:
         readings, others = self.held._run(rows, self.without_identified(values), derivatives=derivatives)

@@ -91,8 +91,8 @@ class Diagnosis:
         """The predictive model with the covariance that its predictions have, what was identified among its effects.
 
         Where no row tells a joint's zero from the instrument's turn, both are free while physics is sought. Predictions
-        for other readings are made in the frames of `identify`: what its minimal set drops is where the robot file has
-        it, and instrument and markers are as uncertain as that leaves them.
+        for other readings are made in the frames of `identify`: of what instrument and markers stand for, zeros and
+        frames are as they were found, and these are as uncertain as that leaves them.
         """
         found = widened(self.predictive.fit, self.widening)
         chain = found.chain

@@ -28,14 +28,11 @@ class MinimalSet:
     dropped: IntArray
     combinations: FloatArray
 
-    def moved(self, count: int) -> FloatArray:
-        """Map of `count` parameters, these among them, to those with the same readings at which what is dropped stays
-        as drawn, shape (count, count), about the drawing.
-        """
-        result = np.eye(count)
-        result[self.dropped, self.dropped] = 0.0
-        result[np.ix_(self.kept, self.dropped)] = self.combinations.T
-        return result
+    def standing_in(self, kept: slice) -> IntArray:
+        """Indices of the dropped parameters that those within `kept` stand for, among others."""
+        own = (self.kept >= kept.start) & (self.kept < kept.stop)
+        found: IntArray = self.dropped[self.combinations[:, own].any(axis=1)]
+        return found
 
     def widened(self, deviations: FloatArray) -> FloatArray:
         """Deviations (p,) of the kept parameters with the part of the dropped ones that these stand for."""

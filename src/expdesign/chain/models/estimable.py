@@ -20,7 +20,7 @@ from functools import cached_property
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.errors import InputError
 from expdesign.io.schema import Section
@@ -79,9 +79,14 @@ class Estimable:
         found: FloatArray = np.where(outside > _SHARE * whole, np.inf, deviation)
         return found
 
-    def moved(self, matrix: FloatArray) -> "Estimable":
-        """Of matrix @ parameters, shape (p, p)."""
-        return replace(self, generalised=matrix @ self.generalised @ matrix.T, directions=matrix @ self.directions)
+    def given(self, chosen: IntArray) -> "Estimable":
+        """Of all parameters where the chosen ones (m,) are as they are: P − P_c·P_cc⁻¹·P_cᵀ."""
+        scale = np.sqrt(np.diag(self.generalised)[chosen])
+        across = self.generalised[:, chosen] / scale
+        inner = np.linalg.pinv(across[chosen] / scale[:, None], hermitian=True)
+        left: FloatArray = self.generalised - across @ inner @ across.T
+        left[chosen] = left[:, chosen] = 0.0
+        return replace(self, generalised=left)
 
     def scaled(self, factor: float) -> "Estimable":
         """The same with all variances multiplied."""
