@@ -67,7 +67,7 @@ def test_the_attained_error_is_the_predicted_total() -> None:
     loop = benchmark()
     problem = loop.read_problem(ROOT / "configs" / "closed-loop-load-errors.yaml")
     setting = loop.loop_of(problem, 0.1)
-    plans = {"total": loop.plans_by_criterion(problem, 1, 5, 50)["total"]}
+    plans = {"total": loop.plans_by_criterion(problem, 1, 5)["total"]}
     attained, predicted = loop.run(setting, plans, 300, 2)
     row = loop.summary(attained, predicted).set_index("plan_by").loc["total"]
     # The criterion takes the approximate stiffness for the true one, which is scattered by 10 %.
