@@ -67,7 +67,7 @@ BRANCHES = {
     # Positions are another estimator, and of arms a third, chosen here once; unloaded rows of them measure something.
     "estimation/identify.py": 3,
     # Measured poses and positions see where a platform is, deflections how it moved: loads are brought in otherwise.
-    "assurance/acceptance/verification.py": 1,
+    "assurance/acceptance/attained.py": 1,
     # Deflections have no part of a calibrated geometry; the tip of an arm that positions placed has one.
     "assurance/acceptance/fitted.py": 2,
     # Whether a chain without effects is linear.

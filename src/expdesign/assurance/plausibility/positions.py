@@ -214,10 +214,10 @@ def _orientations(recordings: Recordings, robot: Robot) -> list[Implausibility]:
 
 def _angle(train: Recordings, robot: Robot) -> float | None:
     """RMS angle (rad) between measured orientations and those of the registered robot; None where none is measured."""
-    reading = _registered(train, robot)
-    if reading is None or train.aim is None:
+    registered = _registered(train, robot)
+    if registered is None or train.aim is None:
         return None
-    expected = reading.orientations(robot, train, reading.start)
+    expected = registered.orientations(robot, train, registered.start)
     left = Rotation.from_matrix(expected @ train.aim.swapaxes(1, 2)).magnitude()
     return float(np.sqrt((left**2).mean()))
 
@@ -256,8 +256,8 @@ def _copies(recordings: Recordings, train: Recordings, robot: Robot) -> list[Imp
 
 def _left(train: Recordings, robot: Robot) -> FloatArray | None:
     """What registration leaves of every reading (m), shape (N, 3); None where nothing can be registered."""
-    reading = _registered(train, robot)
-    return None if reading is None else registration_residuals(reading, robot, train)
+    registered = _registered(train, robot)
+    return None if registered is None else registration_residuals(registered, robot, train)
 
 
 def _registered(train: Recordings, robot: Robot) -> MarkerPosition | None:
