@@ -123,8 +123,8 @@ def require_rightly_passed(found: list[Laboratory]) -> list[Laboratory]:
 
 
 def test_the_base_robot_passes_and_is_as_good_as_said() -> None:
-    """The tolerance is hardly more than U, so that the risk is nearly what is stated."""
-    found = laboratories(bipod(7e-7), 0.0, 200, identified, "leg 1", 6)
+    """The tolerance is a fifth more than U: what the recordings may hide leaves most robots their pass."""
+    found = laboratories(bipod(8.5e-7), 0.0, 200, identified, "leg 1", 6)
     assert len(require_rightly_passed(found)) > 100
     assert sum(each.verdict == "not decided" for each in found) <= 7
 
@@ -138,7 +138,7 @@ def test_nothing_passes_where_play_is_concealed_from_the_base_model(gap: float) 
 
 @pytest.mark.parametrize("gap", [2e-6, 4e-6])
 def test_play_that_the_recordings_may_hide_is_in_the_stated_risk(gap: float) -> None:
-    """χ² notices 4 µm in less than half of the laboratories; by U alone 8.5 % of all pass that are out of tolerance."""
+    """χ² notices 4 µm in less than half of the laboratories; hardly a robot passes with U just below the tolerance."""
     found = laboratories(bipod(7e-7), gap, 200, identified, "leg 1", 6)
     passes = [each for each in found if each.verdict == "pass"]
     assert sum(each.verdict == "not decided" for each in found) < 100
