@@ -72,7 +72,7 @@ def assert_written_right(config: Any) -> None:
         plan = plans[plans["design"] == number].drop(columns="design")
         # A series is one setting of a pose; a pose may be set anew.
         assert (plan.groupby("series")[list(names)].nunique() == 1).all(axis=None)
-        assert plan["series"].is_monotonic_increasing
+        assert plan["series"].astype(int).is_monotonic_increasing
         judged = xd.evaluate(result.problem, plan)
         assert (robot.limit_excess(judged.plan.configurations) <= 1e-12).all()
         for name in ("duir", "feir", "total", "o1", "o2", "o3", "o4", "o5", "o_tp", "o_mv"):

@@ -395,9 +395,13 @@ def test_without_webgl_the_robot_is_drawn_in_the_plane(browser: Any, hexapod: An
         assert len([value for value in legs["x"] if value is not None]) == 12
         spans = [max(filter(None, legs[axis])) - min(filter(None, legs[axis])) for axis in "xy"]
         assert min(spans) > 0.1  # neither squeezed to a line nor to a point
-        screen.click("button[data-of=state][data-step='1']")
-        moved = screen.run("return document.getElementById('robot').data.find(trace => trace.name === 'legs').x")
-        assert moved != legs["x"]
+        moved = []
+        for _ in range(screen.case.problem.space.measurements - 1):  # a plan may stay at a pose
+            screen.click("button[data-of=state][data-step='1']")
+            moved.append(
+                screen.run("return document.getElementById('robot').data.find(trace => trace.name === 'legs').x")
+            )
+        assert any(one != legs["x"] for one in moved)
         assert screen.download("button[data-picture=svg][data-of=robot]", "robot.svg").startswith(b"<svg")
         assert_quiet(browser)
     finally:

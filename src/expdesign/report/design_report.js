@@ -86,7 +86,7 @@
       const row = design.plan[Number(value)];
       const parts = columns.map(([title, unit], index) => `${title} ${row[index]}${unit ? ` ${unit}` : ""}`);
       robot.show(measurements[Number(value)], measurements);
-      report.setText("state-text", `${parts.slice(2).join(", ")}. Force ${design.forces[Number(value)]} N.`);
+      report.setText("state-text", `${parts.join(", ")}. Force ${design.forces[Number(value)]} N.`);
     }
   }
 
