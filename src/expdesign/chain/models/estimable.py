@@ -86,7 +86,7 @@ class Estimable:
         inner = np.linalg.pinv(across[chosen] / scale[:, None], hermitian=True)
         left: FloatArray = self.generalised - across @ inner @ across.T
         left[chosen] = left[:, chosen] = 0.0
-        return replace(self, generalised=left)
+        return replace(self, generalised=0.5 * (left + left.T))  # a product of three is symmetric but for rounding
 
     def scaled(self, factor: float) -> "Estimable":
         """The same with all variances multiplied."""
