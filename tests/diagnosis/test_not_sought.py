@@ -8,7 +8,7 @@ from tests.ports.machines import BIPOD, recordings_of, softened
 
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.diagnosis.remarks import not_sought
+from expdesign.diagnosis.caveats import not_sought
 from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Data
 from expdesign.estimation.whitening import Whitening

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from expdesign.diagnosis.caveats import caveats
 from expdesign.diagnosis.cross_validation import blocks_of, readings_of
 from expdesign.diagnosis.findings import set_aside
 from expdesign.diagnosis.frame import Frame
@@ -21,7 +22,6 @@ from expdesign.diagnosis.laws import base_alone
 from expdesign.diagnosis.locate import locate
 from expdesign.diagnosis.names import Model
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.remarks import caveats
 from expdesign.diagnosis.result import ONE_AT_A_TIME, TOGETHER, Diagnosis, Method
 from expdesign.diagnosis.sample import rms
 from expdesign.diagnosis.statement import dispersion

@@ -11,6 +11,7 @@ from expdesign.chain.ports.naming import LAW
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.averaging import averaged
 from expdesign.diagnosis.by_groups import by_groups
+from expdesign.diagnosis.caveats import caveats, not_sought
 from expdesign.diagnosis.confirmation import confirmed, gains, pruned, stability
 from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.frame import Frame, framed
@@ -23,7 +24,7 @@ from expdesign.diagnosis.nameable import Nameable, nameable
 from expdesign.diagnosis.names import Model, Names
 from expdesign.diagnosis.options import EVIDENCE, OPTIONS
 from expdesign.diagnosis.outliers import in_common
-from expdesign.diagnosis.remarks import Averaged, caveats, not_sought
+from expdesign.diagnosis.remarks import Averaged
 from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, Diagnosis, Method
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.statement import dispersion, tested
