@@ -32,14 +32,16 @@ def test_chi2_is_that_of_generalised_least_squares(name: str, shared_reference: 
     result = xd.identify(base["robot"], recorded, shared_reference=shared_reference).result
     train = result.recordings.rows(result.fitted)
     whitening = Whitening(result.noise.deviations, references=train.references)
-    fell = case.load_errors.explained(result.fit, train, whitening)
+    errors = case.load_errors
+    assert errors is not None
+    fell = errors.explained(result.fit, train, whitening)
 
     # The covariance of all readings written out, and the same model fitted with it.
     count, readings = train.deflections.shape
     size = count * readings
     inverse_root = whitening.apply(np.eye(size).reshape(count, readings, size)).reshape(size, size)
     covariance = np.linalg.inv(inverse_root.T @ inverse_root)
-    for source, moved in zip(case.loaded.sources, case.load_errors.readings(result.fit, train), strict=True):
+    for source, moved in zip(case.loaded.sources, errors.readings(result.fit, train), strict=True):
         for component in moved.transpose(2, 0, 1):
             if source.shared:
                 covariance += np.outer(component.ravel(), component.ravel())

@@ -4,13 +4,11 @@ MEIR, diagnosis, `expdesign physics`, reports and the table in file-formats.md r
 effect that declares nothing works everywhere: it is called by its identifier, and is as large as its parameters'
 typical sizes (`Parameter.scale`) say.
 
-Parameters of effects and instruments: their sizes, their bounds, and what is known of them beforehand.
-
-Forms of one effect: a closed set of names (a `StrEnum`), or a value with a text form of its own.
-
-An effect of one form has the variant `ONLY`, whose text is empty. Variants with numbers in them (a range of poses, the
-size of a weight, another leg) are frozen dataclasses whose `str` is what files hold, and which round their numbers to
-what that text says, so that a file gives back the same physics to the last bit.
+`Parameter` holds size, bounds and knowledge beforehand of a parameter of an effect or an instrument, `Variant` the form
+of an effect: a closed set of names (a `StrEnum`), or a value with a text form of its own. An effect of one form has the
+variant `ONLY`, whose text is empty. Variants with numbers in them (a range of poses, the size of a weight, another leg)
+are frozen dataclasses whose `str` is what files hold, and which round their numbers to what that text says, so that a
+file gives back the same physics to the last bit.
 """
 
 from dataclasses import dataclass

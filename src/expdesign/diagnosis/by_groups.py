@@ -95,7 +95,7 @@ class ByGroups:
             model=model,
             predictive=model,
             verdict=verdict,
-            before=frame.stated(base, names.sample),
+            before=frame.before,
             after=frame.stated(groups.fit, sample),
             location=locate(base, sample, frame.robot, frame.entries, 1.0 if frame.noise.known else groups.noise**2),
             findings=(*found, *set_aside(names.sample, groups.aside, OPTIONS.most)),

@@ -6,11 +6,10 @@ can be trusted: filtered readings are correlated, standard deviations are missta
 the squares of the held-out residuals are compared block by block of consecutive rows (rows within a block may be
 correlated), and the effect stays where the mean difference exceeds zero by a one-sided t-test over blocks.
 
-How often the same effects are named when a tenth of the rows is left out (stability selection).
-
-For every tenth the model is fitted to the other nine, linear about its fit to all, and an effect is named where its log
-evidence there is worth its price as in the search. Meinshausen and Bühlmann, Journal of the Royal Statistical Society
-B 72 (2010) 417, judge names by such shares; they draw halves.
+Names are judged by stability selection as well: how often the same effects are named when a tenth of the rows is left
+out. For every tenth the model is fitted to the other nine, linear about its fit to all, and an effect is named where
+its log evidence there is worth its price as in the search. Meinshausen and Bühlmann, Journal of the Royal Statistical
+Society B 72 (2010) 417, judge names by such shares; they draw halves.
 """
 
 from collections.abc import Hashable, Sequence, Set

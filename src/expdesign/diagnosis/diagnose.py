@@ -174,7 +174,7 @@ def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
     spread = dispersion(model.fit.residuals, sample.restricted(~model.outliers))
     found = bool(model.candidates) or bool(model.outliers.any())
     kept = sample.restricted(~model.outliers)
-    first = frame.stated(base, sample)
+    first = frame.before
     last = frame.stated(model.fit, kept) if found else first
     before, after = tested(base, sample), tested(model.fit, kept)
     if noise.origin == "residuals" and found and model.fit.chi2 > 0.0:

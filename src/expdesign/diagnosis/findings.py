@@ -1,8 +1,7 @@
 """What was found, with intervals, probabilities and sentences.
 
-How probable a named effect is, and which other physics these recordings could not tell from it.
-
-Every model that was fitted in full during the search, or in its place afterwards, has a posterior weight
+`standing` says how probable a named effect is, and which other physics these recordings could not tell from it. Every
+model that was fitted in full during the search, or in its place afterwards, has a posterior weight
 exp(−½·penalised misfit) (the penalty carries the prior, see `names`). The weights are spread by a temperature above
 one, because models of real mechanisms are never exact: what separates them is partly what all of them lack. And however
 large the evidence, what stands in no library may be behind it: no probability exceeds `most`.

@@ -62,11 +62,15 @@ class Frame:
         return statement(fit, sample, self.noise, self.load_errors)
 
     @cached_property
+    def before(self) -> StatementOfFit:
+        """Whether the base model accounts for the rows."""
+        return self.stated(self.base, self.names.sample)
+
+    @property
     def loads_account_for_it(self) -> bool:
         """Whether the base model is refuted, but not where the loads have the errors that are declared."""
-        allowing = self.stated(self.base, self.names.sample)
-        exact = allowing.without_load_errors
-        return exact is not None and not allowing.refuted and not FIT.allows(exact, allowing.dof)
+        exact = self.before.without_load_errors
+        return exact is not None and not self.before.refuted and not FIT.allows(exact, self.before.dof)
 
     @cached_property
     def search(self) -> Search:

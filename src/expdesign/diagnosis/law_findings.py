@@ -1,7 +1,4 @@
-"""Laws that were found, as findings: sentences, probabilities and curves.
-
-Groups of effects and laws that are there, as findings.
-"""
+"""Laws that were found, and groups of effects and laws, as findings: sentences, probabilities and curves."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -21,6 +18,9 @@ from expdesign.diagnosis.laws import FoundLaw, Laws
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.estimation.fit import Fit
 from expdesign.mechanics.robots.robot import Robot
+
+_POINTS = 31
+"""Of a curve that is drawn of the change from a reference's load."""
 
 
 @dataclass(frozen=True)
@@ -113,9 +113,6 @@ def curve_file(findings: tuple[Finding, ...], finding: Finding) -> str | None:
         if one is finding:
             return f"law-{number}.csv"
     return None
-
-
-_POINTS = 31
 
 
 def group_findings(groups: Groups, robot: Robot, known: Collection[str]) -> tuple[Finding, ...]:

@@ -5,7 +5,7 @@ function of the force in a leg for that leg, any load-proportional motion for pl
 χ² that a probe explains after the compliances are projected out is χ²-distributed when nothing is wrong there; with
 many probes the p-values are corrected by Holm's method, so that the whole table holds its level.
 
-What directions explain of residuals once a model has been projected out (score tests without constraints).
+These are score tests: what directions explain of residuals once a model has been projected out, without constraints.
 """
 
 from dataclasses import dataclass

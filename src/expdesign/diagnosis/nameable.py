@@ -4,7 +4,7 @@ An effect that a fit has driven to its limit describes something else, and is no
 because something else changed with time is not one either. Both are withdrawn from the library, and the search goes
 on without them; most of its models are known by then.
 
-Whether time is confounded with something else that changed, and whether a drift shows apart from it.
+`confounded_with` says what else changed with time, `drift_tests` whether a drift shows apart from it.
 
 Where poses were visited in an order, say lift after lift, whatever changes with the lift changes with time as well, and
 a drift of the instrument describes it. Let t̂ = E[t | x] be the prediction of time by one quantity x (means of the
@@ -32,6 +32,8 @@ from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.verdict import at_limits
 from expdesign.mechanics.robots.robot import Robot
 
+_ROUNDS = 8
+"""Of searches after physics was withdrawn."""
 _LEVELS = 12
 """Values of a quantity up to which each is a level of its own."""
 _DRIFTS = "thermal_drift"
@@ -174,9 +176,6 @@ def _drift_test(names: Names, model: Model, index: int, other: Confounded) -> Dr
     whole = (alone[free] * sizes)[shown]
     share = float((within * sizes[shown]) @ whole) / max(float(whole @ whole), 1e-300)
     return DriftTest(index, p_value < OPTIONS.level and share > OPTIONS.drift_shows, p_value)
-
-
-_ROUNDS = 8
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,8 @@ What a group of readings shares is Z·v with v ~ N(0, φ·I), so that their nois
 
 and the estimates of all other parameters are those with v among the parameters.
 
-Motion of the whole machine against the instrument from one series to the next, as noise that a series shares.
-
-It predicts nothing, but without it whatever moves whole series would be laid to effects that happen to differ between
+`settling` takes the motion of the whole machine against the instrument from one series to the next for such noise. It
+predicts nothing, but without it whatever moves whole series would be laid to effects that happen to differ between
 them. With J_k the derivatives of the readings of series k by the pose of the instrument, its motions are random with
 the deviations D, and are noise of the covariance I + φ·J_k·D²·J_kᵀ (`shared_noise`), so that many series cost no more
 than one. Evidence sets φ. A series at one pose says nothing of it: its motion is not

@@ -1,7 +1,6 @@
 """What a diagnosis says of a fit: the statement of `identify` on the same rows, and by what it widens predictions.
 
-How much less the residuals of a model say than as many independent rows with the stated noise would.
-
+`dispersion` says how much less the residuals of a model tell than as many independent rows with the stated noise would.
 Residuals that exceed their standard deviations, and residuals of consecutive rows that are alike (filtered or densely
 sampled recordings, and whatever the model leaves out), carry less information than their number. With lag-one
 correlation ρ the effective number of rows is N·(1 − ρ)/(1 + ρ) (first-order autoregression), and the covariance of the

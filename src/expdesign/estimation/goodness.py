@@ -261,7 +261,7 @@ def statement_of_fit(
     """
     value, dof = squares_of(fit)
     exact = None
-    if load_errors is not None and noise.known and load_errors.loaded.sources:
+    if load_errors is not None and noise.known:
         exact, value = value, value - load_errors.explained(fit, recordings, whitening)
     p_value = p_value_of(value, dof) if noise.known and dof > 0 else None
     lack = _lack_of_fit(value, dof, recordings, noise)

@@ -30,7 +30,7 @@ class DeclaredLoadErrors:
     """The load errors of a configuration.
 
     Attributes:
-        loaded: the robot under the load of the configuration, with its sources of load error.
+        loaded: the robot under the load of the configuration, with its sources of load error, at least one.
         source: the configuration.
     """
 
@@ -62,8 +62,6 @@ class DeclaredLoadErrors:
             as_matrix(whitening.apply(moved)) if source.shared else _row_by_row(moved, whitening)
             for source, moved in zip(self.loaded.sources, self.readings(fit, recorded), strict=True)
         ]
-        if not columns:
-            return 0.0
         errors, sensitivities = np.hstack(columns), as_matrix(fit.sensitivities)
         seen = sensitivities.T @ errors
         curvature = errors.T @ errors - seen.T @ (fit.estimable.generalised / fit.inflation) @ seen

@@ -86,9 +86,9 @@ class DesignProblem:
         return {**known_criteria(), **{criterion.name: criterion for criterion in self.further}}
 
     @property
-    def load_errors(self) -> DeclaredLoadErrors:
-        """The errors that recorded loads may have."""
-        return DeclaredLoadErrors(self.loaded, self.source)
+    def load_errors(self) -> DeclaredLoadErrors | None:
+        """The errors that recorded loads may have; None where the configuration declares none."""
+        return DeclaredLoadErrors(self.loaded, self.source) if self.loaded.sources else None
 
     def assess(self, configurations: FloatArray, loads: FloatArray, series: IntArray | None = None) -> Assessment:
         """The pieces of every criterion for b designs: configurations (b, m, n_q), loads (b, m, k), series (b, m), 0

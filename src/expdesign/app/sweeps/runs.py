@@ -1,15 +1,15 @@
 """The runs of a sweep, each with the resolved configuration that makes it what it is.
 
-The sweep as it stands in YAML: a configuration, and which of its keys take which values.
+A sweep stands in YAML: a configuration, and which of its keys take which values.
 
-schema_version: 1
-config: hexapod-h1.yaml
-vary:                                        # every combination of these (a grid)
-  experiment.measurements: [4, 6, 8]
-  optimiser.seed: {from: 1, to: 5}
-cases:                                       # and of these, each a set of values that belong together
-  - {robot: robots/hexapod-h1.yaml, experiment.load.mass_kg: 26.5}
-  - {robot: robots/other.yaml, experiment.load.mass_kg: 40}
+    schema_version: 1
+    config: hexapod-h1.yaml
+    vary:                                    # every combination of these (a grid)
+      experiment.measurements: [4, 6, 8]
+      optimiser.seed: {from: 1, to: 5}
+    cases:                                   # and of these, each a set of values that belong together
+      - {robot: robots/hexapod-h1.yaml, experiment.load.mass_kg: 26.5}
+      - {robot: robots/other.yaml, experiment.load.mass_kg: 40}
 
 A run is also what computes it: the rooms that its numbers come from, and the libraries. The number of a version says
 neither what a checkout with changes computed, nor that two versions compute the same.

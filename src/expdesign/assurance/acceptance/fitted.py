@@ -56,8 +56,7 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
     generalised = model.fit.estimable.generalised
     together = np.einsum("tnp,pq,smq->tnsm", sensitivities, generalised, sensitivities, optimize=True)
     contributions = [Contribution(NOISE, noise, True, model.degrees, together)]
-    effects = _effects_of_loads(problem, model) if problem.loaded.sources else []
-    for source, moved in zip(problem.loaded.sources, effects, strict=True):
+    for source, moved in zip(problem.loaded.sources, _effects_of_loads(problem, model), strict=True):
         # Errors that every row has for itself add up in squares, one that all share adds up as it is.
         estimates = moved.sum(axis=0)[None] if source.shared else moved
         errors = np.einsum("tnp,mpd->tnmd", sensitivities, estimates)
@@ -110,8 +109,10 @@ def target_sensitivities(problem: DesignProblem, fit: Fit) -> FloatArray:
 
 def _effects_of_loads(problem: DesignProblem, model: FittedModel) -> list[FloatArray]:
     """What one standard deviation of every component of each source does to the estimate, row by row, (N, p, d)."""
-    fit = model.fit
+    fit, errors = model.fit, problem.load_errors
+    if errors is None:
+        return []
     weights = model.whitening.decorrelated(fit.sensitivities)
     gain = (weights @ fit.estimable.generalised).swapaxes(1, 2) / fit.inflation
-    moved = problem.load_errors.readings(fit, model.recordings)
+    moved = errors.readings(fit, model.recordings)
     return [gain @ (readings / model.whitening.deviations[..., None]) for readings in moved]

@@ -6,7 +6,7 @@ compensated robot misses target t by (T_e,t − A_t·Ã⁺B̃_e)·x. Then
 
     MEIR_e² = max over x of Σ_t w_t·‖W_t^½·(T_e,t − A_t·Ã⁺B̃_e)·x‖²  subject to  ‖R_e·x‖² ≤ λ,  ‖x‖² ≤ 1.
 
-The largest value of a quadratic form on the intersection of two ellipsoids about the origin, for whole batches.
+That is the largest value of a quadratic form on the intersection of two ellipsoids about the origin, for whole batches:
 
     maximise ‖C·x‖²  subject to  xᵀ·H·x ≤ 1  and  xᵀ·x ≤ 1      (H positive semidefinite, perhaps singular)
 

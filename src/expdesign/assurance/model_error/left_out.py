@@ -1,12 +1,9 @@
 """The physics that a plan might miss: every effect that the robot can have, at every start of its shapes.
 
-Prior sizes of left-out physics on one robot, in the units of the effects' parameters.
-
-How left-out physics moves the readings and the targets, to first order.
-
-All physics without memory stands on one measurement chain, beside what is known of the robot: one Jacobian of its
-reading then holds the directions of all of it. Physics with memory has kinks at which it would disturb the derivatives
-of other physics, and stands on a chain of its own.
+`PriorSizes` has its sizes on one robot, in the units of the effects' parameters, and `Directions` how it moves the
+readings and the targets, to first order. All physics without memory stands on one measurement chain, beside what is
+known of the robot: one Jacobian of its reading then holds the directions of all of it. Physics with memory has kinks at
+which it would disturb the derivatives of other physics, and stands on a chain of its own.
 """
 
 from collections.abc import Hashable
