@@ -1,8 +1,9 @@
-"""Random run configurations, by number: `python -m benchmarks.fronts.configurations FOLDER [--first 1 --last 50]`.
+"""Random run configurations, by number: `python -m benchmarks.fronts.configurations FOLDER [--first 1 --last 50] [--large]`.
 
 Robots, limits, travel, noise, shared references, load errors, targets, and every form in which poses and loads can be
 given: continuous, on a grid, from a list, of a few choices. A number is a seed: the same number gives the same file. A
-draw that leaves nothing to choose, or that identifies too little, is followed by the next draw of the same number.
+draw that leaves nothing to choose, or that identifies too little, is followed by the next draw of the same number. Large
+ones have 20 to 50 measurements, mostly with a shared reference, and every other one a time for the whole plan.
 """
 
 import argparse
@@ -26,12 +27,15 @@ _SHIPPED = Path(__file__).parents[2] / "configs" / "robots"
 _DRAWS = 50
 
 
-def write(number: int, folder: Path) -> Path:
+def write(number: int, folder: Path, *, large: bool = False) -> Path:
     """Write configuration `number` into a folder, with the robot's files or its list of poses beside it."""
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"random-{number:02d}.yaml"
+    path = folder / f"{'large' if large else 'random'}-{number:02d}.yaml"
     for draw in range(_DRAWS):
-        _write(np.random.default_rng([number, draw]), number, path)
+        generator = np.random.default_rng([number, draw])
+        _write(generator, number, path)
+        if large:
+            _enlarge(path, number, generator)
         if _sensible(path):
             return path
     raise RuntimeError(f"no sensible configuration {number} in {_DRAWS} draws")
@@ -84,6 +88,18 @@ def _write(generator: Generator, number: int, path: Path) -> None:
         "objectives": ["duir", "feir"],
         "optimiser": {"seed": number},
     }
+    path.write_text(yaml.safe_dump(document, sort_keys=False), encoding="utf-8")
+
+
+def _enlarge(path: Path, number: int, generator: Generator) -> None:
+    """The same experiment as a long campaign: a plan of 20 to 50 measurements, every second one in a given time."""
+    document: Mapping = yaml.safe_load(path.read_text(encoding="utf-8"))
+    experiment = document["experiment"]
+    experiment["measurements"] = int(generator.integers(20, 51))
+    experiment["deflection_noise"]["shared_reference"] = bool(generator.random() < 0.7)
+    if number % 2 == 0:
+        experiment["costs"] = {"pose_change": 2.0, "mass_change": 3.0, "reading": 1.0}
+        experiment["budget"] = {"minutes": rounded(experiment["measurements"] * generator.uniform(3.0, 5.0))}
     path.write_text(yaml.safe_dump(document, sort_keys=False), encoding="utf-8")
 
 
@@ -207,9 +223,10 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--last", type=int, default=50)
+    parser.add_argument("--large", action="store_true")
     arguments = parser.parse_args()
     for number in range(arguments.first, arguments.last + 1):
-        print(write(number, arguments.folder), flush=True)
+        print(write(number, arguments.folder, large=arguments.large), flush=True)
 
 
 if __name__ == "__main__":
