@@ -32,6 +32,7 @@ def arguments(description: str | None, jobs: int) -> argparse.ArgumentParser:
     parser.add_argument("--seed", type=int, help="default: drawn afresh; with a seed it is no proof")
     parser.add_argument("--jobs", type=int, default=jobs, help="processes at a time")
     parser.add_argument("--keep", type=Path, help="folder for cases, answers and, afterwards, truths; resumes")
+    parser.add_argument("--kept", type=Path, help="ask about the cases that this folder keeps, instead of drawing")
     parser.add_argument("--generate-only", action="store_true", help="cases and truths to --keep, nothing is asked")
     parser.add_argument("--results", type=Path, help="folder for the page")
     parser.add_argument("--command", default=str(program), help="the program that diagnoses and predicts")
@@ -44,7 +45,6 @@ def conduct(
     title: str,
     ending: str,
     repeated: int = 0,
-    kept: Path | None = None,
     every: bool = False,
 ) -> None:
     """Draw, ask, judge, and write the page.
@@ -55,13 +55,12 @@ def conduct(
         title: of the page.
         ending: of the page's name, after date and seed.
         repeated: number of cases that are diagnosed a second time, which must give the same.
-        kept: folder of an earlier round whose cases are asked about again, in place of drawing.
         every: whether the page has a table case by case.
     """
     started, today = time.monotonic(), datetime.datetime.now(datetime.UTC).date().isoformat()
-    fresh = chosen.seed is None and kept is None
-    if kept:
-        cases = kept_cases(kept)
+    fresh = chosen.seed is None and chosen.kept is None
+    if chosen.kept:
+        cases = kept_cases(chosen.kept)[: chosen.limit]
         seed = cases[0].truth["seed"]
     else:
         seed = fresh_seed() if chosen.seed is None else chosen.seed

@@ -1,9 +1,11 @@
-"""Random run configurations, by number: `python -m benchmarks.fronts.configurations FOLDER [--first 1 --last 50] [--large]`.
+"""Random run configurations, by number.
+
+    python -m benchmarks.fronts.configurations FOLDER [--first 1 --last 50] [--large]
 
 Robots, limits, travel, noise, shared references, load errors, targets, and every form in which poses and loads can be
 given: continuous, on a grid, from a list, of a few choices. A number is a seed: the same number gives the same file. A
-draw that leaves nothing to choose, or that identifies too little, is followed by the next draw of the same number. Large
-ones have 20 to 50 measurements, mostly with a shared reference, and every other one a time for the whole plan.
+draw that leaves nothing to choose, or that identifies too little, is followed by the next draw of the same number.
+Large ones have 20 to 50 measurements, mostly with a shared reference, and every other one a time for the whole plan.
 """
 
 import argparse

@@ -1,14 +1,13 @@
 """The second source in one command: `python -m benchmarks.concealed.second_source.run` generates, asks and scores.
 
 40 cases and 8 healthy ones from a seed that is drawn afresh unless one is given; a seed makes the same cases again,
-with the same versions of the engines (extra `second-source`). `--again DIR` asks another state of the program about
+with the same versions of the engines (extra `second-source`). `--kept DIR` asks another state of the program about
 cases that were kept, without the engines.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 from ..case import Case, generate
 from ..pipeline import arguments, conduct
@@ -20,7 +19,6 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=40, help="cases in which something is hidden")
     parser.add_argument("--healthy", type=int, default=8, help="cases in which nothing is")
     parser.add_argument("--only", action="append", default=[], choices=KINDS, help="kinds")
-    parser.add_argument("--again", type=Path, help="ask about the cases that were kept in this folder")
     chosen = parser.parse_args()
 
     def draw(seed: int) -> Iterator[Case]:
@@ -28,7 +26,7 @@ def main() -> None:
         wanted = orders(chosen.count, chosen.healthy, seed, tuple(chosen.only))
         return generate(drawn, wanted[: chosen.limit], seed)
 
-    conduct(chosen, draw, "The second source", "-second-source", kept=chosen.again, every=True)
+    conduct(chosen, draw, "The second source", "-second-source", every=True)
 
 
 if __name__ == "__main__":
