@@ -224,9 +224,15 @@ class Chain:
     @cached_property
     def _derivatives(self) -> BatchFunction:
         row, state, theta, reading, following = self._symbolic
-        outputs = [reading, following, ca.jacobian(reading, theta), ca.jacobian(reading, state)]
-        outputs += [ca.jacobian(following, theta), ca.jacobian(following, state)]
-        return BatchFunction("chain_derivatives", [row.flat(), state, theta], outputs)
+        return BatchFunction("chain_derivatives", [row.flat(), state, theta], [reading, following, *self._jacobians])
+
+    @cached_property
+    def _jacobians(self) -> list[ca.SX]:
+        """Of the reading for parameters and for states, then of the next states: taken at once, terms are shared."""
+        _, state, theta, reading, following = self._symbolic
+        whole = ca.jacobian(ca.vertcat(reading, following), ca.vertcat(theta, state))
+        rows, columns = [0, self.width, whole.size1()], [0, len(self.parameters), whole.size2()]
+        return [block for line in ca.blocksplit(whole, rows, columns) for block in line]
 
     @cached_property
     def _symbolic(self) -> tuple[Row, ca.SX, ca.SX, ca.SX, ca.SX]:
@@ -269,8 +275,9 @@ class Chain:
         row, state, theta, reading, following = self._symbolic
         width = len(self.parameters)
         carried = ca.SX.sym("carried", self.states, width)
-        through = ca.jacobian(following, theta) + ca.jacobian(following, state) @ carried
-        total = ca.jacobian(reading, theta) + ca.jacobian(reading, state) @ carried
+        reading_theta, reading_state, following_theta, following_state = self._jacobians
+        through = following_theta + following_state @ carried
+        total = reading_theta + reading_state @ carried
         before = ca.vertcat(state, ca.vec(carried))
         after = ca.vertcat(following, ca.vec(through))
         outputs = [ca.densify(after), ca.densify(ca.vertcat(reading, ca.vec(total)))]
