@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from yaml.composer import Composer
 
 from expdesign.errors import InputError
 from expdesign.io.units import QUANTITY, Dimension, Unit, measured_column, quantity, require_dimension, unit_of
@@ -178,9 +179,24 @@ _LARGEST_DOCUMENT = 1_000_000
 """Keys and entries, aliases written out; aliases of aliases can ask for more than any memory holds."""
 
 
-class _Loader(yaml.SafeLoader):
+if yaml.__with_libyaml__:
+
+    class _Nodes(Composer, yaml.CSafeLoader):
+        """Nodes are made here from what libyaml parses: its own are made by recursion without a limit."""
+
+        def __init__(self, text: str) -> None:
+            yaml.CSafeLoader.__init__(self, text)
+            Composer.__init__(self)
+
+else:
+    _Nodes = yaml.SafeLoader  # type: ignore[misc,assignment]
+
+
+class _Loader(_Nodes):
     """Safe loader whose numbers are those of YAML 1.2 (`1e8` is a number, `1:30` and `010` are not surprises)."""
 
+
+_Dumper = yaml.CSafeDumper if yaml.__with_libyaml__ else yaml.SafeDumper
 
 _Loader.yaml_implicit_resolvers = {
     first: [(tag, pattern) for tag, pattern in resolvers if tag not in _REPLACED]
@@ -195,6 +211,14 @@ _Loader.add_implicit_resolver(
     ),
     list("-+.0123456789"),
 )
+
+
+def yaml_text(content: Mapping[str, Any]) -> str:
+    """Content as YAML in the order of its keys, lines of 120 characters, lists of numbers in brackets."""
+    text: str = yaml.dump(
+        content, Dumper=_Dumper, sort_keys=False, default_flow_style=None, width=120, allow_unicode=True
+    )
+    return text
 
 
 def _construct_float(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> float:

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import pandas as pd
-import yaml
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.inputs import document_of, purpose_of
@@ -19,7 +18,7 @@ from expdesign.counted import counted
 from expdesign.errors import ExpdesignError
 from expdesign.io.output import json_text, require_writable
 from expdesign.io.written import claim, require_free_names
-from expdesign.io.yaml_reader import YamlDocument
+from expdesign.io.yaml_reader import YamlDocument, yaml_text
 from expdesign.planning.problem_file import problem_from_document
 
 CONFIG = "config.yaml"
@@ -132,5 +131,5 @@ def run_files(config: dict[str, Any]) -> tuple[dict[str, str], float]:
         files = result.files() | {CONTENT: page_text(result.page())}
     except ExpdesignError as error:
         files = {FAILURE: json_text({"message": error.message})}
-    text = yaml.safe_dump(config, sort_keys=False, default_flow_style=None, width=120, allow_unicode=True)
+    text = yaml_text(config)
     return files | {CONFIG: text, COMPUTED_BY: json_text(computed_by())}, time.perf_counter() - started

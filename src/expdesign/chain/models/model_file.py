@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Protocol
 
 import numpy as np
-import yaml
 from pydantic import Field
 
 from expdesign.arrays import FloatArray
@@ -26,7 +25,7 @@ from expdesign.copying import Copied
 from expdesign.errors import InputError
 from expdesign.io.kinds import CURRENT_VERSIONS, require_kind
 from expdesign.io.schema import Number, Positive, Section, validate
-from expdesign.io.yaml_reader import YamlDocument, read_yaml
+from expdesign.io.yaml_reader import YamlDocument, read_yaml, yaml_text
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import robot_from_document
 
@@ -178,7 +177,7 @@ def model_text(model: Model, folder: Path) -> str:
         "# Identified model, for `expdesign predict`, `compensate` and `simulate`. Compliances in m/N (rad/(N m));\n"
         "# the covariance is of all `parameters` in their own units.\n"
     )
-    return head + yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=120, allow_unicode=True)
+    return head + yaml_text(content)
 
 
 def model_of_robot(robot: Robot, document: YamlDocument) -> Model:
