@@ -12,6 +12,7 @@ from tests.oracle import Array
 from expdesign.errors import InfeasibleError, NotIdentifiableError
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
 from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.evolution import expected_gain
 from expdesign.planning.front import Front
 from expdesign.planning.operators.operator import Credit
 from expdesign.planning.problem import DesignProblem
@@ -149,6 +150,15 @@ def test_an_operator_is_asked_by_what_it_brought() -> None:
     counts = np.bincount(asked)
     assert counts[1] > 20
     assert counts.min() >= 5  # each now and then, whatever it brought
+
+
+def test_a_single_long_generation_does_not_end_a_search() -> None:
+    """Exchanges of long plans take longer than a second, and what they miss others may find."""
+    brief = [(0.125, 0.01)] * 30
+    assert expected_gain(brief, 5) == pytest.approx(0.08)
+    assert expected_gain([*brief, (30.0, 0.0)], 5) == pytest.approx(0.04)
+    assert expected_gain([*brief, *[(30.0, 0.0)] * 5], 5) == pytest.approx(0.5 * 0.05)
+    assert expected_gain([*brief, *[(30.0, 0.0)] * 10], 5) == 0.0
 
 
 @pytest.mark.parametrize(("effort", "other"), [("quick", "normal"), ("normal", "thorough")])

@@ -147,19 +147,25 @@ class ExpectedGain(Termination):  # type: ignore[misc]
             return 1.0
         if generations < 2 * len(algorithm.operators):
             return generations / self._most
-        return 1.0 if expected_gain(algorithm.history_of_work) < self._enough else generations / self._most
+        expected = expected_gain(algorithm.history_of_work, len(algorithm.operators))
+        return 1.0 if expected < self._enough else generations / self._most
 
 
-def expected_gain(history: Sequence[tuple[float, float]]) -> float:
-    """What a further second brings, from seconds and gain of each generation so far."""
+def expected_gain(history: Sequence[tuple[float, float]], operators: int) -> float:
+    """What a further second brings, from seconds and gain of each generation so far.
+
+    A second has at least as many generations as there are operators: where designs are large one takes longer, and
+    what a single operator brought says nothing about the others.
+    """
     found = [0.0, 0.0]
-    spent = 0.0
+    spent, number, place = 0.0, 0, 0
     for seconds, gain in reversed(history):
-        place = int(spent)
+        if spent >= place + 1.0 and number >= (place + 1) * operators:
+            place += 1
         if place > 1:
             break
         found[place] += gain
-        spent += seconds
+        spent, number = spent + seconds, number + 1
     if spent < 1.0 and len(history) < 50:
         return np.inf  # too little was done to say
     return max(found[0], 0.5 * found[1])

@@ -172,7 +172,7 @@ def _missing(found: Evolution) -> float:
     front = front[non_dominated(front)] if len(front) else front
     if front.shape[1] == 2 and not found.state.problem.space.discrete.all():
         gaps = float(gap_shares(front[np.argsort(front[:, 0])]).sum())
-    gain = expected_gain(found.history_of_work)
+    gain = expected_gain(found.history_of_work, len(found.operators))
     return min(1.0, gaps + gain)
 
 

@@ -32,6 +32,8 @@ _MAP = 50
 """Options that cost as much as the maps of one measurement."""
 _VARIANT = 25
 """The same of the maps of many variants at once."""
+_NEAR = 8
+"""Other measurements of a plan near whose loads one is varied."""
 _HELPS = 1e-9
 """Relative gain that counts as one."""
 
@@ -99,7 +101,7 @@ class Exchange:
         score = self._scores(sums.sums(there, designs[..., pose]), aims.centres, aims.weights)
         moving, settings = np.arange(batch), self._space.settings
         together = max(1, _TOGETHER // (count * shared.shape[1]))
-        for _ in range(_SWEEPS):
+        for sweep in range(_SWEEPS):
             helped = np.zeros(batch, dtype=bool)
             for place in range(m):
                 for start in range(0, len(moving), together):
@@ -108,7 +110,7 @@ class Exchange:
                     others, rest = np.delete(designs[part], place, axis=1), np.delete(there[part], place, axis=1)
                     options = sums.joined(rest, others[..., pose], shared[None], common[None][..., pose])
                     if own:
-                        more = self._own_options(designs[part], place, varied, loaded)
+                        more = self._own_options(designs[part], place, varied, sweep if loaded else None)
                         theirs = sums.parts(more.reshape(-1, g)).reshape(*more.shape[:2], -1)
                         self.options += _VARIANT * more.shape[0] * more.shape[1] if varied else 0
                         joined = sums.joined(rest, others[..., pose], theirs, more[..., pose])
@@ -159,21 +161,24 @@ class Exchange:
                     design[:], parts, score = tried[best], theirs[best], float(scores[best])
         return found
 
-    def _own_options(self, designs: FloatArray, place: int, varied: bool, loaded: bool) -> FloatArray:
+    def _own_options(self, designs: FloatArray, place: int, varied: bool, sweep: int | None) -> FloatArray:
         """Alternatives (b, v, g) to the measurement of designs (b, m, g) at a place: where wanted, its variants; where
-        settings count, also at its pose set anew, at the poses of the other ones with loads near theirs, or left out.
+        settings count, also at its pose set anew, at the poses of the other ones, in a numbered sweep with loads near
+        those of some of them, or left out.
         """
         own, space = designs[:, place, None], self._space
         found = [variants(self._problem, own)[:, 0]] if varied else [space.anew(own)]
         if space.settings is not None:
-            others = np.delete(designs, place, axis=1)
+            others, count = np.delete(designs, place, axis=1), designs.shape[1] - 1
             found += [np.where(space.of_pose, others, own), np.where(space.of_pose, space.anew(others), own)]
             if space.settings.budget is not None:
                 out = own.copy()
                 out[..., space.settings.gene] = 0.0
                 found.append(out)
-            if loaded:
-                more = variants(self._problem, others, ~space.of_pose)
+            if sweep is not None:
+                # Of long plans other ones in every sweep: all would be as many alternatives as measurements squared.
+                some = (place + sweep + np.linspace(0, count, min(count, _NEAR), endpoint=False, dtype=int)) % count
+                more = variants(self._problem, others[:, np.sort(some)], ~space.of_pose)
                 found.append(more.reshape(len(designs), -1, space.decisions))
         return np.concatenate(found, axis=1)
 
