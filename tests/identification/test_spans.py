@@ -87,3 +87,12 @@ def test_what_distances_cannot_be_is_named() -> None:
         recordings_of(frame.assign(point="ball"))
     with pytest.raises(InputError, match="distances or gauges, and no positions"):
         complete_positions(recordings_of(frame))
+
+
+def test_a_diagnosis_says_what_it_leaves_out(caplog: pytest.LogCaptureFixture) -> None:
+    frame = measured(120, positions=True)
+    with caplog.at_level("WARNING"):
+        found = xd.diagnose(ROBOT, frame)
+    assert "reads complete positions, not 80 rows with fewer than three coordinates" in caplog.text
+    assert "`expdesign identify` fits them" in caplog.text
+    assert len(found.result.recordings) == 40

@@ -10,7 +10,8 @@ from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.inputs import RobotInput, purpose_of
 from expdesign.app.api.recorded import RecordedResult, RecordingsInput, recorded_at, recorded_model
 from expdesign.app.api.result import PAGE
-from expdesign.chain.recordings.recordings import complete_positions
+from expdesign.assurance.plausibility.finding import Implausibility, say
+from expdesign.chain.recordings.recordings import Recordings, complete_positions
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
 from expdesign.diagnosis.law_findings import curves
 from expdesign.diagnosis.next_experiment import discriminating_series
@@ -36,6 +37,22 @@ STAGES = (
     "looking for what may still be hidden",
 )
 """How the sentences begin that say what is being done, in their order; not every diagnosis has all of these stages."""
+
+
+def _read_here(recordings: Recordings) -> Recordings:
+    """Complete positions where markers are measured; what an identification fits beside them is named in a warning."""
+    found = complete_positions(recordings)
+    if recordings.marker is None:
+        return found
+    kinds = {
+        "rows with fewer than three coordinates of a position, a distance or a gauge": len(recordings) - len(found),
+        "orientations of targets": 0 if recordings.aim is None else len(found),
+    }
+    left = " and ".join(f"{count} {kind}" for kind, count in kinds.items() if count)
+    if left:
+        remedy = "`expdesign identify` fits them with the positions; here they are left out."
+        say([Implausibility(f"a diagnosis reads complete positions, not {left}", remedy)], recordings.source)
+    return found
 
 
 @dataclass(frozen=True, repr=False)
@@ -169,7 +186,7 @@ def diagnose(
     if isinstance(without, str):
         raise ArgumentError("identifiers of physics are a list", argument="without", remedy=f"Write [{without!r}].")
     machine, measured, problem = recorded_at(
-        robot, recordings, targets, shared_reference, confirmed=other_robot, usable=complete_positions
+        robot, recordings, targets, shared_reference, confirmed=other_robot, usable=_read_here
     )
     if problem is not None and not machine.robot.jointed:
         problem.require_elastostatic("what recordings hide is known")
