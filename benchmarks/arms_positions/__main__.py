@@ -1,14 +1,14 @@
 """Held-out errors, processor times and parameters of ways to calibrate an arm from positions, on the same rows.
 
     python -m benchmarks.arms_positions [--figaroh PYTHON] [--pybotics PYTHON] [--seeds N] [--out FOLDER]
-        [--ways PATTERN] [--recorded ROBOT.yaml JOINT,... RECORDINGS.csv ...]
+        [--ways PATTERN] [--sets PATTERN] [--recorded ROBOT.yaml JOINT,... RECORDINGS.csv ...]
 
 Simulated arms (of the kind of a UR10, an IRB 120, a seven-axis arm; `rows.py`) are judged by held-out positions without
 noise, recordings by the rows that their column `split` marks `test`. The ways are the drawn robot with instrument and
 markers fitted, a script with SciPy (`script.py`) with and without compliances, `identify`, FIGAROH at five levels and
 pybotics. The last two run in interpreters of their own (`pip install figaroh`, `pip install pybotics`) and are left
-out, with a message, where none is named. FIGAROH's level `priors` is its estimation method `map`. pybotics takes
-minutes, and calibrates the first simulated arm of each kind alone.
+out, with a message, where none is named. FIGAROH's level `priors` is its estimation method `map`. pybotics has one
+tool, and takes minutes for an arm.
 """
 
 from __future__ import annotations
@@ -42,7 +42,8 @@ def every(given: argparse.Namespace, folder: Path) -> Iterator[tuple[int, Rows]]
     for seed in range(given.seeds):
         for design in POSES:
             for kind in KINDS:
-                yield seed, simulated(kind, design, seed, folder)
+                if re.search(given.sets, f"{kind}, {design}"):
+                    yield seed, simulated(kind, design, seed, folder)
 
 
 def summary(done: pd.DataFrame) -> pd.DataFrame:
@@ -69,6 +70,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=5, help="simulated arms of each kind")
     parser.add_argument("--recorded", nargs="+", help="robot file, its joints as in the URDF, recordings")
     parser.add_argument("--ways", default="", help="regular expression of the names of the ways that are gone")
+    parser.add_argument("--sets", default="", help="regular expression of the names of the simulated sets")
     parser.add_argument("--out", type=Path, default=Path("results/arms"))
     given = parser.parse_args()
     print("expdesign, numpy, scipy, pin:", *(version(each) for each in ("expdesign", "numpy", "scipy", "pin")))
@@ -76,7 +78,7 @@ def main() -> None:
     lines: list[dict[str, object]] = []
     with tempfile.TemporaryDirectory() as scratch:
         for seed, rows in every(given, Path(scratch)):
-            for way, calibrated in ways(given.figaroh, given.pybotics if seed == 0 else None).items():
+            for way, calibrated in ways(given.figaroh, given.pybotics).items():
                 if not re.search(given.ways, way):
                     continue
                 try:
