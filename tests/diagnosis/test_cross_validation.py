@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
+import pytest
+from scipy.stats import norm
 from tests.chain.bodies import BODY, recordings
 
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.confirmation import _blocks
-from expdesign.diagnosis.cross_validation import blocks_of, last_part, readings_of
+from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, last_part, readings_of
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
@@ -70,3 +72,20 @@ def test_what_comes_later_refutes_only_where_it_is_clearly_worse_and_no_noise() 
         errors = HeldOut(6.0, 1.0, 6.0, 1.0, 1.0, "", later_before=later[0], later_after=later[1])
         assert errors.refuted is refuted
     assert HeldOut(6.0, 1.0, 6.0, 6.1, 1.0, "").refuted
+
+
+@pytest.mark.parametrize(("k", "q"), [(4.0, 1e-5), (1.0, 0.01), (3.0, 0.02)])
+def test_what_left_out_errors_ask_for_is_found_again(k: float, q: float) -> None:
+    """Errors drawn with a covariance k times too small, and a share q of the prior that no row takes away."""
+    generator = np.random.default_rng(0)
+    own, priors = generator.uniform(0.0, 1.0, 4000), generator.uniform(0.0, 100.0, 4000)
+    errors = generator.standard_normal(4000) * np.sqrt(1.0 + k * own + q * priors)
+    factor, share = LeftOut(errors, errors, np.arange(4000)).widened(1.0 + own, priors)
+    assert factor == pytest.approx(k, rel=0.2, abs=0.2)
+    assert share == pytest.approx(q, rel=0.2, abs=1e-3)
+
+
+def test_left_out_errors_that_tell_nothing_leave_the_factor_at_its_mean_beforehand() -> None:
+    """Oracle: ∫ eˣ·2φ(x) dx over x > 0 is 2·√e·Φ(1), 1.6 % of it beyond the largest factor."""
+    factor, _ = LeftOut(np.ones(10), np.ones(10), np.arange(10)).widened(np.ones(10), np.zeros(10))
+    assert factor == pytest.approx(2.0 * np.sqrt(np.e) * norm.cdf(1.0), rel=0.05)

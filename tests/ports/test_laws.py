@@ -143,6 +143,31 @@ def test_a_drift_stays_at_its_last_value_and_grows_less_certain() -> None:
     assert slopes[3] / slopes[2] == pytest.approx(2.0, rel=1e-6)
 
 
+def test_a_reading_that_refers_to_a_late_time_is_unsure_by_what_a_random_walk_does_between_both() -> None:
+    """Oracle: Var[W(b) − W(b₀)] = |b − b₀|, b being how many ranges after the end; alike times have no difference."""
+    here, end = robot(BIPOD), 100.0
+    basis = basis_of("wiener", np.array([end]), np.linspace(0.0, end, 21)[:, None], 12)
+    assert basis is not None
+    channels = tuple(Channel(0, 0, (Quantity(kind),), gain=gain) for kind, gain in (("clock", 1.0), ("started", -1.0)))
+    ends = np.zeros((2, 1)), np.full((2, 1), end)
+    chain = Chain(here, (Law(here, Form("actuators", LEG_1, "offset", channels, basis, *ends, 2e-6)),))
+    rows = row_data(recordings_of(None), here)
+    columns = {name: index for index, name in enumerate(_names(chain))}
+
+    def unsure(time: float, reference: float) -> float:
+        numbers = rows.values.copy()
+        numbers[:, columns["clock"]], numbers[:, columns["elapsed"]] = time, time - reference
+        moved = type(rows)(numbers, rows.series, rows.position)
+        slopes = chain.predict_with_sensitivities(moved, np.zeros(len(chain.parameters)))[1]
+        return float(np.abs(slopes[..., -1]).max())
+
+    once = unsure(2.0 * end, end)
+    for time, reference in ((5.0 * end, 4.0 * end), (9.0 * end, 8.0 * end)):
+        assert unsure(time, reference) == pytest.approx(once, rel=1e-6)
+    assert unsure(6.0 * end, 2.0 * end) == pytest.approx(2.0 * once, rel=1e-6)
+    assert unsure(5.0 * end, 5.0 * end) < 1e-6 * once
+
+
 def _names(chain: Chain) -> list[str]:
     """Name of every number of a row, in the order of `Row.flat`."""
     row = chain.row_symbols()

@@ -88,6 +88,32 @@ class LeftOut:
     after: FloatArray
     blocks: IntArray
 
+    def widened(self, variances: FloatArray, priors: FloatArray) -> tuple[float, float]:
+        """Factor k ≥ 1 on the variance by weights, and share q of the laws' prior variance that stays beside it.
+
+        A law is its kernel's and what the kernel lacks. The posterior variance v − 1 of the first shrinks with the
+        rows; the second is no smaller between many rows than between few, and large where the law may be large: q of
+        its prior variance p. With e the errors of blocks that were left out both are the posterior means under
+
+            e_i ~ N(0, 1 + k·(v_i − 1) + q·p_i),   ln k ~ |N(0, 1)|,   ln q uniform from ln 10⁻⁶ to 0,
+
+        so that blocks which tell little leave a law no surer than nature usually lets it be.
+
+        Args:
+            variances: v of `after`, 1 of which is noise, shape (M,).
+            priors: p, the prior variance by all laws, shape (M,).
+        """
+        own, squares = np.maximum(variances - 1.0, 0.0), self.after**2
+        logs, shares = np.linspace(0.0, np.log(EVIDENCE.most_inflated), 14), np.logspace(-6.0, 0.0, 19)
+        fit = np.empty((len(logs), len(shares)))
+        for i, k in enumerate(np.exp(logs)):
+            total = 1.0 + k * own + shares[:, None] * priors
+            fit[i] = -0.5 * (np.log(total) + squares / total).sum(axis=1) - 0.5 * logs[i] ** 2
+        weights = np.exp(fit - fit.max())
+        weights[[0, -1]] *= 0.5  # trapezoids
+        weights /= weights.sum()
+        return float(weights.sum(axis=1) @ np.exp(logs)), float(weights.sum(axis=0) @ shares)
+
     def inflation(self, variances: FloatArray) -> float:
         """Factor k ≥ 1 on the variance by unknown parameters with which left-out errors are as large as stated.
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, as_matrix
+from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.curve import Curve, curve_of
@@ -229,8 +229,10 @@ def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
         state.left_out(search.problem.blocks) / noise,
         search.problem.blocks,
     )
-    inflation = left_out.inflation(state.left_out_variances(search.problem.blocks) / variance)
-    result = replace(result.known_as(result.estimable.scaled(inflation * variance)), inflation=inflation * variance)
+    inflation, share = left_out.widened(
+        state.left_out_variances(search.problem.blocks) / variance, _priors(state, model)
+    )
+    result = replace(_widened(result, inflation, share, variance), inflation=inflation * variance)
     parts = []
     for position, (effect, part) in enumerate(zip(effects, chain.slices, strict=True)):
         share = float(np.clip((state.without(position).scatter - state.scatter) / excess, 0.0, 1.0))
@@ -246,3 +248,19 @@ def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
     lost = max(0.0, result.chi2 - state.scatter) / variance
     gain = chosen.evidence - search.start.evidence - 0.5 * lost
     return Laws(tuple(parts), result, left_out, gain, inflation, noise)
+
+
+def _priors(state: Present, model: Model) -> FloatArray:
+    """Prior variance of every reading by the laws that have no name, in variances of the noise, shape (M,)."""
+    nameless = list(zip(state.laws, state.variances, strict=True))[len(model.effects) :]
+    return sum((size * (law**2).sum(axis=1) for law, size in nameless), np.zeros(len(state.readings)))
+
+
+def _widened(result: Fit, inflation: float, share: float, variance: float) -> Fit:
+    """The fit with covariance k·s²·C, and q·s²·σ² beside it of every weight of a law (`LeftOut.widened`)."""
+    deviations = np.zeros(len(result.values))
+    for effect, part in zip(result.chain.effects, result.chain.slices, strict=True):
+        if isinstance(effect, Law):
+            deviations[part] = effect.form.deviation
+    known = result.estimable.scaled(inflation * variance)
+    return result.known_as(replace(known, generalised=known.generalised + np.diag(share * variance * deviations**2)))

@@ -24,7 +24,7 @@ _FADES = 0.25
 _GOES_ON = 0.1
 """The same over which a law of time or temperature goes on, before it stays at its last value."""
 _WITHIN = 1e-24
-"""Square of what is left of the uncertainty beyond within the range: a root has no derivative at exactly 0."""
+"""Share left of the variance beyond within the range: a root has no derivative at exactly 0."""
 
 
 def port_classes() -> dict[str, type[Port]]:
@@ -164,7 +164,10 @@ class Law(_AtPort):
     Parameters are the weights of its features, block after block, known beforehand to ±σ about 0; after them one per
     component of u for what is not known beyond the range of the inputs: there the features fade, and this takes over
     with the law's own standard deviation about 0. Soon beyond recorded times and temperatures a law stays at its last
-    value, and what is not known grows as a random walk that wanders by its standard deviation within their range.
+    value, and what is not known grows as a random walk that wanders by its standard deviation within their range. With
+    a_c the signed amplitudes of the channels of one law and b_c how far they are beyond, their sum is uncertain by
+    σ·√(Σ_cd a_c·a_d·min(b_c, b_d)), the covariance of a Brownian motion: a reading at t that refers to one at t₀ by
+    σ·√|b − b₀|, however late both are.
     """
 
     def __init__(self, robot: Robot, form: Form, number: int = 1) -> None:
@@ -206,6 +209,7 @@ class Law(_AtPort):
         extra = ca.SX.zeros(self.port.width)
         rank, blocks = form.basis.rank, form.blocks
         features: dict[tuple[Quantity, ...], ca.SX] = {}
+        outside: dict[tuple[int, int], list[tuple[ca.SX, ca.SX]]] = {}
         for index, channel in enumerate(form.channels):
             low, high = form.low[index], form.high[index]
             inputs = [seen(quantity) for quantity in channel.inputs]
@@ -218,11 +222,13 @@ class Law(_AtPort):
             weights = theta[channel.block * rank : (channel.block + 1) * rank]
             fading = [i for i, quantity in enumerate(channel.inputs) if not quantity.drifts]
             within = _within([inputs[i] for i in fading], low[fading], high[fading])
-            beyond = theta[blocks * rank + self._outputs.index(channel.output)]
-            value = within * ca.dot(features[channel.inputs], weights)
-            value += ca.sqrt(ca.fmax(1.0 - within**2 + later, _WITHIN)) * beyond
-            amplitude = 1.0 if channel.amplitude is None else seen(channel.amplitude)
-            extra[channel.output] += channel.gain * amplitude * value
+            amplitude = channel.gain * (ca.SX(1.0) if channel.amplitude is None else seen(channel.amplitude))
+            extra[channel.output] += amplitude * within * ca.dot(features[channel.inputs], weights)
+            outside.setdefault((channel.output, channel.block), []).append((amplitude, 1.0 - within**2 + later))
+        for position, output in enumerate(self._outputs):
+            variance = sum((_wandered(each) for (own, _), each in outside.items() if own == output), ca.SX(0.0))
+            least = _WITHIN * sum(channel.gain**2 for channel in form.channels if channel.output == output)
+            extra[output] += ca.sqrt(ca.fmax(variance, least)) * theta[blocks * rank + position]
         return extra, ca.vertcat(*following)
 
     def reported(self, theta: ca.SX) -> dict[str, ca.SX]:
@@ -241,6 +247,11 @@ def _held(
             held[i] = ca.fmin(ca.fmax(inputs[i], float(least) - _GOES_ON * width), float(most) + _GOES_ON * width)
             later += ca.fmax(ca.fmax(inputs[i] - float(most), float(least) - inputs[i]), 0.0) / width
     return held, later
+
+
+def _wandered(channels: Sequence[tuple[ca.SX, ca.SX]]) -> ca.SX:
+    """Variance of Σ a_c·W(b_c) of a Brownian motion W, from amplitudes and how far the channels are beyond."""
+    return sum((a * b * ca.fmin(at, by) for a, at in channels for b, by in channels), ca.SX(0.0))
 
 
 def _within(inputs: list[ca.SX], low: FloatArray, high: FloatArray) -> ca.SX:
