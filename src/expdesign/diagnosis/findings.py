@@ -64,6 +64,7 @@ def standing(model: Model, index: int, without: Model, alternatives: list[Model]
     for other in others.values():
         extra = [e for e in other.effects if e.key not in {m.key for m in model.effects}]
         agrees = any(e.physics == chosen.physics and e.component == chosen.component for e in extra)
+        agrees = agrees or _idle_elsewhere(model, chosen, other, extra)
         same.append(agrees)
         for effect in extra:
             if effect.physics != chosen.physics:
@@ -74,6 +75,21 @@ def standing(model: Model, index: int, without: Model, alternatives: list[Model]
     probability = OPTIONS.most * float(weights[np.array(same)].sum() / weights.sum())
     close = sorted((gap, physics) for physics, gap in rivals.items() if gap < OPTIONS.indistinguishable)
     return Standing(probability, tuple(physics for _, physics in close), nearest)
+
+
+def _idle_elsewhere(model: Model, chosen: Effect, other: Model, extra: Sequence[Effect]) -> bool:
+    """Whether another model has this physics with a size of its own at every part, and nothing to show at other parts.
+
+    It includes the chosen effect, and what it adds takes no more from χ² than a parameter that is not there may.
+    """
+    return (
+        model.fit.chi2 - other.fit.chi2 < OPTIONS.present**2
+        and len(extra) == 1
+        and extra[0].physics == chosen.physics
+        and extra[0].component.several
+        and not chosen.component.several
+        and sum(not p.shape for p in extra[0].parameters) >= len(model.fit.chain.robot.stiffness)
+    )
 
 
 _UNBOUNDED = 1e300
