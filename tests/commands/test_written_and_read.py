@@ -15,12 +15,14 @@ import yaml
 from tests.cases import ROBOTS, robot
 from tests.chain.arm_rows import arm_rows, concealed, six_axis
 from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+from tests.chain.bodies import BODY
 from tests.chain.kinds import KINDS
 from tests.chain.places import WRENCH, rows
 from tests.commands.calls import ROOT, call
 from tests.diagnosis.samples import effect
 from tests.identification.experiments import read
 from tests.oracle import Array
+from tests.ports.test_supports import column_rows
 
 import expdesign as xd
 from expdesign.chain.chain import Chain
@@ -30,7 +32,7 @@ from expdesign.chain.effects.links.links import LinkCompliance
 from expdesign.chain.models.model_file import Model, read_model
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data
-from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME
+from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, TOGETHER
 from expdesign.errors import InputError
 from expdesign.io.output import csv_text
 from expdesign.mechanics.robots.bipod import Bipod
@@ -169,6 +171,31 @@ def test_what_diagnose_writes_is_read(kind: str, method: str, series: str, tmp_p
     checked.write_text(csv_text(check_measurement(file, pd.read_csv(commands))), encoding="utf-8")
     assert call("verify", file, checked, "--out", tmp_path / "verified") == 0
     assert (tmp_path / "verified" / "report.html").exists()
+
+
+def test_groups_of_effects_are_read_as_they_were_written(tmp_path: Path) -> None:
+    """A column with play between its guides, and springs: `predict` gives what the diagnosis has, digit by digit."""
+    machine, measured, predicted = (tmp_path / name for name in ("robot.yaml", "recordings.csv", "predicted.csv"))
+    machine.write_text(yaml.safe_dump({"name": BODY.name, "kind": "body", "home": BODY.home.tolist()}))
+    measured.write_text(csv_text(column_rows()), encoding="utf-8")
+    found = xd.diagnose(machine, measured)
+    assert found.result.method.name == TOGETHER
+    assert len(found.result.predictive.fit.chain.effects) > 1
+    found.save(tmp_path / "diagnosed")
+    file = tmp_path / "diagnosed" / "model.yaml"
+    kept = read_model(file)
+    np.testing.assert_array_equal(kept.values, found.model.values)
+    np.testing.assert_allclose(kept.covariance, found.model.covariance, rtol=1e-12)
+    assert_sound(kept.covariance)
+
+    assert call("predict", file, measured, "--out", predicted) == 0
+    known, recordings = found.result.known, found.result.recordings
+    expected, slopes = known.chain.predict_with_sensitivities(row_data(recordings, BODY), known.values)
+    frame, axes = pd.read_csv(predicted), list(recordings.axes)
+    names = [BODY.coordinates.deflection[axis] for axis in axes]
+    np.testing.assert_allclose(frame[names], expected[:, axes], rtol=1e-9, atol=1e-15)
+    deviations = frame[[BODY.coordinates.deviation[axis] for axis in axes]]
+    np.testing.assert_allclose(deviations, known.estimable.deviations(slopes)[:, axes], rtol=1e-9, atol=1e-15)
 
 
 def in_other_series(recordings: pd.DataFrame) -> pd.DataFrame:

@@ -35,8 +35,7 @@ def tilt(moment: FloatArray | float, height: float, at: float) -> FloatArray:
     return result
 
 
-@cache
-def column(seed: int = 0) -> Recordings:
+def column_rows(seed: int = 0) -> pd.DataFrame:
     """A column at four heights, two stations of other loads each and a third one that is held out."""
     generator = np.random.default_rng(seed)
     frames, station = [], 0
@@ -61,7 +60,13 @@ def column(seed: int = 0) -> Recordings:
     table = pd.concat(frames, ignore_index=True)
     table["sequence"] = np.arange(1, len(table) + 1)
     table["time_s"] = 8.0 * np.arange(len(table))
-    return read(table, BODY)
+    return table
+
+
+@cache
+def column(seed: int = 0) -> Recordings:
+    """`column_rows` as the reader gives them."""
+    return read(column_rows(seed), BODY)
 
 
 def sample_of(points: Recordings) -> Sample:
