@@ -206,7 +206,7 @@ def attained_with(loop: Loop, plan: Plan, stiffness: FloatArray, draw: int) -> f
     coordinates = robot.coordinates
     assumed = plan_frame(plan, problem.loaded, False)
     rotation = robot.jacobians(plan.configurations).rotation
-    actual = problem.loaded.wrenches(rotation, plan.loads)[0] + load_errors(problem.loaded, plan, draw)
+    actual = problem.loaded.load.wrenches(rotation, plan.loads) + load_errors(problem.loaded, plan, draw)
     applied = assumed[["sequence", "series", *robot.configuration]].copy()
     applied[list(coordinates.wrench)] = actual
     names = [coordinates.deflection[axis] for axis in noise.axes]

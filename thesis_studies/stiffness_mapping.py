@@ -20,7 +20,6 @@ from expdesign.mechanics.elastostatics.maps import (
     geometric_stiffness,
     observation_matrix,
 )
-from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.load import Payload, Wrench
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
@@ -139,13 +138,13 @@ class StiffnessMapping(Study):
 
 def _differences_of(robot: ParallelRobot, pose: FloatArray, centre: FloatArray) -> Callable[[float], dict[str, float]]:
     """A function of the mass (kg) that gives the differences in micrometres and microradians at a pose."""
-    loaded = LoadedRobot(robot, Payload(robot.coordinates))
+    load = Payload(robot.coordinates)
     equilibrium = Equilibrium(robot, Wrench(robot.coordinates), robot.compliance)
     jacobians = robot.jacobians(pose)
     lengths = robot.lengths(pose)
 
     def differences(mass: float) -> dict[str, float]:
-        wrench, _ = loaded.wrenches(jacobians.rotation, np.array([mass, *centre, *robot.gravity]))
+        wrench = load.wrenches(jacobians.rotation, np.array([mass, *centre, *robot.gravity]))
         plain = observation_matrix(jacobians, wrench) @ robot.compliance
         geometric = geometric_stiffness(robot, pose, actuator_forces(jacobians, wrench))
         conservative = np.linalg.solve(cartesian_stiffness(jacobians, robot.compliance) + geometric, wrench)

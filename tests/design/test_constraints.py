@@ -71,7 +71,7 @@ def test_joints_stay_within_their_effort() -> None:
     decisions = case.space.sample(40, np.random.default_rng(0))
     poses, loads = case.space.decode(decisions)
     jacobians = case.loaded.robot.jacobians(poses)
-    wrenches = case.loaded.wrenches(jacobians.rotation, loads)[0]
+    wrenches = case.loaded.load.wrenches(jacobians.rotation, loads)
     forces = np.einsum("ijk,ij->ik", jacobians.forward, wrenches) + case.loaded.robot.own_weight(poses, loads[:, -3:])
     assert case.constraints is not None
     expected = (np.abs(forces) / effort).max(axis=1) - 1.0

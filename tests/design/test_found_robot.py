@@ -72,7 +72,7 @@ def test_deflections_of_a_plan_are_the_predictions_of_the_model(effects: dict[An
     here = planned(written(model), {})
     poses, loads = (part[0] for part in here.space.decode(designs(here, 1)))
     robot, count = model.chain.robot, len(poses)
-    wrenches = here.loaded.wrenches(robot.jacobians(poses).rotation, loads)[0]
+    wrenches = here.loaded.load.wrenches(robot.jacobians(poses).rotation, loads)
     numbers = np.arange(count)
     points = LoadedPoints(
         "plan", numbers, numbers, numbers, None, poses, wrenches, wrenches, loads[:, :4], loads[:, 4:], None, None,

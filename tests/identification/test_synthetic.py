@@ -38,7 +38,7 @@ def test_load_errors_have_the_covariance_of_their_sources(kind: str) -> None:
     case = setup("H1", kind, errors=ALL_ERRORS)
     plan = plan_for(case, 3)
     rotation = robot("H1").jacobians(plan.configurations).rotation
-    _, scaled = case.loaded.wrenches(rotation, plan.loads)
+    scaled = case.loaded.load_errors(rotation, plan.loads)
     expected = np.zeros((18, 18))
     for source, root in zip(case.loaded.sources, scaled, strict=True):
         if source.shared:

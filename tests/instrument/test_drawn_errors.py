@@ -17,7 +17,7 @@ def drawn(here: Setup, distribution: Any = "normal") -> tuple[Array, Array]:
     where = (poses[0], loads[0])
     errors = here.loaded.drawn_errors(*where, COUNT, np.random.default_rng(2), distribution)
     rotation = here.loaded.robot.jacobians(poses[0]).rotation
-    return errors, here.loaded.wrenches(rotation, loads[0])[1][0]
+    return errors, here.loaded.load_errors(rotation, loads[0])[0]
 
 
 @pytest.mark.parametrize("shared", [True, False], ids=["shared", "independent"])

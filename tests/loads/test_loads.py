@@ -23,7 +23,7 @@ def test_payload_is_its_weight_at_the_turned_centre_of_mass(name: str) -> None:
     here, turned = robot(name), rotations(name, 8)
     load = load_of("payload", here.coordinates)
     parameters = loads(name, "payload", np.random.default_rng(2), 8)
-    wrench, _ = LoadedRobot(here, load).wrenches(turned, parameters)
+    wrench = load.wrenches(turned, parameters)
     np.testing.assert_allclose(wrench, oracle.payload_wrench(parameters, turned), rtol=1e-12, atol=1e-9)
 
 
@@ -32,7 +32,7 @@ def test_payload_with_numbers_that_can_be_checked_in_the_head() -> None:
     here = robot("H1")
     turned = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     parameters = np.array([10.0, 0.1, 0.0, 0.0, *here.gravity])
-    wrench, _ = LoadedRobot(here, load_of("payload", here.coordinates)).wrenches(turned, parameters)
+    wrench = load_of("payload", here.coordinates).wrenches(turned, parameters)
     np.testing.assert_allclose(wrench, [0.0, 0.0, -98.0665, -9.80665, 0.0, 0.0], atol=1e-12)
 
 
@@ -51,7 +51,7 @@ def test_a_free_wrench_does_not_depend_on_the_pose(name: str, kind: str) -> None
     """A payload's force does not either, but its moment does."""
     here = robot(name)
     parameters = np.tile(loads(name, kind, np.random.default_rng(3)), (8, 1))
-    wrench, _ = LoadedRobot(here, load_of(kind, here.coordinates)).wrenches(rotations(name, 8), parameters)
+    wrench = load_of(kind, here.coordinates).wrenches(rotations(name, 8), parameters)
     force = wrench[:, : len(here.home)]
     np.testing.assert_allclose(force, np.broadcast_to(force[0], force.shape), rtol=1e-14)
     moves = np.ptp(wrench, axis=0).max() > 1e-9
@@ -70,7 +70,7 @@ def test_sensitivity_is_the_derivative_of_the_exactly_disturbed_wrench(name: str
         assert source != "com" or kind == "wrench" or here.coordinates.n == 2
         return
     turned, parameters = rotations(name, 6), loads(name, kind, np.random.default_rng(4), 6)
-    _, (found,) = LoadedRobot(here, load, (made,)).wrenches(turned, parameters)
+    (found,) = LoadedRobot(here, load, (made,)).load_errors(turned, parameters)
     assert found.shape == (6, here.coordinates.n, len(made.deviation))
     step = 1e-4
     for column, deviation in enumerate(made.deviation):
@@ -89,7 +89,7 @@ def test_com_error_of_the_theory() -> None:
     source = source_of("com", load, True)
     assert source is not None
     parameters = np.array([120.0, 0.0, 0.0, 0.2, 0.0, 0.0, -9.80665])
-    _, (found,) = LoadedRobot(here, load, (source,)).wrenches(np.eye(3), parameters)
+    (found,) = LoadedRobot(here, load, (source,)).load_errors(np.eye(3), parameters)
     weight = 1176.798
     expected = np.zeros((6, 3))
     expected[3, 1], expected[4, 0] = -weight, weight

@@ -30,7 +30,7 @@ def test_trace_is_that_of_u_and_of_z() -> None:
     z = assessment.force_sensitivity()[0, 0]
     rotation = problem.loaded.robot.jacobians(plan.configurations).rotation
     spread = np.zeros((z.shape[1], z.shape[1]))
-    for source, error in zip(problem.loaded.sources, problem.loaded.wrenches(rotation, plan.loads)[1]):
+    for source, error in zip(problem.loaded.sources, problem.loaded.load_errors(rotation, plan.loads)):
         stacked = error.reshape(-1, error.shape[-1])
         block = stacked @ stacked.T
         if not source.shared:

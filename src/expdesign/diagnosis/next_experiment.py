@@ -15,7 +15,6 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.names import Model, Names
-from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.load import Payload
 from expdesign.mechanics.robots.robot import Robot
 
@@ -50,7 +49,7 @@ def _candidate(robot: Robot, recordings: Recordings, generator: np.random.Genera
     if series.payload is not None:
         loads = np.concatenate([series.payload, series.gravity], axis=1)
         rotation = robot.jacobians(poses).rotation
-        wrenches = LoadedRobot(robot, Payload(robot.coordinates)).wrenches(rotation, loads)[0]
+        wrenches = Payload(robot.coordinates).wrenches(rotation, loads)
     absolute = series.absolute - series.wrenches + wrenches
     return replace(series, configurations=poses, wrenches=wrenches, absolute=absolute)
 

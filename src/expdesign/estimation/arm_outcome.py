@@ -10,8 +10,8 @@ from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.arm import ArmCalibration
+from expdesign.estimation.corrected_urdf import Attached, corrected_origins, corrected_urdf, pose_of
 from expdesign.estimation.intervals import Intervals
-from expdesign.mechanics.robots.corrected_urdf import Attached, corrected_origins, corrected_urdf, pose_of
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ class DeclaredLoadErrors:
             InputError: the errors are of another kind of load than was recorded.
         """
         rotation = fit.chain.robot.jacobians(recorded.configurations).rotation
-        _, sources = self.loaded.wrenches(rotation, self._loads(recorded))
+        sources = self.loaded.load_errors(rotation, self._loads(recorded))
         return [
             np.stack([_moved(fit, recorded, wrenches[..., d]) for d in range(wrenches.shape[-1])], axis=-1)
             for wrenches in sources

@@ -212,7 +212,7 @@ class Constraints:
     def _overload(loaded: LoadedRobot, effort: FloatArray, configurations: FloatArray, loads: FloatArray) -> FloatArray:
         robot = loaded.robot
         jacobians = robot.jacobians(configurations)
-        wrenches = loaded.wrenches(jacobians.rotation, loads)[0]
+        wrenches = loaded.load.wrenches(jacobians.rotation, loads)
         gravity = loaded.load.gravities(loads, robot.gravity)
         forces = actuator_forces(jacobians, wrenches) + robot.own_weight(configurations, gravity)
         overload: FloatArray = (np.abs(forces) / effort).max(axis=-1) - 1.0

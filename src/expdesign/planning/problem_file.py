@@ -233,7 +233,7 @@ def _targets(
         require_usable(robot, pose, document.where((*where, "pose")))
         here = loaded.under(load, instrument=False)
         observations.append(axes[index] @ here.measure(pose, parameters).observation)
-        wrenches.append(here.wrenches(robot.jacobians(pose).rotation, parameters)[0])
+        wrenches.append(here.load.wrenches(robot.jacobians(pose).rotation, parameters))
         poses.append(pose)
         loads.append((here, parameters))
         for name, tolerance in target.tolerance.items():

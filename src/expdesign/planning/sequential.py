@@ -160,7 +160,7 @@ def recorded_knowledge(problem: DesignProblem, recordings: Recordings, loads: Fl
     measured = loaded.under(Wrench(robot.coordinates)).measure(train.configurations, train.wrenches)
     wrenches: tuple[FloatArray, ...] = ()
     if loads is not None:
-        wrenches = loaded.wrenches(jacobians.rotation, loads[fitted])[1]
+        wrenches = loaded.load_errors(jacobians.rotation, loads[fitted])
     rows, *errors = (
         each[:, train.axes] / deviations[..., None]
         for each in (measured.observation, *(measured.compliance @ error for error in wrenches))

@@ -186,7 +186,7 @@ def _view(problem: DesignProblem, front: Front) -> tuple[dict[str, Any] | None, 
     loaded, targets = problem.loaded, problem.targets
     configurations, loads = problem.space.decode(front.decisions)
     flat, parameters = configurations.reshape(-1, configurations.shape[-1]), loads.reshape(-1, loads.shape[-1])
-    wrenches, _ = loaded.wrenches(loaded.robot.jacobians(flat).rotation, parameters)
+    wrenches = loaded.load.wrenches(loaded.robot.jacobians(flat).rotation, parameters)
     translations = loaded.robot.coordinates.translations
     forces = np.linalg.norm(wrenches[:, :translations], axis=-1).reshape(configurations.shape[:2])
     states = robot_states(

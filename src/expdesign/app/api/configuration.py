@@ -8,8 +8,9 @@ import numpy as np
 from expdesign.app.api.inputs import document_of
 from expdesign.app.api.result import PathLike
 from expdesign.assurance.plausibility.finding import Implausibility, say
-from expdesign.assurance.plausibility.problem import pose_findings, problem_findings
+from expdesign.assurance.plausibility.problem import problem_findings
 from expdesign.assurance.plausibility.robot import robot_findings
+from expdesign.assurance.plausibility.targets import pose_findings
 from expdesign.errors import ExpdesignError
 from expdesign.io.yaml_reader import YamlDocument, read_yaml
 from expdesign.mechanics.robots.robot import Robot

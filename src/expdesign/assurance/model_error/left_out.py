@@ -118,7 +118,7 @@ def effects_of_problem(problem: DesignProblem) -> tuple[list[Effect], LoadedPoin
 def plan_points(loaded: LoadedRobot, configurations: FloatArray, loads: FloatArray) -> LoadedPoints:
     """Points at configurations (m, n_q) under loads (m, k), each a series of its own."""
     robot, count = loaded.robot, len(configurations)
-    wrenches = loaded.wrenches(robot.jacobians(configurations).rotation, loads)[0]
+    wrenches = loaded.load.wrenches(robot.jacobians(configurations).rotation, loads)
     payload, gravity = loaded.load.payloads(loads), loaded.load.gravities(loads, robot.gravity)
     numbers = np.arange(1, count + 1)
     return LoadedPoints(

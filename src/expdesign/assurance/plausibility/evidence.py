@@ -16,7 +16,6 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.assurance.plausibility.options import DEFAULT, MistakeOptions
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.mechanics.elastostatics.maps import observation_matrix
-from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.load import Payload
 from expdesign.mechanics.robots.robot import Robot
 
@@ -262,13 +261,13 @@ class Evidence:
         return replace(self.stated, wrenches=self._weights(self.stated.configurations, payload, gravity))
 
     @cached_property
-    def _loaded(self) -> LoadedRobot:
-        return LoadedRobot(self.robot, Payload(self.robot.coordinates))
+    def _payload(self) -> Payload:
+        return Payload(self.robot.coordinates)
 
     def _weights(self, commands: FloatArray, payload: FloatArray, gravity: FloatArray | None = None) -> FloatArray:
         gravity = self.recordings.gravity if gravity is None else gravity
         rotation = self.robot.jacobians(commands).rotation
-        return self._loaded.wrenches(rotation, np.concatenate([payload, gravity], axis=1))[0]
+        return self._payload.wrenches(rotation, np.concatenate([payload, gravity], axis=1))
 
     def where(self, row: int, column: str = "") -> str:
         """`row 7`, as the file counts, and its column."""

@@ -1,23 +1,19 @@
 """Run configurations: loads, deflections, noise, ranges and tolerances against each other and against the robot."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import Implausibility, extent, largest
 from expdesign.assurance.plausibility.options import PROBLEM
 from expdesign.assurance.plausibility.robot import robot_findings
-from expdesign.mechanics.robots.robot import Robot
-
-if TYPE_CHECKING:  # targets of a compensation are judged without it
-    from expdesign.planning.problem import DesignProblem
+from expdesign.assurance.plausibility.targets import centre_findings, deflection_finding, pose_findings
+from expdesign.planning.problem import DesignProblem
 
 _UNITS = {True: ("m", "µm or mm"), False: ("rad", "µrad, mrad or degrees")}
 """Of translations and of rotations, and what they are mistaken for."""
 
 
-def problem_findings(problem: "DesignProblem") -> list[Implausibility]:
+def problem_findings(problem: DesignProblem) -> list[Implausibility]:
     """What speaks against a run configuration."""
     found = [*robot_findings(problem.loaded.robot), *_ranges(problem), *_noise(problem), *_tolerances(problem)]
     if problem.loaded.regressor.referenced:
@@ -25,7 +21,7 @@ def problem_findings(problem: "DesignProblem") -> list[Implausibility]:
     return found
 
 
-def _decoded(problem: "DesignProblem") -> tuple[FloatArray, FloatArray]:
+def _decoded(problem: DesignProblem) -> tuple[FloatArray, FloatArray]:
     """Poses (s, n_q) and loads (s, k) drawn from the design space, within the robot's limits as far as possible."""
     decisions = problem.space.sample(PROBLEM.samples, np.random.default_rng(0))
     poses, loads = problem.space.decode(decisions)
@@ -33,7 +29,7 @@ def _decoded(problem: "DesignProblem") -> tuple[FloatArray, FloatArray]:
     return (poses[usable], loads[usable]) if usable.any() else (poses[:0], loads[:0])
 
 
-def _ranges(problem: "DesignProblem") -> list[Implausibility]:
+def _ranges(problem: DesignProblem) -> list[Implausibility]:
     corners = np.stack([problem.space.lower, problem.space.upper])
     drawn = problem.space.sample(PROBLEM.samples, np.random.default_rng(0))
     poses = problem.space.decode(np.concatenate([corners, drawn]))[0]
@@ -44,24 +40,7 @@ def _ranges(problem: "DesignProblem") -> list[Implausibility]:
     ]
 
 
-def pose_findings(robot: Robot, poses: FloatArray, where: str) -> list[Implausibility]:
-    """What speaks against the units of poses (s, n_q)."""
-    size = extent(robot)
-    found = []
-    for axis, name in enumerate(robot.configuration):
-        most = largest(poses[:, axis])
-        if name.endswith("_rad"):
-            turns = 2.0 * np.pi if robot.configuration != robot.coordinates.pose else PROBLEM.platform_angle
-            if most > turns * 1.0001:
-                what = f"{name} would be {most:.3g} rad, i.e. {np.degrees(most):.3g}°"
-                found.append(Implausibility(what, "Is it in degrees? It has to be in rad.", where))
-        elif size is not None and most > PROBLEM.far * size:
-            what = f"{name} would be {most:.3g} m, and the robot is {size:.3g} m large"
-            found.append(Implausibility(what, "Is it in millimetres? It has to be in m.", where))
-    return found
-
-
-def _noise(problem: "DesignProblem") -> list[Implausibility]:
+def _noise(problem: DesignProblem) -> list[Implausibility]:
     robot, noise = problem.loaded.robot, problem.noise
     deviations = np.sqrt(np.diag(noise.covariance))
     for axis, deviation in zip(noise.axes, deviations, strict=True):
@@ -77,7 +56,7 @@ def _noise(problem: "DesignProblem") -> list[Implausibility]:
     return []
 
 
-def _tolerances(problem: "DesignProblem") -> list[Implausibility]:
+def _tolerances(problem: DesignProblem) -> list[Implausibility]:
     robot, importance = problem.loaded.robot, problem.targets.importance
     for target, axis in np.argwhere(importance > 0.0):
         tolerance = float(1.0 / np.sqrt(importance[target, axis]))
@@ -93,7 +72,7 @@ def _tolerances(problem: "DesignProblem") -> list[Implausibility]:
     return []
 
 
-def _centres(problem: "DesignProblem") -> list[Implausibility]:
+def _centres(problem: DesignProblem) -> list[Implausibility]:
     robot = problem.loaded.robot
     if not robot.coordinates.centre_of_mass:
         return []
@@ -104,23 +83,14 @@ def _centres(problem: "DesignProblem") -> list[Implausibility]:
     return [finding for places, where in centres for finding in centre_findings(robot, places, where)][:1]
 
 
-def centre_findings(robot: Robot, centres: FloatArray, where: str) -> list[Implausibility]:
-    """What speaks against the unit of centres of mass (m), of any shape."""
-    size, far = extent(robot), largest(centres)
-    if size is None or far <= PROBLEM.far * size:
-        return []
-    what = f"a centre of mass would be {far:.3g} m away from a robot of {size:.3g} m"
-    return [Implausibility(what, "Is it in millimetres? It has to be in m.", where, far > 10.0 * PROBLEM.far * size)]
-
-
-def _masses(problem: "DesignProblem") -> list[Implausibility]:
+def _masses(problem: DesignProblem) -> list[Implausibility]:
     """Loads of the experiment against those of the targets."""
     loaded = problem.loaded
     poses, loads = _decoded(problem)
     if not len(poses):
         return []
     split = loaded.robot.coordinates.translations
-    wrenches = loaded.wrenches(loaded.robot.jacobians(poses).rotation, loads)[0]
+    wrenches = loaded.load.wrenches(loaded.robot.jacobians(poses).rotation, loads)
     found = []
     for part, noun, units in (
         (slice(0, split), "force", "a mass in grams, or a force in kN"),
@@ -134,7 +104,7 @@ def _masses(problem: "DesignProblem") -> list[Implausibility]:
     return found[:1]
 
 
-def _deflections(problem: "DesignProblem") -> list[Implausibility]:
+def _deflections(problem: DesignProblem) -> list[Implausibility]:
     loaded, robot = problem.loaded, problem.loaded.robot
     at_targets = problem.targets.observation @ robot.compliance
     poses, loads = _decoded(problem)
@@ -148,24 +118,7 @@ def _deflections(problem: "DesignProblem") -> list[Implausibility]:
     return _seen(problem, in_plan)
 
 
-def deflection_finding(robot: Robot, values: FloatArray, where: str) -> Implausibility | None:
-    """What speaks against deflections (s, n) under loads (m, rad)."""
-    split, size = robot.coordinates.translations, extent(robot)
-    soft = PROBLEM.soft if robot.configuration == robot.coordinates.pose else PROBLEM.soft_arm
-    moved, turned = largest(values[:, :split]), largest(values[:, split:])
-    likely = (
-        "Is a mass in grams, a centre of mass in millimetres, a force in mN, or `actuator_stiffness` in N/µm or N/mm?"
-    )
-    if size is not None and moved > soft * size:
-        what = f"the load would deflect the robot of {size:.3g} m by {moved:.3g} m"
-        return Implausibility(what, likely, where, moved > PROBLEM.broken * size)
-    if turned > PROBLEM.turned:
-        what = f"the load would turn the platform by {turned:.3g} rad ({np.degrees(turned):.3g}°)"
-        return Implausibility(what, likely, where, turned > PROBLEM.overturned)
-    return None
-
-
-def _seen(problem: "DesignProblem", in_plan: FloatArray) -> list[Implausibility]:
+def _seen(problem: DesignProblem, in_plan: FloatArray) -> list[Implausibility]:
     """Deflections in the plan against the noise: translations and rotations apart."""
     if not len(in_plan):
         return []
@@ -189,7 +142,7 @@ def _seen(problem: "DesignProblem", in_plan: FloatArray) -> list[Implausibility]
     return []
 
 
-def _load_errors(problem: "DesignProblem") -> list[Implausibility]:
+def _load_errors(problem: DesignProblem) -> list[Implausibility]:
     """Errors of the load as large as the load itself, or as the robot."""
     robot, load = problem.loaded.robot, problem.loaded.load
     split = robot.coordinates.translations

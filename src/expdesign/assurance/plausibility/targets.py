@@ -1,11 +1,13 @@
-"""Targets of a compensation: poses and loads against the robot and against what the model was calibrated with."""
+"""Poses, loads and deflections against the robot that has them.
+
+Targets of a compensation: the same, and against what the model was calibrated with.
+"""
 
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.plausibility.finding import Implausibility, extent
+from expdesign.assurance.plausibility.finding import Implausibility, extent, largest
 from expdesign.assurance.plausibility.options import PROBLEM
-from expdesign.assurance.plausibility.problem import centre_findings, deflection_finding, pose_findings
 from expdesign.chain.models.estimable import FORCE, MASS, MOMENT, Calibrated, quantities
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.mechanics.robots.robot import Robot
@@ -64,3 +66,46 @@ def _loads(points: LoadedPoints, robot: Robot, calibrated: Calibrated) -> list[I
         return [Implausibility(what, f"Is it in {other}? It has to be in {unit}.", f"row {points.lines[row]}",
                         bool(ratio > PROBLEM.other_unit))]  # fmt: skip
     return []
+
+
+def pose_findings(robot: Robot, poses: FloatArray, where: str) -> list[Implausibility]:
+    """What speaks against the units of poses (s, n_q)."""
+    size = extent(robot)
+    found = []
+    for axis, name in enumerate(robot.configuration):
+        most = largest(poses[:, axis])
+        if name.endswith("_rad"):
+            turns = 2.0 * np.pi if robot.configuration != robot.coordinates.pose else PROBLEM.platform_angle
+            if most > turns * 1.0001:
+                what = f"{name} would be {most:.3g} rad, i.e. {np.degrees(most):.3g}°"
+                found.append(Implausibility(what, "Is it in degrees? It has to be in rad.", where))
+        elif size is not None and most > PROBLEM.far * size:
+            what = f"{name} would be {most:.3g} m, and the robot is {size:.3g} m large"
+            found.append(Implausibility(what, "Is it in millimetres? It has to be in m.", where))
+    return found
+
+
+def centre_findings(robot: Robot, centres: FloatArray, where: str) -> list[Implausibility]:
+    """What speaks against the unit of centres of mass (m), of any shape."""
+    size, far = extent(robot), largest(centres)
+    if size is None or far <= PROBLEM.far * size:
+        return []
+    what = f"a centre of mass would be {far:.3g} m away from a robot of {size:.3g} m"
+    return [Implausibility(what, "Is it in millimetres? It has to be in m.", where, far > 10.0 * PROBLEM.far * size)]
+
+
+def deflection_finding(robot: Robot, values: FloatArray, where: str) -> Implausibility | None:
+    """What speaks against deflections (s, n) under loads (m, rad)."""
+    split, size = robot.coordinates.translations, extent(robot)
+    soft = PROBLEM.soft if robot.configuration == robot.coordinates.pose else PROBLEM.soft_arm
+    moved, turned = largest(values[:, :split]), largest(values[:, split:])
+    likely = (
+        "Is a mass in grams, a centre of mass in millimetres, a force in mN, or `actuator_stiffness` in N/µm or N/mm?"
+    )
+    if size is not None and moved > soft * size:
+        what = f"the load would deflect the robot of {size:.3g} m by {moved:.3g} m"
+        return Implausibility(what, likely, where, moved > PROBLEM.broken * size)
+    if turned > PROBLEM.turned:
+        what = f"the load would turn the platform by {turned:.3g} rad ({np.degrees(turned):.3g}°)"
+        return Implausibility(what, likely, where, turned > PROBLEM.overturned)
+    return None

@@ -15,7 +15,6 @@ from expdesign.chain.recordings.references import read_references
 from expdesign.coordinates import Coordinates
 from expdesign.errors import InputError
 from expdesign.io.table import Table
-from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.load import Payload
 from expdesign.mechanics.robots.robot import Robot
 
@@ -147,9 +146,8 @@ def _wrenches(
     if payload is None:
         assert given is not None
         return given
-    loaded = LoadedRobot(robot, Payload(coordinates))
     rotation = robot.jacobians(configurations).rotation
-    weights = loaded.wrenches(rotation, np.concatenate([payload, gravity], axis=1))[0]
+    weights = Payload(coordinates).wrenches(rotation, np.concatenate([payload, gravity], axis=1))
     if given is not None:
         _no_contradiction(table, robot, given, weights, order)
     return weights

@@ -17,7 +17,7 @@ from expdesign.arrays import FloatArray
 from expdesign.mechanics.elastostatics.calibration import Elastostatic, PoseMaps, Regressor
 from expdesign.mechanics.elastostatics.maps import actuator_forces, cartesian_compliance
 from expdesign.mechanics.loads.errors.source import LoadErrorSource
-from expdesign.mechanics.loads.load import Load
+from expdesign.mechanics.loads.load import Load, rows_first
 from expdesign.mechanics.robots.robot import Jacobians, Robot
 from expdesign.mechanics.symbolic import BatchFunction
 
@@ -136,13 +136,13 @@ class LoadedRobot:
         ends = np.cumsum([0, *(len(source.deviation) for source in self.sources)]).tolist()
         return tuple(slice(start, end) for start, end in pairwise(ends))
 
-    def _load_expressions(self, parameters: ca.SX, rotation: ca.SX) -> list[ca.SX]:
-        """Wrench (n,) and, where there are load errors, L·diag(σ) of all of them (n, d)."""
+    def _error_expressions(self, parameters: ca.SX, rotation: ca.SX) -> list[ca.SX]:
+        """L·diag(σ) of all load errors side by side (n, d), where there are some."""
         errors = [
             source.sensitivity(self.load, parameters, rotation) @ ca.diag(ca.SX(source.deviation))
             for source in self.sources
         ]
-        return [self.load.wrench(parameters, rotation), *([ca.horzcat(*errors)] if errors else [])]
+        return [ca.horzcat(*errors)] if errors else []
 
     @cached_property
     def _measured(self) -> tuple[BatchFunction, int, tuple[str, ...]]:
@@ -156,32 +156,27 @@ class LoadedRobot:
         kinematics = self.robot.kinematics(configuration)
         own = self.regressor.expressions(self.robot, configuration)
         _, rotation = self.robot.frame(configuration, ca.SX.zeros(self.robot.coordinates.n))
-        outputs = [*kinematics, *self._load_expressions(parameters, rotation), *own.values()]
+        load = [self.load.wrench(parameters, rotation), *self._error_expressions(parameters, rotation)]
+        outputs = [*kinematics, *load, *own.values()]
         function = BatchFunction("measured", [configuration, parameters], ca.cse(outputs))
         return function, len(kinematics), tuple(own)
 
     @cached_property
-    def _wrenches(self) -> BatchFunction:
-        dimension = len(self.robot.gravity)
-        rotation = ca.SX.sym("R", dimension, dimension)
-        parameters = ca.SX.sym("load", len(self.load.columns))
-        outputs = self._load_expressions(parameters, rotation)
-        flat = ca.SX.sym("r", dimension * dimension)
-        # NumPy flattens rows first, CasADi columns first.
-        rows_first = ca.reshape(flat, dimension, dimension).T
-        outputs = [ca.substitute(output, rotation, rows_first) for output in outputs]
-        return BatchFunction("wrenches", [flat, parameters], outputs)
+    def _errors(self) -> BatchFunction:
+        rotation, parameters = self.load.symbols
+        return self.load.function("load_errors", self._error_expressions(parameters, rotation))
 
-    def wrenches(self, rotation: FloatArray, loads: FloatArray) -> tuple[FloatArray, tuple[FloatArray, ...]]:
-        """Wrenches (..., n) and, per source, scaled sensitivities (..., n, d) at R (..., d, d) and loads (..., k)."""
-        flat = rotation.reshape(*rotation.shape[:-2], rotation.shape[-2] * rotation.shape[-1])
-        wrench, *errors = self._wrenches(flat, loads)
-        matrix = self._matrix(wrench, errors)
-        return wrench, tuple(matrix[..., columns] for columns in self._columns)
+    def load_errors(self, rotation: FloatArray, loads: FloatArray) -> tuple[FloatArray, ...]:
+        """L·diag(σ) of each source (..., n, d), at R of the platform (..., d, d) and loads (..., k)."""
+        if not self.sources:
+            return ()
+        batch = np.broadcast_shapes(rotation.shape[:-2], loads.shape[:-1])
+        matrix = self._matrix(batch, self._errors(rows_first(rotation), loads))
+        return tuple(matrix[..., columns] for columns in self._columns)
 
-    def _matrix(self, wrench: FloatArray, errors: Sequence[FloatArray]) -> FloatArray:
+    def _matrix(self, batch: tuple[int, ...], errors: Sequence[FloatArray]) -> FloatArray:
         """L·diag(σ) of all load errors (..., n, d); a single column comes as a vector, and none not at all."""
-        shape = (*wrench.shape, sum(len(source.deviation) for source in self.sources))
+        shape = (*batch, self.robot.coordinates.n, sum(len(source.deviation) for source in self.sources))
         if not errors:
             return np.zeros(shape)
         return errors[0] if errors[0].shape == shape else errors[0].reshape(shape)
@@ -192,7 +187,7 @@ class LoadedRobot:
         values = function(configurations, loads)
         jacobians = self.robot.jacobians_of(*values[:count])
         wrench, own = values[count], len(values) - len(names)
-        errors = self._matrix(wrench, values[count + 1 : own])
+        errors = self._matrix(wrench.shape[:-1], values[count + 1 : own])
         further = dict(zip(names, values[own:], strict=True))
         observation = self.regressor.matrix(PoseMaps(jacobians.pose, actuator_forces(jacobians, wrench), further))
         compliance = cartesian_compliance(jacobians, self.robot.compliance)
@@ -230,7 +225,8 @@ class LoadedRobot:
             generator: of random numbers.
             distribution: of δ; `uniform` has the same standard deviations.
         """
-        wrenches, scaled = self.wrenches(self.robot.jacobians(configurations).rotation, loads)
+        rotation = self.robot.jacobians(configurations).rotation
+        wrenches, scaled = self.load.wrenches(rotation, loads), self.load_errors(rotation, loads)
         rows = wrenches.size
         total = np.zeros((count, rows))
         for source, sensitivity in zip(self.sources, scaled, strict=True):

@@ -6,6 +6,8 @@ A free wrench, as a force actuator or a cable applies it; it does not depend on 
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from functools import cached_property
 from typing import ClassVar
 
 import casadi as ca
@@ -14,6 +16,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.coordinates import Coordinates
 from expdesign.mechanics.robots.orientation import moment
+from expdesign.mechanics.symbolic import BatchFunction
 
 
 class Load(ABC):
@@ -43,6 +46,29 @@ class Load(ABC):
             parameters: values of `columns`, shape (k,).
             rotation: R of the platform, shape (d, d).
         """
+
+    @cached_property
+    def _wrenches(self) -> BatchFunction:
+        rotation, parameters = self.symbols
+        return self.function("wrenches", [self.wrench(parameters, rotation)])
+
+    def wrenches(self, rotation: FloatArray, loads: FloatArray) -> FloatArray:
+        """Wrenches (..., n) of loads (..., k) at R of the platform (..., d, d)."""
+        return self._wrenches(rows_first(rotation), loads)[0]
+
+    @cached_property
+    def symbols(self) -> tuple[ca.SX, ca.SX]:
+        """R of the platform (d, d) and the parameters of a load (k,), of which a `function` is made."""
+        dimension = len(self.coordinates.gravity)
+        return ca.SX.sym("R", dimension, dimension), ca.SX.sym("load", len(self.columns))
+
+    def function(self, name: str, outputs: Sequence[ca.SX]) -> BatchFunction:
+        """Expressions of `symbols` as a function of R, `rows_first`, and of loads (..., k)."""
+        rotation, parameters = self.symbols
+        flat = ca.SX.sym("r", rotation.numel())
+        # NumPy flattens rows first, CasADi columns first.
+        matrix = ca.reshape(flat, *rotation.shape).T
+        return BatchFunction(name, [flat, parameters], [ca.substitute(output, rotation, matrix) for output in outputs])
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -77,6 +103,11 @@ class Load(ABC):
     @abstractmethod
     def defaults(self, gravity: FloatArray) -> FloatArray:
         """Value of each column that a table leaves out, NaN where it must be given, shape (k,)."""
+
+
+def rows_first(rotation: FloatArray) -> FloatArray:
+    """Matrices (..., d, d) as vectors (..., d²), row after row."""
+    return rotation.reshape(*rotation.shape[:-2], rotation.shape[-2] * rotation.shape[-1])
 
 
 def small_rotation(vector: ca.SX, angles: ca.SX) -> ca.SX:

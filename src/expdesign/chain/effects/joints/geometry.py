@@ -101,7 +101,7 @@ class CalibratedGeometryError(GeometricError):
     The frame of joint k is moved by six small motions from where the URDF has it: x, y, z along, then a rotation
     Rz·Ry·Rx about, the axes that the joint's `<origin>` gives at coordinate zero. `link k` in the names is the link at
     whose far end the frame lies, so that joint k + 1 sits there (`mechanics/robots/kinematic_tree.py`). In a URDF with
-    the motion E the `<origin>` is `origin·E` (`mechanics/robots/corrected_urdf.py`). Weights and levers act on the true
+    the motion E the `<origin>` is `origin·E` (`estimation/corrected_urdf.py`). Weights and levers act on the true
     geometry, so that a robot whose file has the identified geometry predicts the same.
     """
 
