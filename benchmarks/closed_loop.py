@@ -11,10 +11,8 @@ load errors, so that their differences are those of their plans. The random plan
 import argparse
 import sys
 import textwrap
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 import pandas as pd
@@ -55,28 +53,12 @@ class Loop:
 
     problem: DesignProblem
     targets: LoadedPoints
-    bench: "Bench"
+    bench: "LaboratoryBench"
     scatter: float
 
 
-class Bench(Protocol):
-    """A robot as it really is, with any stiffness, and an instrument; `place` says whose robot it is."""
-
-    place: str
-
-    def measured(
-        self, rows: pd.DataFrame, stiffness: FloatArray, deviations: dict[str, float], *, shared: bool, seed: int
-    ) -> pd.DataFrame:
-        """Deflections, with noise and standard deviations, under the wrenches that really act."""
-
-    def errors(self, commands: FloatArray, targets: LoadedPoints, stiffness: FloatArray) -> FloatArray:
-        """Attained minus wanted pose (t, n) under the targets' payloads."""
-
-
 class LaboratoryBench:
-    """A parallel robot in the virtual laboratory."""
-
-    place = "in the virtual laboratory"
+    """A parallel robot as it really is, in the virtual laboratory, with any stiffness; and an instrument."""
 
     def __init__(self, problem: DesignProblem) -> None:
         self.names = list(problem.loaded.robot.configuration)
@@ -85,12 +67,14 @@ class LaboratoryBench:
     def measured(
         self, rows: pd.DataFrame, stiffness: FloatArray, deviations: dict[str, float], *, shared: bool, seed: int
     ) -> pd.DataFrame:
+        """Deflections, with noise and standard deviations, under the wrenches that really act."""
         bench = Laboratory(
             self.robot, true_stiffness=stiffness, noise_std=deviations, shared_reference=shared, seed=seed
         )
         return bench.measure(rows)
 
     def errors(self, commands: FloatArray, targets: LoadedPoints, stiffness: FloatArray) -> FloatArray:
+        """Attained minus wanted pose (t, n) under the targets' payloads."""
         rows = pd.DataFrame(commands, columns=self.names)
         assert targets.payload is not None
         rows[list(PAYLOAD)] = targets.payload
@@ -99,7 +83,7 @@ class LaboratoryBench:
         return difference
 
 
-def main(arguments: list[str], make: Callable[[DesignProblem], Bench] = LaboratoryBench) -> None:
+def main(arguments: list[str]) -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("config", type=Path)
     parser.add_argument("--out", type=Path, default=Path("results/closed-loop"))
@@ -108,18 +92,17 @@ def main(arguments: list[str], make: Callable[[DesignProblem], Bench] = Laborato
     parser.add_argument("--generations", type=int, default=None, help="of the search for each criterion's plan")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args(arguments)
-    loop = loop_of(read_problem(options.config), options.scatter, make)
-    module = "closed_loop" if make is LaboratoryBench else "closed_loop_arm"
+    loop = loop_of(read_problem(options.config), options.scatter)
     plans = plans_by_criterion(loop.problem, options.seed, options.generations)
     attained, predicted = run(loop, plans, options.repetitions, options.seed)
     table = summary(attained, predicted)
     command = (
-        f"python -m benchmarks.{module} {options.config} --out {options.out} --repetitions {options.repetitions} "
+        f"python -m benchmarks.closed_loop {options.config} --out {options.out} --repetitions {options.repetitions} "
         f"--scatter {options.scatter:g} --seed {options.seed}"
     )
     if options.generations is not None:
         command += f" --generations {options.generations}"
-    told = explanation(options.config, options.repetitions, options.scatter, loop.bench.place)
+    told = explanation(options.config, options.repetitions, options.scatter)
     with output_folder(options.out) as scratch:
         write_file(scratch / "attained.csv", csv_text(table))
         write_file(scratch / "repetitions.csv", csv_text(pd.DataFrame(attained).round(5)))
@@ -130,7 +113,7 @@ def main(arguments: list[str], make: Callable[[DesignProblem], Bench] = Laborato
     print(table.to_string(index=False))
 
 
-def loop_of(problem: DesignProblem, scatter: float, make: Callable[[DesignProblem], Bench] = LaboratoryBench) -> Loop:
+def loop_of(problem: DesignProblem, scatter: float) -> Loop:
     """The loop of a configuration whose targets carry payloads."""
     robot = problem.loaded.robot
     columns: dict[str, list[float]] = {name: [] for name in (*robot.configuration, *PAYLOAD)}
@@ -139,7 +122,7 @@ def loop_of(problem: DesignProblem, scatter: float, make: Callable[[DesignProble
         for name, value in zip(columns, values, strict=True):
             columns[name].append(float(value))
     points = points_from_table(table_of(pd.DataFrame(columns)), robot)
-    return Loop(problem, points, make(problem), scatter)
+    return Loop(problem, points, LaboratoryBench(problem), scatter)
 
 
 def table_of(frame: pd.DataFrame) -> Table:
@@ -261,11 +244,11 @@ def summary(attained: dict[str, FloatArray], predicted: dict[str, FloatArray]) -
     return pd.DataFrame(rows).sort_values("mean", kind="stable", ignore_index=True)
 
 
-def explanation(config: Path, count: int, scatter: float, place: str) -> str:
+def explanation(config: Path, count: int, scatter: float) -> str:
     """What was done, in one paragraph."""
     return (
         f"{count} repetitions of `{config}`; true stiffnesses scattered by {100 * scatter:g} % (1 σ), noise and load "
-        f"errors drawn anew each time, the same for all plans; measured and commanded {place}. Error "
+        f"errors drawn anew each time, the same for all plans; measured and commanded in the virtual laboratory. Error "
         "attained at the targets, in tolerances: √(mean over targets of Σ (error / tolerance)²). Its RMS is what the "
         "criterion `total` predicts. The random plans are drawn anew each time. The difference is to the plan by "
         "`total`, repetition by repetition. ± is one standard error."
