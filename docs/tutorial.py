@@ -56,6 +56,7 @@ def _commands(body: str) -> Iterator[tuple[str, str]]:
 
 def _printed(command: str, folder: Path) -> str:
     if command.startswith("expdesign "):
+        command, _, through = command.partition(" | ")
         output, before = io.StringIO(), Path.cwd()
         os.chdir(folder)
         try:
@@ -67,6 +68,8 @@ def _printed(command: str, folder: Path) -> str:
         finally:
             os.chdir(before)
         text = output.getvalue()
+        if through:
+            text = subprocess.run(through, shell=True, input=text, capture_output=True, text=True, check=True).stdout
     else:
         shell = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
         done = subprocess.run(command, shell=True, cwd=folder, env=shell, capture_output=True, text=True, check=True)

@@ -21,7 +21,7 @@ def test_the_page_shows_what_its_commands_print(tmp_path: Path) -> None:
     tutorial = loaded("tutorial")
     page = tutorial.PAGE.with_stem("walk").read_text(encoding="utf-8")
     steps = list(tutorial.follow(page, tmp_path))
-    assert len(steps) == 12
+    assert len(steps) == 14
     for step in steps:
         assert NUMBER.sub("#", step.printed) == NUMBER.sub("#", step.shown), step.command
         printed, shown = (np.array(NUMBER.findall(text), dtype=float) for text in (step.printed, step.shown))
