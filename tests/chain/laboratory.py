@@ -8,14 +8,13 @@ import numpy as np
 import pandas as pd
 import pytest
 from tests.chain.kinds import kind_for
+from tests.fitting import data_of
 from tests.identification.experiments import read
 from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.row import row_data
-from expdesign.estimation.fit import Data, Fit, fit
-from expdesign.estimation.whitening import Whitening
+from expdesign.estimation.fit import Fit, fit
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
 
@@ -82,15 +81,9 @@ def recorded(name: str, *elements: dict[str, Any], **options: Any) -> Recordings
     return read(measured(name, *elements, **options), machine(name))
 
 
-def data_of(name: str, recordings: Recordings) -> Data:
-    """What a fit compares the chain with."""
-    whitening = Whitening(np.array(recordings.deviations))
-    return Data(recordings, row_data(recordings, machine(name)), whitening)
-
-
 def fitted(name: str, recordings: Recordings, physics: str, component: str, variant: str) -> tuple[Fit, Fit, Array]:
     """Fits of the base model and of the chain with one effect from its best start, and the effect's parameters."""
-    data = data_of(name, recordings)
+    data = data_of(recordings, machine(name))
     base = fit(Chain(machine(name)), data)
     effect = kind_for(machine(name), recordings, physics).from_text(machine(name), component, variant)
     chain = Chain(machine(name), (effect,))

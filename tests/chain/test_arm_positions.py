@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+from tests.fitting import data_of
 from tests.identification.experiments import table_of
 from tests.oracle import Array
 
@@ -27,8 +28,7 @@ from expdesign.diagnosis.names import Names
 from expdesign.diagnosis.sample import Sample
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import require_history
-from expdesign.estimation.fit import Data, Fit, fit
-from expdesign.estimation.whitening import Whitening
+from expdesign.estimation.fit import Fit, fit
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.serial import SerialRobot
 
@@ -64,8 +64,7 @@ def deflections_of(robot: SerialRobot, effects: tuple[Effect, ...], parameters: 
 def found(robot: SerialRobot, effect: Effect, read: Array, rows: Recordings) -> Fit:
     data = replace(rows, deflections=read + DEVIATION * np.random.default_rng(4).standard_normal(read.shape))
     chain = Chain(robot, (effect,), reading=reading_of(robot, data))
-    assert data.deviations is not None
-    return fit(chain, Data(data, row_data(data, robot), Whitening(data.deviations)))
+    return fit(chain, data_of(data, robot))
 
 
 def require_recovered(result: Fit, truth: list[float]) -> None:
@@ -159,9 +158,7 @@ def test_bearings_of_which_each_shows_as_much_are_named_together(arm: SerialRobo
     read = positions(arm, (together,), (8e-6 / np.array(shown)).clip(max=1e-3).tolist(), rows)
     noise = DEVIATION * np.random.default_rng(4).standard_normal(read.shape)
     data = replace(rows, deflections=read + noise)
-    assert data.deviations is not None
-    whitening = Whitening(data.deviations)
-    sample = Sample.of(Data(data, row_data(data, arm), whitening, reading=reading_of(arm, data)), ~data.test)
+    sample = Sample.of(data_of(data, arm, reading_of(arm, data)), ~data.test)
     base = fit(Chain(arm, reading=sample.reading), sample)
     entries = candidates([*each, together], sample, arm, base.values)
     model = Search.over(Names(arm, sample, entries, known_noise=True)).model()
@@ -198,8 +195,7 @@ def test_a_tool_is_a_payload_that_nobody_entered(arm: SerialRobot) -> None:
     stiff = replace(rows, deflections=read + 1e-6 * np.random.default_rng(2).standard_normal(read.shape))
     stiff = replace(stiff, deviations=np.full(read.shape, 1e-6))
     chain = Chain(arm, (effect,), reading=reading_of(arm, stiff))
-    assert stiff.deviations is not None
-    result = fit(chain, Data(stiff, row_data(stiff, arm), Whitening(stiff.deviations)))
+    result = fit(chain, data_of(stiff, arm))
     deviation = np.sqrt(np.diag(result.covariance))[chain.base :]
     assert np.abs((result.values[chain.base :] - truth) / deviation).max() < 4.0
     assert deviation[0] < 1.0
@@ -210,8 +206,7 @@ def test_effects_that_do_nothing_where_they_start_are_differentiated_together(
 ) -> None:
     """They do nothing to each other there; a chain for each took most of the time of an arm's diagnosis."""
     rows = replace(untimed(arm, configurations(12, 2)), deviations=np.full((12, 3), DEVIATION))
-    data = Data(rows, row_data(rows, arm), Whitening(np.full((12, 3), DEVIATION)), reading=READING)
-    sample, effects = Sample.of(data, ~rows.test), library(arm, rows)
+    sample, effects = Sample.of(data_of(rows, arm, READING), ~rows.test), library(arm, rows)
     base = Chain(arm, reading=READING).start()
     alone = [candidates([effect], sample, arm, base) for effect in effects]
     built, expression = [], Chain.expression

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.chain.bodies import BODY, DEVIATIONS, recordings, rows
+from tests.fitting import data_of
 from tests.identification.experiments import read
 from tests.oracle import Array
 
@@ -20,8 +21,7 @@ from expdesign.coordinates import SPATIAL
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.library import library
 from expdesign.diagnosis.result import Diagnosis
-from expdesign.estimation.fit import Data, Fit, fit, summarise
-from expdesign.estimation.whitening import Whitening
+from expdesign.estimation.fit import Fit, fit, summarise
 
 LIFTING = recordings(lifting=True)
 
@@ -213,8 +213,7 @@ def test_what_a_weight_does_not_tell_stays_small_and_serves_other_loads() -> Non
         for g in (first / np.linalg.norm(first), second / np.linalg.norm(second))
     )
     points = replace(points, deflections=predicted(effects, truth, points)[:, 3:5])
-    assert points.deviations is not None
-    fitting = Data(points, row_data(points, BODY), Whitening(points.deviations))
+    fitting = data_of(points, BODY)
     chain = Chain(BODY, effects)
     found = fit(chain, fitting, np.array([*np.zeros(6), 1e-6, 20.0]))
     assert not found.determined.all()
@@ -230,6 +229,4 @@ def _across(wrenches: Array, gravity: Array) -> Array:
 
 
 def _fitted(effect: Effect, values: Array, points: Recordings) -> Fit:
-    assert points.deviations is not None
-    data = Data(points, row_data(points, BODY), Whitening(points.deviations))
-    return summarise(Chain(BODY, (effect,)), data, values)
+    return summarise(Chain(BODY, (effect,)), data_of(points, BODY), values)

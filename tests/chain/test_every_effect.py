@@ -27,6 +27,7 @@ from tests.chain.places import (
     recordings,
     rows,
 )
+from tests.fitting import data_of
 from tests.identification.experiments import read
 from tests.oracle import Array
 
@@ -39,8 +40,7 @@ from expdesign.chain.effects.joints.readings import JointHarmonics
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.findings import reported
 from expdesign.diagnosis.library import library
-from expdesign.estimation.fit import Data, summarise
-from expdesign.estimation.whitening import Whitening
+from expdesign.estimation.fit import summarise
 
 BETWEEN = re.compile(r"\b(leg|joint) [2-5]\b")
 """Legs can be exchanged: the first and the last stand for those between them."""
@@ -178,8 +178,7 @@ def test_its_starts_are_shapes_of_nothing(place: Place) -> None:
 def test_people_get_a_sentence_and_parameters_by_their_fixed_names(place: Place) -> None:
     chain, points = place.chain, recordings(place.name)
     effect = chain.effects[0]
-    whitening = Whitening(np.array(points.deviations))
-    fitted = summarise(chain, Data(points, row_data(points, place.robot), whitening), away_from_neutral(chain))
+    fitted = summarise(chain, data_of(points, place.robot), away_from_neutral(chain))
     values = reported(effect, fitted, chain.slices[0], 1.0)
     for name, (estimate, low, high) in values.items():
         assert set(name) <= set(string.ascii_letters + string.digits + "_")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, STIFFNESS, configurations, read_arm, recordings_of, write_arm
+from tests.fitting import data_of
 from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
@@ -23,9 +24,8 @@ from expdesign.chain.row import row_data, row_symbols
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import predict
-from expdesign.estimation.fit import Data, fit
+from expdesign.estimation.fit import fit
 from expdesign.estimation.noise_level import noise_from_replicates
-from expdesign.estimation.whitening import Whitening
 from expdesign.io.yaml_reader import read_yaml
 from expdesign.mechanics.robots.serial import SerialRobot
 from expdesign.report.remark_texts import sentences
@@ -99,8 +99,7 @@ def test_instrument_marker_and_stiffness_are_found_together(arm: SerialRobot) ->
     reading = reading_of(arm, data)
     assert isinstance(reading, MarkerPosition)
     assert not reading.held
-    assert data.deviations is not None
-    result = fit(Chain(arm, reading=reading), Data(data, row_data(data, arm), Whitening(data.deviations)))
+    result = fit(Chain(arm, reading=reading), data_of(data, arm))
     error = result.values[7:] - [*INSTRUMENT, *PLACE]
     assert np.abs(error / np.sqrt(np.diag(result.covariance))[7:]).max() < 4.0
     loaded = [2, 3, 5]  # shoulder, elbow, wrist
@@ -134,7 +133,7 @@ def test_predictions_are_certain_only_where_the_tip_is_turned_as_before(arm: Ser
     reading = reading_of(arm, data)
     assert data.deviations is not None
     chain = Chain(arm, reading=reading)
-    result = fit(chain, Data(data, row_data(data, arm), Whitening(data.deviations), reading=reading))
+    result = fit(chain, data_of(data, arm, reading))
     model = Model.from_fit(result, read_yaml(write_arm(tmp_path)), "arm.csv")
     q = np.vstack([configurations(3, 9, one_orientation=True), configurations(3, 9)])
     truth = measured(arm, q, seed=None)
@@ -186,7 +185,7 @@ def test_a_model_of_positions_is_read_back_number_for_number(arm: SerialRobot, t
     assert data.deviations is not None
     rows = row_data(data, arm)
     chain = Chain(arm, (GeometricError.from_text(arm, "link 3"),), reading=reading)
-    result = fit(chain, Data(data, rows, Whitening(data.deviations)))
+    result = fit(chain, data_of(data, arm))
     (tmp_path / "model.yaml").write_text(
         model_text(Model.from_fit(result, document, "arm.csv"), tmp_path), encoding="utf-8"
     )

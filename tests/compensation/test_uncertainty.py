@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from tests.chain import bodies
 from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+from tests.fitting import data_of
 from tests.identification.experiments import experiment, table_of
 
 from expdesign.app.api.identify import identify as identify_file
@@ -19,9 +20,8 @@ from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.estimation.compensation.prediction import predict
-from expdesign.estimation.fit import Data, Fit, fit
+from expdesign.estimation.fit import Fit, fit
 from expdesign.estimation.identify import identify
-from expdesign.estimation.whitening import Whitening
 from expdesign.io.yaml_reader import read_yaml
 from expdesign.mechanics.robots.serial import SerialRobot
 
@@ -40,8 +40,7 @@ def arm_fit(folder: Path) -> tuple[SerialRobot, Recordings, Fit]:
     noise = DEVIATION * np.random.default_rng(3).standard_normal((len(q), 3))
     data = recordings_of(arm, q, truth.predict(row_data(empty, arm), values) + noise)
     chain = Chain(arm, (effect,), reading=reading_of(arm, data))
-    assert data.deviations is not None
-    return arm, data, fit(chain, Data(data, row_data(data, arm), Whitening(data.deviations)))
+    return arm, data, fit(chain, data_of(data, arm))
 
 
 def test_what_rows_determine_together_has_a_finite_deviation(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from tests.cases import robot
 from tests.chain.kinds import KINDS
 from tests.chain.places import rows
+from tests.fitting import data_of
 from tests.identification.experiments import read
 from tests.oracle import Array
 
@@ -17,8 +18,7 @@ from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.sample import Sample
-from expdesign.estimation.fit import Data, Fit, fit
-from expdesign.estimation.whitening import Whitening
+from expdesign.estimation.fit import Fit, fit
 
 
 def effect(name: str, physics: str, component: str, variant: str = "") -> Effect:
@@ -56,8 +56,9 @@ def simulated(
 
 def sample_of(name: str, recordings: Recordings, counts: Array | None = None) -> Sample:
     """All rows, or some."""
-    data = Data(recordings, row_data(recordings, robot(name)), Whitening(np.array(recordings.deviations)))
-    return Sample.of(data, np.ones(len(recordings), dtype=bool) if counts is None else counts)
+    return Sample.of(
+        data_of(recordings, robot(name)), np.ones(len(recordings), dtype=bool) if counts is None else counts
+    )
 
 
 def base_fit(name: str, sample: Sample) -> Fit:

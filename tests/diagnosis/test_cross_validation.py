@@ -7,15 +7,13 @@ import pandas as pd
 import pytest
 from scipy.stats import norm
 from tests.chain.bodies import BODY, recordings
+from tests.fitting import data_of
 
-from expdesign.chain.row import row_data
 from expdesign.diagnosis.confirmation import _blocks
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, last_part, readings_of
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
-from expdesign.estimation.fit import Data
-from expdesign.estimation.whitening import Whitening
 
 
 def sample(count: int, series: int, stations: int = 0) -> Sample:
@@ -24,9 +22,7 @@ def sample(count: int, series: int, stations: int = 0) -> Sample:
     points = replace(points, series=np.arange(count) * series // count)
     if stations:
         points = replace(points, extra=pd.DataFrame({"station": np.arange(count) * stations // count}))
-    assert points.deviations is not None
-    data = Data(points, row_data(points, BODY), Whitening(points.deviations))
-    return Sample.of(data, np.ones(count, dtype=bool))
+    return Sample.of(data_of(points, BODY), np.ones(count, dtype=bool))
 
 
 def test_no_series_and_no_station_is_divided() -> None:

@@ -3,19 +3,15 @@
 import numpy as np
 import pytest
 from tests.chain.bodies import BODY, recordings
+from tests.fitting import data_of
 
-from expdesign.chain.row import row_data
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.statement import dispersion
-from expdesign.estimation.fit import Data
-from expdesign.estimation.whitening import Whitening
 
 
 def sample(count: int) -> Sample:
     points = recordings(count=count, axes=(3, 4))
-    assert points.deviations is not None
-    data = Data(points, row_data(points, BODY), Whitening(points.deviations))
-    return Sample.of(data, np.ones(count, dtype=bool))
+    return Sample.of(data_of(points, BODY), np.ones(count, dtype=bool))
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.5, 0.8])

@@ -7,6 +7,7 @@ import pytest
 from tests.cases import robot
 from tests.chain.arms import INSTRUMENT, PLACE, configurations, read_arm, recordings_of
 from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
+from tests.fitting import data_of
 from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
@@ -26,8 +27,7 @@ from expdesign.diagnosis.names import Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.remarks import ConfoundedTime
 from expdesign.diagnosis.sample import Sample
-from expdesign.estimation.fit import Data, fit
-from expdesign.estimation.whitening import Whitening
+from expdesign.estimation.fit import fit
 from expdesign.mechanics.robots.serial import SerialRobot
 from expdesign.report.remark_texts import sentence
 
@@ -57,10 +57,7 @@ def positions(arm: SerialRobot, q: Array, moved: Array, test: Array | None = Non
 
 def search_of(arm: SerialRobot, recordings: Recordings) -> Search:
     """Zeros of all joints or a drift of the instrument: nothing else is in the library."""
-    assert recordings.deviations is not None
-    whitening = Whitening(recordings.deviations)
-    data = Data(recordings, row_data(recordings, arm), whitening, reading=reading_of(arm, recordings))
-    sample = Sample.of(data, ~recordings.test)
+    sample = Sample.of(data_of(recordings, arm, reading_of(arm, recordings)), ~recordings.test)
     base = fit(Chain(arm, reading=sample.reading), sample)
     effects: list[Effect] = [
         GeometricError.from_text(arm, "all joints"), InstrumentDrift.from_text(arm, "instrument", "shift")

@@ -4,24 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 from tests.cases import robot
+from tests.fitting import data_of
 from tests.ports.machines import BIPOD, recordings_of, softened
 
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.row import row_data
 from expdesign.diagnosis.caveats import not_sought
 from expdesign.diagnosis.sample import Sample
-from expdesign.estimation.fit import Data
-from expdesign.estimation.whitening import Whitening
 from expdesign.report.remark_texts import sentences
 
 
 def _sample(recordings: Recordings, rows: int | None = None) -> Sample:
-    assert recordings.deviations is not None
-    data = Data(
-        recordings,
-        row_data(recordings, robot(BIPOD)),
-        Whitening(recordings.deviations),
-    )
+    data = data_of(recordings, robot(BIPOD))
     counts = np.ones(len(recordings), dtype=bool)
     if rows is not None:
         counts[rows:] = False

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 from tests.cases import robot
+from tests.fitting import data_of
 from tests.identification.experiments import experiment
 
 from expdesign.chain.chain import Chain
-from expdesign.chain.row import row_data
-from expdesign.estimation.fit import Data, fit, linear_fit
-from expdesign.estimation.whitening import Whitening
+from expdesign.estimation.fit import fit, linear_fit
 
 
 def two_parameters(matrix: np.ndarray, readings: np.ndarray, **options: object):  # type: ignore[no-untyped-def]
@@ -76,14 +75,13 @@ def test_two_parameters_that_only_appear_together_are_both_undetermined() -> Non
 def test_the_chain_without_effects_is_the_base_model(name: str) -> None:
     made = experiment(name, 8)
     recordings = made.recordings(made.noisy(np.random.default_rng(2)))
-    whitening = Whitening(np.array(recordings.deviations))
-    data = Data(recordings, row_data(recordings, made.robot), whitening)
+    data = data_of(recordings, made.robot)
     found = fit(Chain(made.robot), data)
     direct = linear_fit(
         Chain(made.robot),
         np.zeros(len(made.compliance)),
-        whitening.apply(recordings.deflections),
-        whitening.apply(made.observation * made.robot.compliance),
+        data.whitening.apply(recordings.deflections),
+        data.whitening.apply(made.observation * made.robot.compliance),
     )
     np.testing.assert_allclose(found.values, direct.values, rtol=1e-9)
     np.testing.assert_allclose(found.covariance, direct.covariance, rtol=1e-9)

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from tests.chain.bodies import BODY, recordings
+from tests.fitting import data_of
 from tests.identification.experiments import read
 
 from expdesign.arrays import FloatArray
@@ -22,8 +23,7 @@ from expdesign.diagnosis.group_library import groups_of
 from expdesign.diagnosis.groups import Groups, grouped
 from expdesign.diagnosis.law_findings import LawFinding, group_findings
 from expdesign.diagnosis.sample import Sample, rms
-from expdesign.estimation.fit import Data, fit
-from expdesign.estimation.whitening import Whitening
+from expdesign.estimation.fit import fit
 
 _NOISE, _ENDS, _GAP, _WIDTH, _SOFT = 2e-5, 4.2, 6e-4, 25.0, 4e-6
 _HEIGHTS = (2.0, 2.7, 3.2, 3.8)
@@ -70,9 +70,7 @@ def column(seed: int = 0) -> Recordings:
 
 
 def sample_of(points: Recordings) -> Sample:
-    assert points.deviations is not None
-    data = Data(points, row_data(points, BODY), Whitening(points.deviations))
-    return Sample.of(data, ~points.test)
+    return Sample.of(data_of(points, BODY), ~points.test)
 
 
 @cache

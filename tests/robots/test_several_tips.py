@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 import pandas as pd
 import pytest
+from tests.fitting import data_of
 from tests.identification.experiments import table_of
 from tests.oracle import Array
 from tests.robots.torso import FILE, JOINTS, LIFTED, PLACES, STIFFNESS, Torso, read_torso
@@ -31,7 +32,6 @@ from expdesign.diagnosis.statement import widened, widening
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import predict
 from expdesign.estimation.fit import Data, Fit, fit
-from expdesign.estimation.whitening import Whitening
 from expdesign.io.yaml_reader import read_yaml
 from expdesign.mechanics.robots.serial import SerialRobot
 
@@ -80,11 +80,9 @@ def test_all_masses_load_the_joints_below_them(torso: SerialRobot) -> None:
     np.testing.assert_allclose(whole[:, 2], -9.80665 * (12.0 + 15.0 + 2 * 5.8 + masses), rtol=1e-12)
 
 
-def data_of(robot: SerialRobot, frame: pd.DataFrame) -> Data:
+def read_data(robot: SerialRobot, frame: pd.DataFrame) -> Data:
     read = recordings_from_table(table_of(frame), robot)
-    assert read.deviations is not None
-    whitening = Whitening(read.deviations)
-    return Data(read, row_data(read, robot), whitening, reading=reading_of(robot, read))
+    return data_of(read, robot, reading_of(robot, read))
 
 
 def fitted(robot: SerialRobot, data: Data) -> Fit:
@@ -101,7 +99,7 @@ def test_a_torso_with_two_arms_is_calibrated_as_one(torso: SerialRobot, tmp_path
     zeros = np.array([0.0, 4e-4, -6e-4, 5e-4, 3e-4, -5e-4, 4e-4, -2e-4])
     tool = (2.5, np.array([0.06, -0.02, 0.05]))
     frame = Torso(zeros, tool).recordings(360, 3, DEVIATION).assign(split=["train", "train", "train", "test"] * 90)
-    data = data_of(torso, frame)
+    data = read_data(torso, frame)
     found = fitted(torso, data)
     assert found.chi2 / (3 * 270 - found.rank) == pytest.approx(1.0, abs=0.15)
     own, deviations = found.chain.slices, np.sqrt(np.diag(found.covariance))
@@ -131,9 +129,9 @@ def read_torso_file(folder: Path) -> Path:
 def test_what_the_other_hand_lifts_must_not_be_forgotten(torso: SerialRobot) -> None:
     """The same recordings with the payloads taken out of the columns are refuted."""
     frame = Torso().recordings(80, 3, DEVIATION)
-    read = data_of(torso, frame)
+    read = read_data(torso, frame)
     known = fit(Chain(torso, reading=read.reading), read)
-    forgotten = data_of(torso, frame.assign(**dict.fromkeys(LIFTED, 0.0)))
+    forgotten = read_data(torso, frame.assign(**dict.fromkeys(LIFTED, 0.0)))
     assert fit(Chain(torso, reading=forgotten.reading), forgotten).chi2 > 20.0 * known.chi2
 
 
