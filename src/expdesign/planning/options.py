@@ -74,3 +74,180 @@ class SearchOptions:
     gap: float = 1e-3
     most_designs: int = 250
     enumerable: int = 40_000
+
+
+@dataclass(frozen=True)
+class StartOptions:
+    """How the first designs of a search are made (`start`).
+
+    Attributes:
+        batch: measurements drawn at a time, and poses on which the robot's limits are tested.
+        batches: of them at most until none is known that can be reached.
+        ladder: factors s of the load errors, for each of which the relaxation is rounded.
+        listed: candidates that are rounded, where variables can be refined afterwards and where they cannot.
+        repeated: measurements drawn and paired, and plans of each kind, of repeated measurements.
+        structured: plans drawn of every structure that a budget allows, and how many of them are improved.
+        tested: random designs on which identifiability is tested.
+        together: designs of a finite space that are looked at together.
+    """
+
+    batch: int = 2000
+    batches: int = 25
+    ladder: tuple[float, ...] = (0.0, 10.0)
+    listed: tuple[int, int] = (100, 2000)
+    repeated: tuple[int, int, int] = (1000, 20, 4)
+    structured: tuple[int, int] = (40, 3)
+    tested: int = 100
+    together: int = 5000
+
+
+@dataclass(frozen=True)
+class NextOptions:
+    """How the next measurements are found (`sequential`).
+
+    Attributes:
+        candidates: drawn.
+        few: parameters up to which as many are drawn; with more, each costs more, and fewer are.
+        rounds: of exchange and descent.
+        worth: relative gain for which there is a further one.
+    """
+
+    candidates: int = 4000
+    few: int = 8
+    rounds: int = 6
+    worth: float = 1e-4
+
+
+@dataclass(frozen=True)
+class DescentOptions:
+    """Sequential quadratic programming (`optimality/sqp`, `optimality/quadratic`; Nocedal & Wright 2006).
+
+    Attributes:
+        margin: by which rows of limits are kept below zero, so that a design at a limit is within it whatever the
+            rounding.
+        near_singular: part of the largest condition number from which on it has a gradient.
+        difference: step of central differences of limits (m or rad).
+        penalty: on the excess over limits, beside functions of the order of 1.
+        invalid: value of a function where it has none.
+        corrections: of a step that goes beyond curved limits (Maratos effect).
+        far: decades of the condition number below its limit at which a step is not corrected for it.
+        entries: of the Hessians that are treated at once, at most.
+        accepted: part of the predicted fall from which on a step is taken.
+        grown: part of the predicted fall, and of the trust radius, beyond which the latter grows, and by which factor.
+        shrunk: part of the predicted fall below which the radius becomes a part of the step, and which.
+        least_radius: at which a descent ends, in parts of a variable's range.
+        iterations: of the interior-point method.
+        tolerance: relative duality gap at which a program counts as solved.
+        back: part of the way to the nearest bound that a step of it goes.
+        worthwhile: part of the programs that are unfinished below which the finished ones are taken out.
+    """
+
+    margin: float = 1e-8
+    near_singular: float = 0.3
+    difference: float = 1e-6
+    penalty: float = 10.0
+    invalid: float = 1e6
+    corrections: int = 2
+    far: float = -0.7
+    entries: int = 20_000_000
+    accepted: float = 1e-3
+    grown: tuple[float, float, float] = (0.75, 0.8, 2.0)
+    shrunk: tuple[float, float] = (0.25, 0.35)
+    least_radius: float = 1e-9
+    iterations: int = 40
+    tolerance: float = 1e-9
+    back: float = 0.995
+    worthwhile: float = 0.8
+
+
+@dataclass(frozen=True)
+class RelaxationOptions:
+    """The convex relaxation and its bound (`optimality/certificate`, `pool`, `series`, `weights`).
+
+    Attributes:
+        gap: relative, of the squared criterion, at which the refinement of candidates ends.
+        rounds: of it at most.
+        shortlist: candidates that are kept.
+        finest: tolerance of the relaxation at which it is not made finer where a round did not improve the bound.
+        enumerable: candidates that are all looked at, at most.
+        added: most sensitive series that become candidates in a round.
+        drawn: series of every length that are drawn first.
+        entries: of arrays of series that are valued together.
+        tangents: of the bound on longer series (Frank & Wolfe 1956).
+        regularisation: part of the mean eigenvalue of an information that is added to all of them: where the optimum
+            leaves parameters unidentified that no target needs, Q would hang on weights that count for nothing. The
+            bound holds for any Q.
+        rounded: share of the largest eigenvalue below which one is rounding.
+        weightings: rounds in which candidates enter the optimal weights.
+        together: candidates whose sensitivities are computed together.
+    """
+
+    gap: float = 1e-3
+    rounds: int = 25
+    shortlist: int = 2000
+    finest: float = 1e-9
+    enumerable: int = 1_000_000
+    added: int = 40
+    drawn: int = 400
+    entries: int = 4_000_000
+    tangents: int = 60
+    regularisation: float = 1e-7
+    rounded: float = 1e-14
+    weightings: int = 60
+    together: int = 50_000
+
+
+@dataclass(frozen=True)
+class HalvingOptions:
+    """Boxes of measurements, halved (`optimality/regions`, `region_bound`, `region_tree`; theory.md 10.7).
+
+    Attributes:
+        gap: relative distance between a plan and the bound at which halving ends.
+        safety: factor on second differences through the middle of a box.
+        widest: angle (rad) beyond which these say nothing.
+        stored: bytes of maps that are kept.
+        regularisation: of an information, in parts of its size.
+        rounding: relative, by which a bound is lowered.
+        patience: steps before a node that cannot be left out is given up, where its parts are within the limits on
+            average and where they are not.
+        within: mean excess that counts as within the limits.
+        damping: of Newton's steps on the multipliers of the limits.
+        levels: distances to the best plan, relative to the criterion, to which all nodes are brought one after the
+            other.
+        first, steps: of the bound of the whole space, and of a node.
+        together: nodes that are halved at a time.
+        numbers, largest: that a batch, and a node, may have.
+        even: part of the weight of a half that is spread evenly over its corners.
+        slack: what an axis counts, relative to the criterion, along which a measurement is not in parts.
+        least: part that counts as none.
+        better: relative gain for which a plan is tried.
+        rate, maps, fixed: numbers weighed and measurements looked at per second, and seconds of a node.
+    """
+
+    gap: float = 1e-3
+    safety: float = 2.0
+    widest: float = 1.0
+    stored: int = 300_000_000
+    regularisation: float = 1e-11
+    rounding: float = 1e-9
+    patience: tuple[int, int] = (3, 6)
+    within: float = 1e-3
+    damping: float = 0.5
+    levels: tuple[float, ...] = (0.3, 0.2, 0.14, 0.1, 0.07, 0.05, 0.03, 0.02, 0.01, 0.005, 0.002)
+    first: int = 60
+    steps: int = 12
+    together: int = 16
+    numbers: int = 4_000_000
+    largest: int = 10_000_000
+    even: float = 0.1
+    slack: float = 1e-3
+    least: float = 1e-12
+    better: float = 1e-9
+    rate: float = 3e8
+    maps: float = 6e4
+    fixed: float = 4e-4
+
+
+START, NEXT, DESCENT = StartOptions(), NextOptions(), DescentOptions()
+RELAXATION, HALVING = RelaxationOptions(), HalvingOptions()
+"""What commands use."""

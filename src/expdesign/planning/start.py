@@ -20,12 +20,10 @@ from expdesign.planning.front import non_dominated
 from expdesign.planning.optimality.certificate import Certificate
 from expdesign.planning.optimality.exchange import Exchange, rounded
 from expdesign.planning.optimality.pool import BRIEF
+from expdesign.planning.options import START
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.pymoo_problem import DesignPopulation
 from expdesign.planning.scalarisation import Aims
-
-_BATCH = 2000
-_BATCHES = 25
 
 
 def reachable_measurements(problem: DesignProblem, count: int, generator: np.random.Generator) -> FloatArray:
@@ -38,8 +36,8 @@ def reachable_measurements(problem: DesignProblem, count: int, generator: np.ran
     space = problem.space
     found: list[FloatArray] = []
     total = 0
-    for _ in range(_BATCHES):
-        decisions = space.sample(_BATCH, generator)
+    for _ in range(START.batches):
+        decisions = space.sample(START.batch, generator)
         kept = decisions[problem.reachable(decisions)]
         found.append(kept)
         total += len(kept)
@@ -48,7 +46,7 @@ def reachable_measurements(problem: DesignProblem, count: int, generator: np.ran
     if total == 0:
         found = [_descend(problem, generator)]
         if problem.constraints is not None and not problem.reachable(found[0]).all():
-            tried = space.sample(_BATCH, generator)
+            tried = space.sample(START.batch, generator)
             tried = tried[problem.loaded.robot.usable(space.decode(tried)[0])]
             tried = tried if len(tried) else found[0]
             binding = problem.constraints.binding(problem.loaded, *space.decode(tried))
@@ -117,7 +115,7 @@ def _descend(problem: DesignProblem, generator: np.random.Generator) -> FloatArr
         beyond = max(0.0, np.log10(min(condition, 1e300) / CONDITION_LIMIT))
         return max(float(robot.limit_excess(poses)), 0.0) + beyond
 
-    samples = space.sample(_BATCH, generator)
+    samples = space.sample(START.batch, generator)
     scores = np.array([excess(sample) for sample in samples])
     best = samples[np.argsort(scores, kind="stable")[:5]]
     bounds = list(zip(space.lower, space.upper, strict=True))
@@ -136,19 +134,14 @@ def _descend(problem: DesignProblem, generator: np.random.Generator) -> FloatArr
     raise InfeasibleError(what, where=problem.source, remedy="Widen the poses, or correct the robot file.")
 
 
-LADDER = (0.0, 10.0)
-_REPEATED = (1000, 20, 4)
-"""Measurements drawn and paired, and plans of each kind, of repeated measurements."""
-
-
 def relaxed_designs(problem: DesignProblem) -> FloatArray:
     """Designs (d, m, g) rounded from optimal weights, the best few of many roundings for each factor."""
     space, (rounds, draws, kept) = problem.space, problem.optimiser.roundings
     found: list[FloatArray] = []
     known: FloatArray | None = None  # as designs of one measurement each
     # Where variables can be refined afterwards a short list will do.
-    listed = 100 if (~space.discrete).any() else 2000
-    for factor in LADDER if problem.loaded.sources else LADDER[:1]:
+    listed = START.listed[0] if (~space.discrete).any() else START.listed[1]
+    for factor in START.ladder if problem.loaded.sources else START.ladder[:1]:
         certificate = Certificate(problem, factor, BRIEF, tolerance=1e-3)
         refined = list(certificate.refine(known, rounds))
         if not refined:
@@ -176,14 +169,10 @@ def repeated_designs(problem: DesignProblem) -> FloatArray:
     if not problem.loaded.sources or problem.budget is not None or problem.constraints is not None:
         return np.zeros((0, space.measurements, space.decisions))
     generator = np.random.default_rng([problem.optimiser.seed, 2])
-    number, paired, kept = _REPEATED
+    number, paired, kept = START.repeated
     drawn = extreme_measurements(problem, number, 0.5, generator)
     aims = Aims(np.zeros((2, 2)), np.eye(2))
     return problem.settable(Exchange(problem, ("feir", "total")).repeated(drawn, aims, kept, paired)[0])
-
-
-_STRUCTURED = (40, 3)
-"""Plans drawn of every structure that a budget allows, and how many of them are improved."""
 
 
 def structured_designs(problem: DesignProblem) -> FloatArray:
@@ -197,7 +186,7 @@ def structured_designs(problem: DesignProblem) -> FloatArray:
     if budget is None or settings is None:
         return found[0]
     generator, exchange = np.random.default_rng([problem.optimiser.seed, 3]), Exchange(problem, ("total",))
-    number, kept = _STRUCTURED
+    number, kept = START.structured
     offered = extreme_measurements(problem, 2 * number, 0.5, generator)
     counts = np.arange(1, m + 1)
     for poses in range(1, min(m, budget.poses or m) + 1):
@@ -216,9 +205,6 @@ def structured_designs(problem: DesignProblem) -> FloatArray:
 
 def _total(count: int) -> Aims:
     return Aims(np.zeros((count, 1)), np.ones((count, 1)))
-
-
-_TOGETHER = 5_000
 
 
 def every_design(problem: DesignProblem) -> FloatArray | None:
@@ -240,20 +226,14 @@ def every_design(problem: DesignProblem) -> FloatArray | None:
     measurements = measurements[problem.loaded.robot.usable(space.decode(measurements)[0])]
     plans = np.array(list(combinations_with_replacement(range(len(measurements)), m)), dtype=np.int64)
     population, best = DesignPopulation(problem), np.zeros((0, m, space.decisions))
-    for start in range(0, len(plans), _TOGETHER):
-        listed = np.unique(space.canonical(measurements[plans[start : start + _TOGETHER]]), axis=0)
+    for start in range(0, len(plans), START.together):
+        listed = np.unique(space.canonical(measurements[plans[start : start + START.together]]), axis=0)
         designs = np.concatenate([best, listed])
         values, violations = population.objectives(designs)
         feasible = (violations <= 0.0).all(axis=1)
         designs, values = designs[feasible], values[feasible]
         best = designs[non_dominated(values)] if len(designs) else best
     return best
-
-
-DESIGNS = 100
-"""Random designs on which identifiability is tested."""
-POSES = 2000
-"""Random poses on which the robot's limits are tested."""
 
 
 @dataclass(frozen=True)
@@ -271,10 +251,10 @@ class Feasibility:
 
 
 def random_designs(problem: DesignProblem) -> FloatArray:
-    """`DESIGNS` designs whose every measurement can be reached, by the configuration's seed, shape (b, m, g)."""
+    """Designs whose every measurement can be reached, by the configuration's seed, shape (b, m, g)."""
     generator = np.random.default_rng(problem.optimiser.seed)
     space = problem.space
-    return starting_designs(problem, DESIGNS, generator).reshape(DESIGNS, space.measurements, space.decisions)
+    return starting_designs(problem, START.tested, generator).reshape(START.tested, space.measurements, space.decisions)
 
 
 def feasibility(problem: DesignProblem) -> Feasibility:
@@ -286,5 +266,5 @@ def feasibility(problem: DesignProblem) -> Feasibility:
     """
     identifying = require_identifiable(problem, random_designs(problem))
     generator = np.random.default_rng(problem.optimiser.seed)
-    reached = problem.reachable(problem.space.sample(POSES, generator))
+    reached = problem.reachable(problem.space.sample(START.batch, generator))
     return Feasibility(float(reached.mean()), identifying)

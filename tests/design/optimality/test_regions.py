@@ -12,13 +12,14 @@ from tests.oracle import Array
 
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality import region_tree, regions
-from expdesign.planning.optimality.bounds import GAP, best_linear_total, criterion_bounds
+from expdesign.planning.optimality.bounds import best_linear_total, criterion_bounds
 from expdesign.planning.optimality.measurement_maps import MeasurementMaps
 from expdesign.planning.optimality.pool import usable
 from expdesign.planning.optimality.region_bound import Node, bounded
 from expdesign.planning.optimality.region_tree import RegionTree
-from expdesign.planning.optimality.regions import WIDEST, Axis, Box, Regions
+from expdesign.planning.optimality.regions import Axis, Box, Regions
 from expdesign.planning.optimality.weights import Relaxation
+from expdesign.planning.options import HALVING
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.start import starting_designs
 
@@ -138,9 +139,9 @@ def test_the_bound_over_all_plans_of_a_list(name: str) -> None:
     best = {0.0: found["duir"].min(), 1.0: min(best_linear_total(here, plan) for plan in likely)}
     for factor, least in best.items():
         tree = tree_of(here, factor)
-        bound = np.sqrt(tree.run(least**2, 1.9 * GAP, 20.0))
+        bound = np.sqrt(tree.run(least**2, 1.9 * HALVING.gap, 20.0))
         assert bound <= least * (1.0 + 1e-9)
-        assert least <= bound * (1.0 + 1.1 * GAP)
+        assert least <= bound * (1.0 + 1.1 * HALVING.gap)
         assert tree.nodes < 20000
 
 
@@ -156,9 +157,9 @@ def test_a_plan_that_is_better_than_the_known_one_is_found() -> None:
         return float(min(tried) ** 2)
 
     tree = RegionTree(Regions(information), information.relaxation(), attempt)
-    bound = np.sqrt(tree.run((1.2 * best) ** 2, 1.9 * GAP, 20.0))
+    bound = np.sqrt(tree.run((1.2 * best) ** 2, 1.9 * HALVING.gap, 20.0))
     assert min(tried) == pytest.approx(best, rel=1e-9)
-    assert best <= bound * (1.0 + 1.1 * GAP)
+    assert best <= bound * (1.0 + 1.1 * HALVING.gap)
 
 
 @pytest.mark.parametrize(("name", "within"), [("rows", 2e-3), ("hexapod", 2e-2)])
@@ -186,10 +187,12 @@ def test_over_a_continuum_the_bound_meets_what_searches_find(name: str, within: 
 def test_boxes_are_forgotten_without_effect(monkeypatch: pytest.MonkeyPatch) -> None:
     base, changes = CONTINUOUS["max"]
     here = problem(base, changes)
-    monkeypatch.setattr(region_tree, "_MAPS", np.inf)  # what is looked at twice takes time twice
+    monkeypatch.setattr(
+        region_tree, "HALVING", replace(HALVING, maps=np.inf)
+    )  # what is looked at twice takes time twice
     kept = tree_of(here, 0.0)
     bound = kept.run(0.3, 1e-2, 0.3)
-    monkeypatch.setattr(regions, "_STORED", 1000)
+    monkeypatch.setattr(regions, "HALVING", replace(HALVING, stored=1000))
     forgotten = tree_of(here, 0.0)
     assert forgotten.run(0.3, 1e-2, 0.3) == bound
     assert forgotten._regions.work > kept._regions.work
@@ -228,7 +231,7 @@ def test_places_along_axes() -> None:
     assert not rows.bends((0.0, 4.0))
     angle = Axis(0, None, None, False, True, (-2.0, 2.0))
     assert not angle.resolved((0.0, 1.0))
-    assert angle.resolved((0.0, WIDEST / 4.0))
+    assert angle.resolved((0.0, HALVING.widest / 4.0))
     assert angle.decisions(np.array([0.25])).tolist() == [-1.0]
 
 

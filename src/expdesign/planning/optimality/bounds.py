@@ -21,10 +21,8 @@ from expdesign.planning.optimality.certificate import Certificate, LowerBound
 from expdesign.planning.optimality.pool import usable
 from expdesign.planning.optimality.region_tree import RegionTree
 from expdesign.planning.optimality.regions import Regions
+from expdesign.planning.options import HALVING
 from expdesign.planning.problem import DesignProblem
-
-GAP = 1e-3
-"""Relative distance between a plan and the bound at which halving ends."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +55,8 @@ class CriterionBounds:
 
     @property
     def finished(self) -> bool:
-        """Whether the best plan known is the best there is, to `GAP`."""
-        return self.open is not None and self.open <= GAP
+        """Whether the best plan known is the best there is, to `HALVING.gap`."""
+        return self.open is not None and self.open <= HALVING.gap
 
     @property
     def record(self) -> dict[str, Any]:
@@ -122,7 +120,7 @@ class _Halving:
         tree = RegionTree(regions, self._certificate.relaxation, self._measurable)
         if not np.isfinite(self.best) or not tree.affordable(seconds):
             return CriterionBounds(relaxed, self.best, words="not attempted: too many corners for the time")
-        halved = min(float(np.sqrt(tree.run(self.best**2, 1.9 * GAP, seconds))), self.best)
+        halved = min(float(np.sqrt(tree.run(self.best**2, 1.9 * HALVING.gap, seconds))), self.best)
         rests = "" if regions.convex else ", where second differences tell how far from linear the sensitivity is"
         words = f"boxes of measurements halved{rests}, {tree.nodes} nodes"
         value = max(relaxed.value, halved)

@@ -17,6 +17,7 @@ from expdesign.arrays import FloatArray
 from expdesign.planning.optimality.measurement_maps import MeasurementMaps
 from expdesign.planning.optimality.pool import BRIEF, THOROUGH, Effort, Pool
 from expdesign.planning.optimality.weights import Relaxation, dual_of, optimal_weights
+from expdesign.planning.options import RELAXATION
 from expdesign.planning.problem import DesignProblem
 
 
@@ -60,13 +61,6 @@ class Refinement:
         return len(times) > self.count or bool(np.abs(times - np.rint(times)).max() > 0.1)
 
 
-TOLERANCE = 1e-3
-"""Relative gap of the squared criterion at which the refinement of candidates ends."""
-_ROUNDS, _SHORTLIST = 25, 2000
-_FINEST = 1e-9
-"""Tolerance of the relaxation at which it is not made finer where a round did not improve the bound."""
-
-
 class Certificate:
     """The refinement of candidates for one bound.
 
@@ -107,11 +101,11 @@ class Certificate:
         if not (self.relaxation.targets != 0.0).any():
             return LowerBound(None, "no axis of any target has a tolerance")
         best, words, gap, last = 0.0, "", np.inf, None
-        for last in self.refine(front, _ROUNDS, ended):
+        for last in self.refine(front, RELAXATION.rounds, ended):
             if last.bound > best:
                 best, words = last.bound, last.words
             gap = 1.0 - best / last.value
-            if gap <= TOLERANCE or self.pool.complete or ended():
+            if gap <= RELAXATION.gap or self.pool.complete or ended():
                 break
         if last is None:
             return LowerBound(None, "no measurement within the robot's limits was found")
@@ -139,16 +133,16 @@ class Certificate:
             support = np.flatnonzero(weights.candidates > 0.0)
             dual = dual_of(self.relaxation, rows[support], weights.candidates[support], weights.mixture)
             found = pool.largest(dual, candidates, rows, BRIEF)
-            closed = dual.bound(found.largest) >= (1.0 - TOLERANCE) * weights.value or left == 0 or ended()
+            closed = dual.bound(found.largest) >= (1.0 - RELAXATION.gap) * weights.value or left == 0 or ended()
             if closed and self._effort != BRIEF and not pool.complete:
                 found = pool.largest(dual, candidates, rows, self._effort)
             bound = dual.bound(found.largest) if closed or pool.complete else 0.0
             # Near singular information Q hangs on weights that hardly count for the value.
-            tolerance = tolerance if bound > best else max(0.1 * tolerance, _FINEST)
+            tolerance = tolerance if bound > best else max(0.1 * tolerance, RELAXATION.finest)
             best = max(bound, best)
             sensitivities = dual.sensitivities(rows)
             sensitivities[support] = np.inf
-            listed = np.argsort(-sensitivities, kind="stable")[:_SHORTLIST]
+            listed = np.argsort(-sensitivities, kind="stable")[: RELAXATION.shortlist]
             yield Refinement(
                 *pool.measurements(candidates[listed], weights.candidates[listed]),
                 weights.value,

@@ -16,7 +16,8 @@ from scipy.optimize import nnls
 from expdesign.arrays import FloatArray
 from expdesign.planning.optimality.differentiated import Differentiated
 from expdesign.planning.optimality.objectives import Objectives, PoseGroups
-from expdesign.planning.optimality.sqp import MARGIN, Limits
+from expdesign.planning.optimality.sqp import Limits
+from expdesign.planning.options import DESCENT
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import spans as objective_spans
 
@@ -63,7 +64,7 @@ def kktpm(problem: DesignProblem, variables: FloatArray, spans: FloatArray | Non
         measure[index] = _violation(
             np.stack([column[index].ravel() for column in columns], axis=1),
             np.array([gap[index] for gap in slack]),
-            limits[index] - MARGIN,
+            limits[index] - DESCENT.margin,
             scaled_limits[index],
             position[index].ravel(),
         )

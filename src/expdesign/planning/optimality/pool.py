@@ -17,12 +17,8 @@ from expdesign.planning.optimality.measurement_maps import CHUNK, LoadVariables,
 from expdesign.planning.optimality.series import Multisets, sizes
 from expdesign.planning.optimality.sqp import MinimaxSearch
 from expdesign.planning.optimality.weights import Dual
+from expdesign.planning.options import RELAXATION
 from expdesign.planning.problem import DesignProblem
-
-ENUMERABLE = 1_000_000
-"""Largest number of candidates that are all looked at."""
-_ADDED, _DRAWN = 40, 400
-"""Most sensitive series that become candidates, and series of every length that are drawn first."""
 
 
 class Found(NamedTuple):
@@ -72,7 +68,7 @@ def enumerated(problem: DesignProblem, fixed: IntArray) -> FloatArray | None:
         fixed = np.union1d(fixed, [space.settings.gene])
     others = np.setdiff1d(np.arange(space.decisions), fixed)
     axes = [np.arange(space.upper[i] + 1.0) if space.discrete[i] else space.lower[[i]] for i in others]
-    if float(np.prod([len(axis) for axis in axes])) > ENUMERABLE:
+    if float(np.prod([len(axis) for axis in axes])) > RELAXATION.enumerable:
         return None
     grid = np.array(np.meshgrid(*axes, indexing="ij")).reshape(len(axes), -1).T if axes else np.zeros((1, 0))
     variables = np.zeros((len(grid), space.decisions))
@@ -134,7 +130,7 @@ class Pool:
         self._moves = ~np.isin(np.arange(space.decisions), self._loads.index)
         vertices = len(self._loads.vertices)
         self._poses = enumerated(self._problem, self._loads.index)
-        if self._poses is not None and not self._shared and len(self._poses) * vertices > ENUMERABLE:
+        if self._poses is not None and not self._shared and len(self._poses) * vertices > RELAXATION.enumerable:
             self._poses = None
         self.complete = self._poses is not None and not self._shared
         poses = samples if self._poses is None else len(self._poses)
@@ -153,7 +149,7 @@ class Pool:
             return self._options(self._poses).reshape(-1, 1, self._poses.shape[1])
         parts = []
         for members in self.multisets.members:
-            poses = self._drawn(_DRAWN if self._shared else self._samples)
+            poses = self._drawn(RELAXATION.drawn if self._shared else self._samples)
             parts.append(self._series(poses, members[self._generator.integers(len(members), size=len(poses))]))
         if front is not None:
             parts.append(
@@ -247,7 +243,7 @@ class Pool:
         if self._maps is None:
             self._maps = self.maps(self._options(poses))
         found = self.multisets.best(dual, self._maps)
-        order = np.argsort(-found.values, kind="stable")[:_ADDED]
+        order = np.argsort(-found.values, kind="stable")[: RELAXATION.added]
         words = (
             f"the sensitivity of a series (measurements at one pose with one reference) was evaluated at all "
             f"{len(poses)} poses for all series of up to {self.multisets.longest} measurements"

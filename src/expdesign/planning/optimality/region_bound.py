@@ -11,15 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.planning.optimality.regions import SAFETY, Box, Regions, above_lines
+from expdesign.planning.optimality.regions import Box, Regions, above_lines
 from expdesign.planning.optimality.weights import Relaxation
-
-_REGULARISATION = 1e-11
-_ROUNDING = 1e-9
-_PATIENCE, _WITHIN = (3, 6), 1e-3
-"""Steps before a node that cannot be left out is given up, where its parts are within the limits on average and where
-they are not; and what counts as within them."""
-_NEWTON = 0.5
+from expdesign.planning.options import HALVING
 
 
 @dataclass(frozen=True)
@@ -120,7 +114,7 @@ class Duals:
         sums = (batch.parts[..., None, :] @ batch.corners)[..., 0, :].sum(axis=1)
         information = regions.matrices(sums) + relaxation.prior
         size = np.trace(information, axis1=1, axis2=2)[:, None, None] / q
-        self.inverse = np.linalg.inv(information + _REGULARISATION * size * np.eye(q))
+        self.inverse = np.linalg.inv(information + HALVING.regularisation * size * np.eye(q))
         self.values = ((targets @ self.inverse[:, None]) * targets).sum(axis=(2, 3))
         root = (np.sqrt(batch.mixture)[..., None, None] * targets).reshape(len(size), -1, q)
         self.matrix = self.inverse @ root.swapaxes(1, 2)
@@ -150,11 +144,11 @@ def bounded(
         told = (batch.corners @ forms[:, None, :, None])[..., 0]
         charged = told - (batch.excess @ batch.multipliers[..., None])[..., 0]
         total = charged.max(axis=2).sum(axis=1) + _bends(batch, forms)
-        reached = (1.0 - _ROUNDING) * duals.gain**2 / (duals.prior + np.maximum(total, 1e-300))
+        reached = (1.0 - HALVING.rounding) * duals.gain**2 / (duals.prior + np.maximum(total, 1e-300))
         bounds[left] = np.maximum(bounds[left], reached)
         mean = np.einsum("bml,bmlr->bmr", batch.parts, batch.excess)
-        outside = (mean > _WITHIN).any(axis=(1, 2))
-        hopeless = (duals.values.max(axis=1) < enough) & (step + 1 >= np.where(outside, _PATIENCE[1], _PATIENCE[0]))
+        outside = (mean > HALVING.within).any(axis=(1, 2))
+        hopeless = (duals.values.max(axis=1) < enough) & (step + 1 >= np.where(outside, *reversed(HALVING.patience)))
         done = (bounds[left] >= enough) | hopeless | (step == steps - 1)
         for place in np.flatnonzero(done):
             found[left[place]] = _with(nodes[left[place]], batch, int(place), float(bounds[left[place]]))
@@ -173,7 +167,7 @@ def _bends(batch: Batch, forms: FloatArray) -> FloatArray:
     values = (batch.lines @ forms[:, None, None, :, None])[..., 0]
     values = values - (batch.beyond @ batch.multipliers[:, :, None, :, None])[..., 0]
     above = above_lines(np.moveaxis(values, 2, 0), np.moveaxis(batch.middles, 2, 0)[..., None])
-    found: FloatArray = SAFETY * above.max(axis=2).sum(axis=1)
+    found: FloatArray = HALVING.safety * above.max(axis=2).sum(axis=1)
     return found
 
 
@@ -182,7 +176,7 @@ def _step(batch: Batch, duals: Duals, told: FloatArray, charged: FloatArray, mea
     if mean.shape[2]:
         spread = np.einsum("bml,bmlr->bmr", batch.parts, batch.excess**2)
         size = (batch.parts * told).sum(axis=2)[..., None]
-        change = 2.0 * _NEWTON * size * mean / np.maximum(spread, 1e-12)
+        change = 2.0 * HALVING.damping * size * mean / np.maximum(spread, 1e-12)
         batch.multipliers = np.maximum(batch.multipliers + change, 0.0)
     stepped = batch.parts * np.sqrt(np.maximum(charged, 0.0))
     moves = (stepped > 0.0).any(axis=-1, keepdims=True)  # else nothing there tells anything

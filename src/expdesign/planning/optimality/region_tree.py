@@ -15,22 +15,9 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.planning.optimality.region_bound import Batch, Duals, Node, bounded, normalised
 from expdesign.planning.optimality.regions import Axis, Box, Regions, Span
 from expdesign.planning.optimality.weights import Relaxation
+from expdesign.planning.options import HALVING
 
 _Each = TypeVar("_Each")
-
-_LEVELS = (0.3, 0.2, 0.14, 0.1, 0.07, 0.05, 0.03, 0.02, 0.01, 0.005, 0.002)
-"""Distances to the best plan, relative to the criterion, to which all nodes are brought one after the other."""
-_FIRST, _STEPS = 60, 12
-_TOGETHER, _NUMBERS, _LARGEST = 16, 4_000_000, 10_000_000
-"""Nodes that are halved at a time, and numbers that a batch, and a node, may have."""
-_EVEN = 0.1
-"""Part of the weight of a half that is spread evenly over its corners."""
-_SLACK = 1e-3
-"""What an axis counts, relative to the criterion, along which a measurement is not in parts."""
-_LEAST, _BETTER = 1e-12, 1e-9
-"""Part that counts as none, and relative gain for which a plan is tried."""
-_RATE, _MAPS, _FIXED = 3e8, 6e4, 4e-4
-"""Numbers weighed and measurements looked at per second, and seconds of a node."""
 
 
 @dataclass(order=True)
@@ -65,14 +52,14 @@ class RegionTree:
     @property
     def seconds(self) -> float:
         """Of a processor, as estimated from the work."""
-        weighed = self._weighed * len(self._regions.triangle[0]) / _RATE
-        return weighed + self._regions.work / _MAPS + self.nodes * _FIXED
+        weighed = self._weighed * len(self._regions.triangle[0]) / HALVING.rate
+        return weighed + self._regions.work / HALVING.maps + self.nodes * HALVING.fixed
 
     def affordable(self, seconds: float) -> bool:
         """Whether so many seconds are enough to look at the corners of all that a measurement can be."""
         corners = float(np.prod(self._regions.lengths(self._regions.whole)))
         numbers = corners * self._relaxation.count * len(self._regions.triangle[0])
-        return corners <= _MAPS * seconds and numbers <= _LARGEST
+        return corners <= HALVING.maps * seconds and numbers <= HALVING.largest
 
     def run(self, best: float, gap: float, seconds: float) -> float:
         """What no plan goes below, the criterion squared.
@@ -83,16 +70,16 @@ class RegionTree:
             seconds: of a processor, as estimated from the work.
         """
         whole = Node.whole(self._regions, self._relaxation.count, len(self._relaxation.targets))
-        self._bound([whole], (1.0 - gap) * best, _FIRST)
+        self._bound([whole], (1.0 - gap) * best, HALVING.first)
         level = 0
         while self._heap and self.seconds < seconds:
-            levels = [*(best / (1.0 + distance) ** 2 for distance in _LEVELS), best * (1.0 - gap)]
+            levels = [*(best / (1.0 + distance) ** 2 for distance in HALVING.levels), best * (1.0 - gap)]
             while level < len(levels) - 1 and self._heap[0].bound >= levels[level]:
                 level += 1
             if self._heap[0].bound >= levels[-1]:
                 break
             taken = [heappop(self._heap)]
-            while self._heap and len(taken) < _TOGETHER and self._heap[0].bound < levels[level]:
+            while self._heap and len(taken) < HALVING.together and self._heap[0].bound < levels[level]:
                 taken.append(heappop(self._heap))
             halves: list[Node] = []
             for nodes in _alike(self._regions, [each.node for each in taken]):
@@ -106,7 +93,7 @@ class RegionTree:
                         self._least = min(self._least, node.bound)
                     else:
                         halves += self._halves(node, *cut)
-            self._bound(halves, levels[level], _STEPS)
+            self._bound(halves, levels[level], HALVING.steps)
             self._regions.release()
         return min(best, self._least, self._heap[0].bound if self._heap else np.inf)
 
@@ -137,7 +124,7 @@ class RegionTree:
                 grams = batch.corners[place, member, : len(parts)]
                 upper = _upper(regions, box)
                 high, above = (upper * parts) @ grams, upper @ parts
-                share = np.clip(np.stack([1.0 - above, above]), _LEAST, 1.0)
+                share = np.clip(np.stack([1.0 - above, above]), HALVING.least, 1.0)
                 apart = regions.matrices(high / share[1, :, None] - (parts @ grams - high) / share[0, :, None])
                 images = (apart @ duals.matrix[place]).swapaxes(1, 2)
                 bend = ((images @ duals.inverse[place]) * images).sum(axis=(1, 2))
@@ -145,7 +132,9 @@ class RegionTree:
                 for number, (axis, span) in enumerate(zip(regions.axes, box, strict=True)):
                     length = 1.0 if axis.order is not None else span[1] - span[0]
                     # What is not resolved has no bound yet, whatever the others' scores.
-                    score = np.inf if not axis.resolved(span) else scores[number] * np.sqrt(length) + _SLACK * length
+                    score = (
+                        np.inf if not axis.resolved(span) else scores[number] * np.sqrt(length) + HALVING.slack * length
+                    )
                     if span[0] < span[1] and score > most:
                         most, chosen = float(score), (member, number)
             found.append(chosen)
@@ -157,7 +146,7 @@ class RegionTree:
         corners = np.take_along_axis(batch.corners, heaviest[..., None, None], axis=2)
         single = replace(batch, corners=corners, parts=np.ones(corners.shape[:3]))
         values = Duals(self._regions, self._relaxation, single).values.max(axis=1)
-        return [self._plan(nodes[i], heaviest[i]) for i in np.flatnonzero(values < (1.0 - _BETTER) * best)]
+        return [self._plan(nodes[i], heaviest[i]) for i in np.flatnonzero(values < (1.0 - HALVING.better) * best)]
 
     def _plan(self, node: Node, corners: IntArray) -> FloatArray:
         """The measurements (m, g) at corners of a node's boxes."""
@@ -183,7 +172,7 @@ class RegionTree:
         return replace(
             node,
             boxes=_replaced(node.boxes, member, (*box[:number], span, *box[number + 1 :])),
-            parts=_replaced(node.parts, member, normalised((1.0 - _EVEN) * parts + _EVEN / len(parts))),
+            parts=_replaced(node.parts, member, normalised((1.0 - HALVING.even) * parts + HALVING.even / len(parts))),
         )
 
 
@@ -216,6 +205,6 @@ def _alike(regions: Regions, nodes: list[Node]) -> Iterator[list[Node]]:
     entries = len(regions.triangle[0])
     for largest, alike in groupby(sorted(nodes, key=size), key=size):
         listed = list(alike)
-        together = max(1, _NUMBERS // (largest * entries * len(listed[0].boxes)))
+        together = max(1, HALVING.numbers // (largest * entries * len(listed[0].boxes)))
         for start in range(0, len(listed), together):
             yield listed[start : start + together]

@@ -14,18 +14,12 @@ import numpy as np
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.planning.optimality.measurement_maps import MeasurementMaps
 from expdesign.planning.optimality.sqp import Limits
+from expdesign.planning.options import HALVING
 from expdesign.planning.variables import Rows
 
 Span = tuple[float, float]
 """Ends of a part of an axis."""
 Box = tuple[Span, ...]
-
-SAFETY = 2.0
-"""Factor on second differences through the middle of a box."""
-WIDEST = 1.0
-"""Angle (rad) beyond which these say nothing."""
-_STORED = 300_000_000
-"""Bytes of maps that are kept."""
 
 
 @dataclass(frozen=True)
@@ -93,8 +87,8 @@ class Axis:
         if not self.angle or not self.bends(span):
             return True
         if self.values is not None:
-            return bool(abs(self.values[int(span[1])] - self.values[int(span[0])]) <= WIDEST)
-        return (span[1] - span[0]) * (self.ends[1] - self.ends[0]) <= WIDEST
+            return bool(abs(self.values[int(span[1])] - self.values[int(span[0])]) <= HALVING.widest)
+        return (span[1] - span[0]) * (self.ends[1] - self.ends[0]) <= HALVING.widest
 
     def decisions(self, places: FloatArray) -> FloatArray:
         """The variable at places (b,)."""
@@ -238,7 +232,7 @@ class Regions:
 
     def release(self) -> None:
         """Forget what was looked at, where it is much."""
-        if self._used * self._grams.shape[1] * 8 > _STORED:
+        if self._used * self._grams.shape[1] * 8 > HALVING.stored:
             self._forget()
 
     def _forget(self) -> None:
@@ -266,7 +260,7 @@ class Regions:
         corners, at_lines = stored[: len(places)], stored[len(places) :].reshape(len(lines), -1)
         middles = np.array([middle[place][1] for place in bending])
         least = self._excess[corners].min(axis=0)
-        least = least - SAFETY * above_lines(-self._excess[at_lines], middles[:, None, None]).max(axis=0)
+        least = least - HALVING.safety * above_lines(-self._excess[at_lines], middles[:, None, None]).max(axis=0)
         resolved = all(axis.resolved(span) for axis, span in spans)
         return Region(corners, at_lines, middles, not bool((least > 0.0).any()), resolved)
 

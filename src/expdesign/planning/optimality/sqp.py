@@ -17,12 +17,8 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
 from expdesign.mechanics.symbolic import BatchFunction
 from expdesign.planning.optimality.quadratic import Programs, Solutions, solve
+from expdesign.planning.options import DESCENT
 from expdesign.planning.problem import DesignProblem
-
-MARGIN = 1e-8
-"""Rows are kept this far below zero, so that a design at a limit is within it whatever the rounding."""
-_NEAR_SINGULAR = 0.3
-_STEP = 1e-6
 
 
 class Limits:
@@ -57,7 +53,7 @@ class Limits:
             condition, by_condition = self._condition(poses)
         else:
             condition, by_condition = np.full(poses.shape[:-1], -1.0), np.zeros_like(poses)
-        values = np.concatenate([values, condition[..., None]], axis=-1) + MARGIN
+        values = np.concatenate([values, condition[..., None]], axis=-1) + DESCENT.margin
         by_pose = np.concatenate([by_pose, by_condition[..., None, :]], axis=-2)
         gradient = np.zeros((*values.shape, variables.shape[-1]))
         gradient[..., self._decisions] = by_pose[..., self._coordinates]
@@ -93,7 +89,7 @@ class Limits:
 
         values = decades(poses)
         gradient = np.zeros_like(poses)
-        near = values > np.log10(_NEAR_SINGULAR)
+        near = values > np.log10(DESCENT.near_singular)
         if near.any():
             gradient[near] = _central(decades, poses[near])
         return values, gradient
@@ -102,9 +98,9 @@ class Limits:
 def _central(function: object, poses: FloatArray) -> FloatArray:
     """Central differences of a function of poses (..., n), shape (..., n)."""
     assert callable(function)
-    steps = _STEP * np.eye(poses.shape[-1])
+    steps = DESCENT.difference * np.eye(poses.shape[-1])
     difference: FloatArray = function(poses[..., None, :] + steps) - function(poses[..., None, :] - steps)
-    return difference / (2.0 * _STEP)
+    return difference / (2.0 * DESCENT.difference)
 
 
 Pieces = Callable[[FloatArray, IntArray], tuple[FloatArray, FloatArray]]
@@ -112,14 +108,6 @@ Pieces = Callable[[FloatArray, IntArray], tuple[FloatArray, FloatArray]]
 (b, j, m, g)."""
 Tie = Callable[[FloatArray, IntArray], FloatArray]
 """Projection of changes of variables (b, m, g) of the given problems (b,) onto those that keep shared poses shared."""
-
-PENALTY = 10.0
-_INVALID = 1e6
-_CORRECTIONS = 2
-_FAR = -0.7
-"""Decades of the condition number below its limit at which a step is not corrected for it."""
-_MEMORY = 20_000_000
-"""Largest number of entries of the Hessians that are treated at once."""
 
 
 @dataclass
@@ -192,7 +180,7 @@ class MinimaxSearch:
         self._inner = inner
         if not self._free.any() or len(variables) == 0:
             return variables.copy()
-        together = max(1, _MEMORY // (variables.shape[1] * len(self._span)) ** 2)
+        together = max(1, DESCENT.entries // (variables.shape[1] * len(self._span)) ** 2)
         parts = np.split(np.arange(len(variables)), np.arange(together, len(variables), together))
         return np.concatenate([self._minimise(variables[part], part, iterations, radius, tolerance) for part in parts])
 
@@ -218,19 +206,21 @@ class MinimaxSearch:
             trial = self._evaluate(moved, index[alive])
             actual = here.merit - trial.merit
             ratio = np.where(predicted > 0.0, actual / np.where(predicted > 0.0, predicted, 1.0), -1.0)
-            accepted = (ratio > 1e-3) & (actual > 0.0)
+            accepted = (ratio > DESCENT.accepted) & (actual > 0.0)
             hessian[alive], fresh[alive] = _updated(hessian[alive], fresh[alive], here, trial, step, solution)
             size = np.abs(step).max(axis=1)
-            grown = (ratio > 0.75) & (size > 0.8 * radii[alive])
-            shrunk = np.where(ratio < 0.25, 0.35 * np.maximum(size, 1e-12), radii[alive])
-            radii[alive] = np.minimum(1.0, np.where(grown, 2.0 * radii[alive], shrunk))
+            good, far, growth = DESCENT.grown
+            poor, part = DESCENT.shrunk
+            grown = (ratio > good) & (size > far * radii[alive])
+            shrunk = np.where(ratio < poor, part * np.maximum(size, 1e-12), radii[alive])
+            radii[alive] = np.minimum(1.0, np.where(grown, growth * radii[alive], shrunk))
             points.put(alive[accepted], trial.take(np.flatnonzero(accepted)))
             small = predicted < tolerance * np.maximum(1.0, np.abs(here.merit))
             quiet[alive] = np.where(small, quiet[alive] + 1, 0)
-            alive = alive[(quiet[alive] < 2) & (radii[alive] > 1e-9)]
+            alive = alive[(quiet[alive] < 2) & (radii[alive] > DESCENT.least_radius)]
         # Steps that came to their number may be a little beyond curved limits.
         beyond = np.flatnonzero((points.limits > 0.0).any(axis=(1, 2)))
-        for _ in range(_CORRECTIONS if beyond.size else 0):
+        for _ in range(DESCENT.corrections if beyond.size else 0):
             there = points.take(beyond)
             points.variables[beyond] = self._moved(there, np.zeros((len(beyond), n)), index[beyond])
         return points.variables
@@ -238,14 +228,14 @@ class MinimaxSearch:
     def _moved(self, here: _Points, step: FloatArray, index: IntArray) -> FloatArray:
         """Variables after a step in parts of the free variables' ranges, within the bounds."""
         variables = here.variables
-        singular = bool((here.limits[..., -1] > _FAR).any())
+        singular = bool((here.limits[..., -1] > DESCENT.far).any())
         change = np.zeros_like(variables)
         change[..., self._free] = step.reshape(*variables.shape[:2], -1) * self._span
         if self._tie is not None:
             change = self._tie(change, index)
         moved: FloatArray = np.clip(variables + change, self._space.lower, self._space.upper)
         beyond = np.arange(len(moved))
-        for _ in range(_CORRECTIONS):
+        for _ in range(DESCENT.corrections):
             # Limits are curved: without this correction full steps along them would be refused (Maratos effect).
             shift = self._back_within_limits(moved[beyond], singular)
             if self._tie is not None:
@@ -284,7 +274,7 @@ class MinimaxSearch:
             parts = [self._tie(slopes[:, piece], index) for piece in range(slopes.shape[1])]
             slopes = np.stack(parts, axis=1)
         slopes = np.nan_to_num(slopes[..., self._free] * self._span)
-        values = np.where(np.isfinite(values).all(axis=1, keepdims=True), values, _INVALID)
+        values = np.where(np.isfinite(values).all(axis=1, keepdims=True), values, DESCENT.invalid)
         limits, limit_gradients = self._limits.rows(variables)
         limit_gradients = limit_gradients[..., self._free] * self._span
         return _Points(variables.copy(), values, slopes.reshape(*slopes.shape[:2], -1), limits, limit_gradients)
@@ -295,7 +285,7 @@ class MinimaxSearch:
         low = np.maximum((self._space.lower - here.variables)[..., self._free] / self._span, -reach)
         high = np.minimum((self._space.upper - here.variables)[..., self._free] / self._span, reach)
         sides = np.minimum(low, -1e-14).reshape(len(radii), -1), np.maximum(high, 1e-14).reshape(len(radii), -1)
-        penalty = np.full(len(radii), PENALTY)
+        penalty = np.full(len(radii), DESCENT.penalty)
         return Programs(hessian, here.values, here.gradients, here.limits, here.limit_gradients, *sides, penalty)
 
 
@@ -318,7 +308,7 @@ def _solve_scaled(programs: Programs, radii: FloatArray, tolerance: float) -> So
 
 
 def _merit(values: FloatArray, limits: FloatArray) -> FloatArray:
-    merit: FloatArray = values.max(axis=1) + PENALTY * np.maximum(limits, 0.0).sum(axis=(1, 2))
+    merit: FloatArray = values.max(axis=1) + DESCENT.penalty * np.maximum(limits, 0.0).sum(axis=(1, 2))
     return merit
 
 
@@ -340,7 +330,7 @@ def _updated(
     by_limits = solution.limits[:, :, None] @ (trial.limit_gradients - here.limit_gradients)
     change = change + by_limits.reshape(change.shape)
     length, curvature = (step * step).sum(axis=1), (step * change).sum(axis=1)
-    valid = (length > 1e-24) & (trial.values.max(axis=1) < _INVALID) & np.isfinite(curvature)
+    valid = (length > 1e-24) & (trial.values.max(axis=1) < DESCENT.invalid) & np.isfinite(curvature)
     length = np.where(valid, length, 1.0)
     size = np.clip(np.linalg.norm(change, axis=1) / np.sqrt(length), 1e-3, 1e3)
     start = 0.1 * np.eye(step.shape[1]) * size[:, None, None]
