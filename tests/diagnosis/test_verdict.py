@@ -8,7 +8,7 @@ from tests.diagnosis.samples import effect, simulated
 from tests.diagnosis.test_selection import FRICTION, NAME, PLAY, search_of
 
 from expdesign.diagnosis.held_out import HeldOut
-from expdesign.diagnosis.names import Model
+from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.verdict import at_limits, doubt, verdict_without
 from expdesign.estimation.goodness import LackOfFit, StatementOfFit
 
@@ -17,13 +17,13 @@ GOOD = HeldOut(1.0, 1.0, 2.0, 1.02, 1.02, "")
 
 
 @pytest.fixture(scope="module")
-def one() -> Model:
+def one() -> NamedModel:
     """Play of one leg."""
     return search_of(simulated(NAME, PLAY, parameters=[1.5e-5]), effects=[PLAY]).model()
 
 
 @pytest.fixture(scope="module")
-def many() -> Model:
+def many() -> NamedModel:
     """As many effects as the search allows, each known as if it showed."""
     effects = [PLAY, FRICTION, effect(NAME, "load_direction_tilt", "payload")]
     names = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]), effects=effects).known_names
@@ -42,23 +42,23 @@ def test_without_effects_chi_squared_decides() -> None:
     assert verdict_without(replace(estimated, lack_of_fit=LackOfFit(5.0, 100, 100, 1e-5))) == "unexplained"
 
 
-def test_one_effect_that_fits_explains(one: Model) -> None:
+def test_one_effect_that_fits_explains(one: NamedModel) -> None:
     assert doubt(one, (800.0, 200), (200.0, 199), GOOD, most=MOST_EFFECTS, known_noise=True) == ""
     assert doubt(one, (800.0, 200), (200.0, 199), GOOD, most=MOST_EFFECTS, known_noise=False) == ""
 
 
-def test_a_mismatch_that_remains_is_no_explanation(one: Model) -> None:
+def test_a_mismatch_that_remains_is_no_explanation(one: NamedModel) -> None:
     assert "remains" in doubt(one, (800.0, 200), (300.0, 199), GOOD, most=MOST_EFFECTS, known_noise=True)
     # 4 % of a large mismatch: no library is exact.
     assert doubt(one, (8000.0, 200), (500.0, 199), GOOD, most=MOST_EFFECTS, known_noise=True) == ""
 
 
-def test_what_does_not_predict_is_no_explanation(one: Model) -> None:
+def test_what_does_not_predict_is_no_explanation(one: NamedModel) -> None:
     bad = replace(GOOD, test_surprise=1.5)
     assert "not predicted" in doubt(one, (800.0, 200), (200.0, 199), bad, most=MOST_EFFECTS, known_noise=True)
 
 
-def test_many_effects_explain_only_a_mismatch_of_which_an_imitation_would_leave_something(many: Model) -> None:
+def test_many_effects_explain_only_a_mismatch_of_which_an_imitation_would_leave_something(many: NamedModel) -> None:
     """5 % of the excess against three standard deviations of χ²: 60 for 200 degrees of freedom, i.e. an excess of 6."""
     assert "imitate" in doubt(many, (7.0 * 200, 200), (200.0, 197), GOOD, most=MOST_EFFECTS, known_noise=True)
     assert doubt(many, (7.5 * 200, 200), (200.0, 197), GOOD, most=MOST_EFFECTS, known_noise=True) == ""
@@ -67,14 +67,14 @@ def test_many_effects_explain_only_a_mismatch_of_which_an_imitation_would_leave_
 
 
 @pytest.mark.parametrize("variance", [1e6, np.inf])
-def test_an_effect_that_may_have_any_size_is_no_explanation(one: Model, variance: float) -> None:
+def test_an_effect_that_may_have_any_size_is_no_explanation(one: NamedModel, variance: float) -> None:
     covariance = one.fit.covariance.copy()
     covariance[-1, -1] *= variance
     loose = replace(one, fit=replace(one.fit, covariance=covariance))
     assert "how large" in doubt(loose, (800.0, 200), (200.0, 199), GOOD, most=MOST_EFFECTS, known_noise=True)
 
 
-def test_a_value_that_no_machine_has_is_no_explanation(one: Model) -> None:
+def test_a_value_that_no_machine_has_is_no_explanation(one: NamedModel) -> None:
     assert at_limits(one) == {}
     values = one.fit.values.copy()
     values[-1] = PLAY.parameters[0].high

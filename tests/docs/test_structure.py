@@ -1,11 +1,14 @@
 """Data flow in one direction: what the drawing of docs/structure.md shows."""
 
+import ast
+from collections import defaultdict
 from pathlib import Path
 
 import pytest
 from tests.docs.test_tutorial import loaded
 
 SCRIPT = loaded("structure")
+ROOT = Path(__file__).parents[2]
 
 
 def test_nothing_is_imported_against_the_flow() -> None:
@@ -25,3 +28,13 @@ def test_an_import_against_the_flow_is_seen(tmp_path: Path, place: str) -> None:
     found = SCRIPT.structure(tmp_path)
     assert found.against == [(Path(place).parts[0], "report")]
     assert "#c0392b" in SCRIPT.drawing(found)
+
+
+def test_a_class_name_stands_for_one_thing() -> None:
+    """Except what configurations and robot files say, as objects of the API."""
+    found = defaultdict(set)
+    for path in (ROOT / "src" / "expdesign").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef) and path.name != "objects.py":
+                found[node.name].add(path)
+    assert {name: paths for name, paths in found.items() if len(paths) > 1} == {}

@@ -25,7 +25,7 @@ from expdesign.arrays import FloatArray, as_matrix
 from expdesign.chain.sizes import PhysicalSizes
 from expdesign.diagnosis.laws import base_alone
 from expdesign.diagnosis.library import Candidate
-from expdesign.diagnosis.names import Model, Names, hierarchical
+from expdesign.diagnosis.names import NamedModel, Names, hierarchical
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.estimation.fit import Fit
 from expdesign.mechanics.elastostatics.maps import actuator_forces
@@ -56,7 +56,7 @@ class _Term:
     gain: FloatArray
 
 
-def averaged(names: Names, model: Model) -> Model:
+def averaged(names: Names, model: NamedModel) -> NamedModel:
     """The model with its parameters averaged over every single effect of the library beside it, where rows are few.
 
     It is as it is where rows are enough to tell, where they do not determine its own parameters, and where nothing
@@ -78,7 +78,7 @@ def averaged(names: Names, model: Model) -> Model:
     return replace(model, fit=_average(names, model, kept))
 
 
-def _terms(names: Names, model: Model) -> list[_Term]:
+def _terms(names: Names, model: NamedModel) -> list[_Term]:
     sample = names.sample.restricted(~model.outliers)
     noise = 1.0 if names.known_noise else max(model.fit.chi2 / max(sample.readings - model.fit.rank, 1), 1e-300)
     present = base_alone(model.fit, sample)
@@ -139,7 +139,7 @@ def _posterior(mean: FloatArray, covariance: FloatArray, *, one_sided: bool) -> 
     return 2.0 * share, mean + deviation * hazard, np.array([[variance]])
 
 
-def _kept(model: Model, terms: list[_Term]) -> list[_Term]:
+def _kept(model: NamedModel, terms: list[_Term]) -> list[_Term]:
     """Terms with weights that add up to one with that of the model; of every part's physics the likeliest."""
     total = 1.0 + sum(term.weight for term in terms)
     best: dict[object, _Term] = {}
@@ -154,7 +154,7 @@ def _kept(model: Model, terms: list[_Term]) -> list[_Term]:
     return [replace(term, weight=term.weight / rest) for term in chosen]
 
 
-def _average(names: Names, model: Model, terms: list[_Term]) -> Fit:
+def _average(names: Names, model: NamedModel, terms: list[_Term]) -> Fit:
     """The chain with all of them, at the averages of their parameters."""
     fit = model.fit
     chain = names.sample.chain(names.robot, (*fit.chain.effects, *(t.candidate.effect for t in terms)))

@@ -20,7 +20,7 @@ from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import group_findings
 from expdesign.diagnosis.laws import base_alone
 from expdesign.diagnosis.locate import locate
-from expdesign.diagnosis.names import Model
+from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.result import ONE_AT_A_TIME, TOGETHER, Diagnosis, Method
 from expdesign.diagnosis.sample import rms
@@ -61,15 +61,15 @@ class ByGroups:
         alike = dispersion(self.groups.fit.residuals, sample).correlation > OPTIONS.alike
         return self.groups.noise > OPTIONS.noteworthy and alike
 
-    def beats(self, named: Model) -> bool:
+    def beats(self, named: NamedModel) -> bool:
         """Whether left-out blocks are predicted better than by named effects (linear about their fit)."""
         return self.groups is not None and self._ratio(self.groups, named) < OPTIONS.better
 
-    def out_of_reach(self, named: Model) -> bool:
+    def out_of_reach(self, named: NamedModel) -> bool:
         """Whether few groups predict what the best named effects do not: without some of these nothing is explained."""
         return self.few is not None and self._ratio(self.few, named) * OPTIONS.few < 1.0
 
-    def _ratio(self, groups: Groups, named: Model) -> float:
+    def _ratio(self, groups: Groups, named: NamedModel) -> float:
         """Of the errors of left-out blocks by groups and by named effects."""
         sample = self.frame.names.sample.restricted(~named.outliers)
         errors = base_alone(named.fit, sample).left_out(readings_of(blocks_of(sample), sample))
@@ -81,7 +81,7 @@ class ByGroups:
         assert groups is not None
         assert errors is not None
         names, base = frame.names, frame.base
-        model = Model((), groups.aside, groups.fit, float("nan"))
+        model = NamedModel((), groups.aside, groups.fit, float("nan"))
         sample = names.sample.restricted(~groups.aside)
         predicted = max(errors.test_surprise, errors.test_after) <= OPTIONS.predicts
         verdict = "modelled" if predicted else "unexplained"

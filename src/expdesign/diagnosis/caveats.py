@@ -5,7 +5,7 @@ import numpy as np
 from expdesign.chain.recordings.recordings import Remark
 from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.held_out import HeldOut
-from expdesign.diagnosis.names import Model
+from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.remarks import (
     AliasedParameters,
@@ -25,7 +25,7 @@ _CONSTANT = 1e-9
 """Spread of a quantity, in parts of its size, below which it was not varied."""
 
 
-def caveats(sample: Sample, model: Model, spread: Dispersion, errors: HeldOut) -> tuple[Remark, ...]:
+def caveats(sample: Sample, model: NamedModel, spread: Dispersion, errors: HeldOut) -> tuple[Remark, ...]:
     """Remarks, most limiting first."""
     found: list[Remark] = []
     found += sample.reading.degeneracies
@@ -40,7 +40,7 @@ def caveats(sample: Sample, model: Model, spread: Dispersion, errors: HeldOut) -
     return tuple(found)
 
 
-def _without_moment(sample: Sample, model: Model) -> list[WithoutMoment]:
+def _without_moment(sample: Sample, model: NamedModel) -> list[WithoutMoment]:
     """Directions about which no load of a body had a moment, where that leaves parameters undetermined.
 
     The moment of a weight is r × (m g), which has no part along g: with M·g = 0 in all rows C and C + λ·g·gᵀ turn

@@ -21,7 +21,7 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.held_out import HeldOut, held_out
-from expdesign.diagnosis.names import Model, Names, hierarchical
+from expdesign.diagnosis.names import NamedModel, Names, hierarchical
 from expdesign.diagnosis.options import EVIDENCE, OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Fit
@@ -41,7 +41,7 @@ class Gain:
     p_value: float
 
 
-def gains(names: Names, model: Model, test: BoolArray) -> list[Gain] | None:
+def gains(names: Names, model: NamedModel, test: BoolArray) -> list[Gain] | None:
     """Gain of every effect of a model, in the order of its candidates; None where too few rows are held out."""
     sample = Sample.of(names.sample, test)
     blocks = _blocks(sample)
@@ -56,7 +56,7 @@ def gains(names: Names, model: Model, test: BoolArray) -> list[Gain] | None:
     return found
 
 
-def confirmed(names: Names, model: Model, test: BoolArray) -> Model:
+def confirmed(names: Names, model: NamedModel, test: BoolArray) -> NamedModel:
     """The model without the effects that do not improve the prediction of held-out rows, worst first."""
     while True:
         found = gains(names, model, test)
@@ -77,7 +77,7 @@ def confirmed(names: Names, model: Model, test: BoolArray) -> Model:
             return model
 
 
-def pruned(names: Names, model: Model, base: Fit, test: BoolArray) -> tuple[Model, HeldOut]:
+def pruned(names: Names, model: NamedModel, base: Fit, test: BoolArray) -> tuple[NamedModel, HeldOut]:
     """A model that predicts rows that were not fitted better than the base model does, with its errors.
 
     Where it predicts them worse, the effect goes without which they are predicted best, then the next one: backward
@@ -131,7 +131,7 @@ class Stability:
     shares: tuple[float, ...]
 
 
-def stability(names: Names, model: Model) -> Stability | None:
+def stability(names: Names, model: NamedModel) -> Stability | None:
     """Shares of the refits that name the effects of a model; None where it has none, or a tenth holds no row."""
     if not model.candidates:
         return None

@@ -21,7 +21,7 @@ from expdesign.diagnosis.laws import left_out_alone, sought_laws, without_mistak
 from expdesign.diagnosis.library import OUTLIER
 from expdesign.diagnosis.locate import drivers, locate
 from expdesign.diagnosis.nameable import Nameable, nameable
-from expdesign.diagnosis.names import Model, Names
+from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import EVIDENCE, OPTIONS
 from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.remarks import Averaged
@@ -85,7 +85,7 @@ def _so_far(frame: Frame, doing: str) -> Diagnosis:
     return replace(_with_names(frame, result) if best.candidates else result, ended=doing)
 
 
-def _unsought(frame: Frame, model: Model, reason: str) -> Diagnosis:
+def _unsought(frame: Frame, model: NamedModel, reason: str) -> Diagnosis:
     """The diagnosis with a model as it stands, for a reason not to search on."""
     errors = _held_out(frame.names, frame.base, model.fit, frame.judged, model.outliers)
     return _with_verdict(frame, _Named(model, errors, Nameable(model, "", ())), Method(ONE_AT_A_TIME, reason))
@@ -114,7 +114,7 @@ def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -
     return _averaged(frame, result)
 
 
-def _settled(frame: Frame, model: Model) -> bool:
+def _settled(frame: Frame, model: NamedModel) -> bool:
     """Whether one effect brings readings of known noise to that noise, and says it as briefly as any law could.
 
     A law of one weight that takes away as much squares q would gain ½·(q − ln q) of log evidence. What needs many
@@ -153,12 +153,12 @@ class _Named:
         found: what the search for it said.
     """
 
-    model: Model
+    model: NamedModel
     errors: HeldOut
     found: Nameable
 
 
-def _named(frame: Frame, *, outliers: bool, few: int | None, in_vain: Callable[[Model], bool]) -> _Named:
+def _named(frame: Frame, *, outliers: bool, few: int | None, in_vain: Callable[[NamedModel], bool]) -> _Named:
     """Named effects; `outliers`: whether rows may be set aside as single mistakes, `few`: how many are looked for."""
     most = frame.names.most_effects if few is None else min(few, frame.names.most_effects)
     search = partial(nameable, frame.search, most=most, in_vain=in_vain)
@@ -231,7 +231,7 @@ def _doubted(found: tuple[Finding, ...], factor: float) -> tuple[Finding, ...]:
     return tuple(f if f.physics == LAW else replace(f, probability=f.probability * factor) for f in found)
 
 
-def _guarded(names: Names, model: Model, base: Fit) -> str:
+def _guarded(names: Names, model: NamedModel, base: Fit) -> str:
     """Why left-out series speak against a model that explains nothing; empty where they do not."""
     if not model.candidates:
         return ""
@@ -260,7 +260,7 @@ def _with_laws(frame: Frame, result: Diagnosis, report: Callable[[str], None]) -
     # Rows that were held out do not choose among laws, but none is predicted with that they refute.
     if wins and not errors.refuted:
         named = tuple(part.named for part in laws.parts if part.named is not None)
-        model = Model(named, aside, laws.fit, float("nan"))
+        model = NamedModel(named, aside, laws.fit, float("nan"))
         verdict = verdict_with(laws, errors)
         # What leaves more than the noise has no name: its part and what it depends on are all that is said.
         known = frame.known
@@ -295,7 +295,9 @@ def _searched(frame: Frame, search: Callable[..., Nameable]) -> Nameable:
     return search(outliers=False)
 
 
-def _checked(names: Names, model: Model, base: Fit, noise: NoiseLevel, test: BoolArray) -> tuple[Model, HeldOut]:
+def _checked(
+    names: Names, model: NamedModel, base: Fit, noise: NoiseLevel, test: BoolArray
+) -> tuple[NamedModel, HeldOut]:
     """The model as far as held-out recordings confirm it, with its errors."""
     sample = names.sample
     model, errors = pruned(names, model, base, test)
@@ -310,7 +312,7 @@ def _checked(names: Names, model: Model, base: Fit, noise: NoiseLevel, test: Boo
     return model, errors
 
 
-def _predictive(names: Names, model: Model, errors: HeldOut, test: BoolArray) -> tuple[Model, HeldOut]:
+def _predictive(names: Names, model: NamedModel, errors: HeldOut, test: BoolArray) -> tuple[NamedModel, HeldOut]:
     """What to predict with where a model does not explain: it, or the base model, with the errors of that."""
     base = names.base
     halved = errors.test_after <= OPTIONS.halved * errors.test_before
@@ -319,7 +321,7 @@ def _predictive(names: Names, model: Model, errors: HeldOut, test: BoolArray) ->
     return base, _held_out(names, base.fit, base.fit, test, base.outliers)
 
 
-def _in_common(sample: Sample, model: Model, robot: Robot) -> str:
+def _in_common(sample: Sample, model: NamedModel, robot: Robot) -> str:
     """What the rows set aside have in common, among the rows that may be fitted."""
     counts = sample.counts
     residuals = sample.residuals(model.fit.chain, model.fit.values)[counts]

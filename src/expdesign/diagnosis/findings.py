@@ -20,7 +20,7 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.effect import Effect
 from expdesign.diagnosis.confirmation import Gain, Stability
 from expdesign.diagnosis.evidence.search import Search
-from expdesign.diagnosis.names import Model
+from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.statement import Dispersion
@@ -40,10 +40,12 @@ class Standing:
 
     probability: float
     indistinguishable: tuple[str, ...]
-    rival: Model | None
+    rival: NamedModel | None
 
 
-def standing(model: Model, index: int, without: Model, alternatives: list[Model], inflation: float = 1.0) -> Standing:
+def standing(
+    model: NamedModel, index: int, without: NamedModel, alternatives: list[NamedModel], inflation: float = 1.0
+) -> Standing:
     """Standing of effect `index` of a model.
 
     Args:
@@ -60,7 +62,7 @@ def standing(model: Model, index: int, without: Model, alternatives: list[Model]
     weights = np.exp(-0.5 * np.maximum(misfits - model.misfit, 0.0) / (OPTIONS.temperature * inflation))
     same = [True]
     rivals: dict[str, float] = {}
-    nearest: Model | None = None
+    nearest: NamedModel | None = None
     for other in others.values():
         extra = [e for e in other.effects if e.key not in {m.key for m in model.effects}]
         agrees = any(e.physics == chosen.physics and e.component == chosen.component for e in extra)
@@ -77,7 +79,7 @@ def standing(model: Model, index: int, without: Model, alternatives: list[Model]
     return Standing(probability, tuple(physics for _, physics in close), nearest)
 
 
-def _idle_elsewhere(model: Model, chosen: Effect, other: Model, extra: Sequence[Effect]) -> bool:
+def _idle_elsewhere(model: NamedModel, chosen: Effect, other: NamedModel, extra: Sequence[Effect]) -> bool:
     """Whether another model has this physics with a size of its own at every part, and nothing to show at other parts.
 
     It includes the chosen effect, and what it adds takes no more from χ² than a parameter that is not there may.
@@ -122,7 +124,7 @@ class Finding:
     indistinguishable: tuple[str, ...]
     sentence: str
     rows: tuple[int, ...] = ()
-    rival: Model | None = None
+    rival: NamedModel | None = None
     gain: Gain | None = None
     form: str = ""
     share: float | None = None
@@ -131,7 +133,7 @@ class Finding:
 
 def findings(
     search: Search,
-    model: Model,
+    model: NamedModel,
     held: Sequence[Gain] | None = None,
     spread: Dispersion | None = None,
     stable: Stability | None = None,

@@ -26,7 +26,7 @@ from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.evidence.state import Present, regular
 from expdesign.diagnosis.library import Candidate
-from expdesign.diagnosis.names import Model, Names
+from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import EVIDENCE, OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Fit, fit
@@ -125,7 +125,7 @@ class Laws:
 
         return replace(self, parts=tuple(replace(p, places=tuple(map(less, p.places))) for p in self.parts))
 
-    def replaces(self, base: Model, named: Model) -> bool:
+    def replaces(self, base: NamedModel, named: NamedModel) -> bool:
         """Whether these may stand in the place of names that explain: with a law among them, and likelier by far."""
         nameless = any(part.named is None for part in self.parts)
         return nameless and self.gain > 0.5 * (base.misfit - named.misfit) + EVIDENCE.contested
@@ -174,7 +174,7 @@ def without_mistakes(sample: Sample, outliers: BoolArray) -> BoolArray:
     return outliers if few else np.zeros_like(outliers)
 
 
-def sought_laws(names: Names, named: Model, *, explained: bool) -> Laws | None:
+def sought_laws(names: Names, named: NamedModel, *, explained: bool) -> Laws | None:
     """The laws that rows show beside named effects; None where they show none, or are too few.
 
     Args:
@@ -250,7 +250,7 @@ def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
     return Laws(tuple(parts), result, left_out, gain, inflation, noise)
 
 
-def _priors(state: Present, model: Model) -> FloatArray:
+def _priors(state: Present, model: NamedModel) -> FloatArray:
     """Prior variance of every reading by the laws that have no name, in variances of the noise, shape (M,)."""
     nameless = list(zip(state.laws, state.variances, strict=True))[len(model.effects) :]
     return sum((size * (law**2).sum(axis=1) for law, size in nameless), np.zeros(len(state.readings)))

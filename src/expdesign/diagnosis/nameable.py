@@ -25,7 +25,7 @@ from expdesign.chain.recordings.recordings import Remark
 from expdesign.chain.row import RowData, row_data
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.locate import drivers, orthonormal_basis
-from expdesign.diagnosis.names import Model, Names
+from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import EVIDENCE, OPTIONS
 from expdesign.diagnosis.remarks import ConfoundedTime
 from expdesign.diagnosis.sample import Sample
@@ -88,7 +88,7 @@ def confounded_with(sample: Sample, robot: Robot) -> Confounded | None:
     return best
 
 
-def drift_tests(names: Names, model: Model, other: Confounded) -> list[DriftTest]:
+def drift_tests(names: Names, model: NamedModel, other: Confounded) -> list[DriftTest]:
     """A test of every drift of a model beside the same drift along t̂ and the model's other effects."""
     found = []
     for index, candidate in enumerate(model.candidates):
@@ -97,7 +97,7 @@ def drift_tests(names: Names, model: Model, other: Confounded) -> list[DriftTest
     return found
 
 
-def unsupported(names: Names, model: Model, other: Confounded | None) -> tuple[str, ...]:
+def unsupported(names: Names, model: NamedModel, other: Confounded | None) -> tuple[str, ...]:
     """Keys of a model's drifts that do not show apart from what changed with time."""
     if other is None:
         return ()
@@ -137,7 +137,7 @@ def _along(sample: Sample, robot: Robot, predicted: FloatArray) -> RowData:
     return replace(rows, values=values)
 
 
-def _directions(names: Names, model: Model, index: int, rows: RowData) -> FloatArray:
+def _directions(names: Names, model: NamedModel, index: int, rows: RowData) -> FloatArray:
     """Whitened derivatives (M, d) of the readings by a drift's parameters, in rows at other times."""
     chain, part = model.fit.chain, model.fit.chain.slices[index]
     axes = names.sample.recordings.axes
@@ -147,13 +147,13 @@ def _directions(names: Names, model: Model, index: int, rows: RowData) -> FloatA
     return as_matrix(counts.whiten(slopes))[:, free]
 
 
-def _follows_time(names: Names, model: Model, index: int, other: Confounded) -> bool:
+def _follows_time(names: Names, model: NamedModel, index: int, other: Confounded) -> bool:
     """Whether a drift is one along time, not along temperature."""
     own = _directions(names, model, index, names.sample.rows)
     return not np.allclose(own, _directions(names, model, index, _along(names.sample, names.robot, other.predicted)))
 
 
-def _drift_test(names: Names, model: Model, index: int, other: Confounded) -> DriftTest:
+def _drift_test(names: Names, model: NamedModel, index: int, other: Confounded) -> DriftTest:
     own = _directions(names, model, index, names.sample.rows)
     rival = _directions(names, model, index, _along(names.sample, names.robot, other.predicted))
     smaller = names.without(model, index)
@@ -188,7 +188,7 @@ class Nameable:
         remarks: what the search had to leave open.
     """
 
-    model: Model
+    model: NamedModel
     at_limit: str
     remarks: tuple[Remark, ...]
 
@@ -198,7 +198,7 @@ def nameable(
     *,
     outliers: bool = True,
     most: int | None = None,
-    in_vain: Callable[[Model], bool] = lambda model: False,
+    in_vain: Callable[[NamedModel], bool] = lambda model: False,
 ) -> Nameable:
     """The best model without physics at its limits and without drifts that imitate.
 

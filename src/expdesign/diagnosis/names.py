@@ -39,7 +39,7 @@ def unheard(text: str) -> None:
 
 
 @dataclass(frozen=True)
-class Model:
+class NamedModel:
     """A set of effects, rows set aside as outliers, and the fit.
 
     Attributes:
@@ -71,7 +71,7 @@ class Log:
 
     entries: list[dict[str, object]] = field(default_factory=list)
 
-    def add(self, step: str, model: Model, kept: bool, reason: str) -> None:
+    def add(self, step: str, model: NamedModel, kept: bool, reason: str) -> None:
         """Note one decision."""
         self._add(step, list(model.keys), model.fit.chi2, model.misfit, kept, reason)
 
@@ -135,12 +135,12 @@ class Names:
         self.known_noise, self.report = known_noise, report
         self.offered = frozenset(candidate.effect.key for candidate in library)
         self.log = Log()
-        self._models: dict[tuple[object, ...], Model] = {}
+        self._models: dict[tuple[object, ...], NamedModel] = {}
         self.tried: set[tuple[object, ...]] = set()
         self._kept = 0
         self._chains: dict[tuple[str, ...], Chain] = {}
         self._beside_models: dict[tuple[str, ...], Candidate] = {}
-        self._states: dict[int, tuple[Model, Present]] = {}
+        self._states: dict[int, tuple[NamedModel, Present]] = {}
         self.base = self.model((), np.zeros(len(sample.counts), dtype=bool), [])
 
     def __getstate__(self) -> dict[str, object]:
@@ -148,7 +148,7 @@ class Names:
         return self.__dict__ | {"report": unheard}
 
     @property
-    def models(self) -> list[Model]:
+    def models(self) -> list[NamedModel]:
         """Those that were fitted without laws beside them, as far as they are kept."""
         return [model for key, model in self._models.items() if len(key) == 2]
 
@@ -189,7 +189,7 @@ class Names:
             start[free] += step
         return start
 
-    def idle(self, current: Model) -> list[Candidate]:
+    def idle(self, current: NamedModel) -> list[Candidate]:
         """Candidates that do nothing to a base model without springs, as they act beside the effects of a model."""
         if len(self.robot.stiffness):
             return []
@@ -206,9 +206,9 @@ class Names:
         chosen: Sequence[Candidate],
         outliers: BoolArray,
         parts: Sequence[FloatArray],
-        near: Model | None = None,
+        near: NamedModel | None = None,
         laws: LawsBeside = NO_LAWS,
-    ) -> Model:
+    ) -> NamedModel:
         """The fit of some effects.
 
         Args:
@@ -232,7 +232,7 @@ class Names:
                 self._kept -= self._models.pop(next(iter(self._models))).fit.sensitivities.nbytes
         return self._models[key]
 
-    def state(self, model: Model) -> Present:
+    def state(self, model: NamedModel) -> Present:
         """The problem, linear about a fit, with its effects as laws; rows set aside are zero."""
         if id(model) not in self._states:
             while len(self._states) >= _STATES:
@@ -253,12 +253,12 @@ class Names:
         """Log evidence that effects and rows set aside (N,) have to bring together."""
         return sum(self.price(c) for c in chosen) + 0.5 * self._outlier_penalty() * int(outliers.sum())
 
-    def without(self, model: Model, index: int) -> Model:
+    def without(self, model: NamedModel, index: int) -> NamedModel:
         """A model refitted without one of its effects."""
         rest = model.candidates[:index] + model.candidates[index + 1 :]
         return self.model(rest, model.outliers, self.parts(model, rest), model)
 
-    def restricted(self, model: Model, keys: Collection[str]) -> Model:
+    def restricted(self, model: NamedModel, keys: Collection[str]) -> NamedModel:
         """A model refitted without the effects of these keys, and those that build on them."""
         for index, effect in enumerate(model.effects):
             rest = [e for e in model.effects if e is not effect]
@@ -266,7 +266,7 @@ class Names:
                 return self.restricted(self.without(model, index), keys)
         return model
 
-    def without_outliers(self, current: Model) -> Model | None:
+    def without_outliers(self, current: NamedModel) -> NamedModel | None:
         """The model refitted without the rows that stand out, or None where no row does."""
         flagged, model = current.outliers, current
         rows = int(self.sample.counts.sum())
@@ -280,7 +280,7 @@ class Names:
             model = self.model(current.candidates, flagged, self.parts(current, current.candidates), current)
         return model if flagged.any() and not np.array_equal(flagged, current.outliers) else None
 
-    def as_here(self, model: Model) -> Model:
+    def as_here(self, model: NamedModel) -> NamedModel:
         """A model of other rows fitted to these, none of which is set aside."""
         nothing = np.zeros_like(model.outliers)
         return self.model(model.candidates, nothing, self.parts(model, model.candidates), model)
@@ -291,7 +291,7 @@ class Names:
             return self
         return Names(self.robot, sample, self.library, known_noise=self.known_noise, report=self.report)
 
-    def readmitted(self, current: Model) -> Model:
+    def readmitted(self, current: NamedModel) -> NamedModel:
         """With rows that stood out only while an effect was missing."""
         while current.outliers.any():
             distances = returning_distances(current.fit, self.sample, current.outliers)
@@ -307,7 +307,7 @@ class Names:
         return current
 
     @staticmethod
-    def parts(model: Model, chosen: Sequence[Candidate]) -> list[FloatArray]:
+    def parts(model: NamedModel, chosen: Sequence[Candidate]) -> list[FloatArray]:
         """Parameters of some effects of a fitted model."""
         known = dict(zip(model.effects, model.fit.chain.slices, strict=True))
         return [model.fit.values[known[candidate.effect]] for candidate in chosen]
@@ -327,7 +327,7 @@ class Names:
                     scales.append(known[1])
         return atoms, scales
 
-    def _beside(self, entry: Candidate, current: Model) -> Candidate:
+    def _beside(self, entry: Candidate, current: NamedModel) -> Candidate:
         """An entry that is idle beside the base model, as it acts beside the effects of a model."""
         key = (entry.effect.key, *current.keys)
         if key not in self._beside_models:
@@ -339,9 +339,9 @@ class Names:
         chosen: tuple[Candidate, ...],
         outliers: BoolArray,
         parts: Sequence[FloatArray],
-        near: Model | None,
+        near: NamedModel | None,
         laws: LawsBeside,
-    ) -> Model:
+    ) -> NamedModel:
         names = tuple(c.effect.key for c in chosen)
         if names not in self._chains:
             self._chains[names] = self.sample.chain(self.robot, [c.effect for c in chosen])
@@ -360,7 +360,7 @@ class Names:
         state = linearised(
             self.sample, result, result.residuals, result.sensitivities, known_noise=self.known_noise
         ).refitted()
-        model = Model(chosen, outliers, result, -2.0 * (state.log_evidence - self.price_of(chosen, outliers)))
+        model = NamedModel(chosen, outliers, result, -2.0 * (state.log_evidence - self.price_of(chosen, outliers)))
         if not laws.numbers:
             self._states[id(model)] = model, state
         return model
@@ -370,7 +370,7 @@ class Names:
         axes = len(self.sample.recordings.axes)
         return outlier_price(self.sample.readings, axes, int(self.sample.counts.sum()))
 
-    def _variance(self, model: Model) -> float:
+    def _variance(self, model: NamedModel) -> float:
         """Of the whitened residuals: 1 where the noise is known."""
         return 1.0 if self.known_noise else max(model.fit.chi2 / max(self.sample.readings, 1), 1e-300)
 

@@ -14,7 +14,7 @@ import pandas as pd
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.diagnosis.names import Model, Names
+from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.mechanics.loads.load import Payload
 from expdesign.mechanics.robots.robot import Robot
 
@@ -22,7 +22,9 @@ CANDIDATES = 200
 """Series among which the best are chosen."""
 
 
-def discriminating_series(names: Names, model: Model, rival: Model, count: int, seed: int = 0) -> pd.DataFrame:
+def discriminating_series(
+    names: Names, model: NamedModel, rival: NamedModel, count: int, seed: int = 0
+) -> pd.DataFrame:
     """The plan of `count` further series that tell a model from its rival best, in recordings form."""
     robot, recordings = names.robot, names.sample.recordings
     generator = np.random.default_rng(seed)
@@ -54,7 +56,7 @@ def _candidate(robot: Robot, recordings: Recordings, generator: np.random.Genera
     return replace(series, configurations=poses, wrenches=wrenches, absolute=absolute)
 
 
-def _separation(names: Names, model: Model, rival: Model, candidate: Recordings) -> float:
+def _separation(names: Names, model: NamedModel, rival: NamedModel, candidate: Recordings) -> float:
     rows = row_data(candidate, names.robot)
     deviations = np.median(names.sample.whitening.deviations, axis=0)
     axes = candidate.axes

@@ -10,7 +10,7 @@ from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.laws import Laws
 from expdesign.diagnosis.locate import Location
-from expdesign.diagnosis.names import Model, Names
+from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.statement import NONE, Widening, widened, widening
 from expdesign.estimation.coverage import reading_deviations
 from expdesign.estimation.fit import Fit
@@ -59,8 +59,8 @@ class Diagnosis:
     recordings: Recordings
     noise: NoiseLevel
     base: Fit
-    model: Model
-    predictive: Model
+    model: NamedModel
+    predictive: NamedModel
     verdict: str
     before: StatementOfFit
     after: StatementOfFit
@@ -106,6 +106,6 @@ class Diagnosis:
         return reading_deviations(self.noise.deviations[self.names.sample.counts], self.widening.readings)
 
     @property
-    def rival(self) -> Model | None:
+    def rival(self) -> NamedModel | None:
         """A model with other physics that explains the recordings as well, where there is one."""
         return next((finding.rival for finding in self.findings if finding.rival is not None), None)

@@ -12,7 +12,7 @@ import numpy as np
 
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.laws import Laws
-from expdesign.diagnosis.names import Model
+from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.estimation.goodness import FIT, StatementOfFit
 
@@ -30,7 +30,7 @@ def verdict_with(laws: Laws, errors: HeldOut) -> str:
 
 
 def doubt(
-    model: Model,
+    model: NamedModel,
     before: tuple[float, int],
     after: tuple[float, int],
     errors: HeldOut,
@@ -80,7 +80,7 @@ def fits(before: tuple[float, int], after: tuple[float, int]) -> bool:
     return within_noise(after) or remaining <= OPTIONS.residual_share * excess
 
 
-def undetermined(model: Model) -> str:
+def undetermined(model: NamedModel) -> str:
     """The key of an effect whose parameters together differ from none by less than they are known; empty without one.
 
     An effect takes away what it does by its size. One that may have any size, none included, while others beside it
@@ -100,7 +100,7 @@ def undetermined(model: Model) -> str:
     return ""
 
 
-def at_limits(model: Model) -> dict[str, str]:
+def at_limits(model: NamedModel) -> dict[str, str]:
     """Effects of which a parameter is at a limit at which they do not vanish: keys, and the parameters in words."""
     found: dict[str, str] = {}
     for candidate, part in zip(model.candidates, model.fit.chain.slices, strict=True):

@@ -236,7 +236,7 @@ SMALLEST_DEVIATION = 1e-18
 
 
 @dataclass(frozen=True)
-class Block:
+class ReadingBlock:
     """Readings of one kind, of which a row may have some and lack others.
 
     Attributes:
@@ -269,9 +269,9 @@ class Block:
         return np.where(seen, deviations, np.nan)
 
 
-POSITION_BLOCK = Block((0, 1, 2), POSITION, POSITION_DEVIATION, "a position (m)", "positions", 1e-12, 0.5)
-TURN_BLOCK = Block((3, 4, 5), TURNS, SPATIAL.deviation[3:], "an orientation (rad)", "orientations", 1e-300, 1.0)
-SPAN_BLOCK = Block((6, 7), SPANS, SPAN_DEVIATIONS, "a distance (m)", "distances", 1e-300, 1.0)
+POSITION_BLOCK = ReadingBlock((0, 1, 2), POSITION, POSITION_DEVIATION, "a position (m)", "positions", 1e-12, 0.5)
+TURN_BLOCK = ReadingBlock((3, 4, 5), TURNS, SPATIAL.deviation[3:], "an orientation (rad)", "orientations", 1e-300, 1.0)
+SPAN_BLOCK = ReadingBlock((6, 7), SPANS, SPAN_DEVIATIONS, "a distance (m)", "distances", 1e-300, 1.0)
 
 
 def with_readings(table: Table, points: LoadedPoints, coordinates: Coordinates, order: IntArray) -> Recordings:

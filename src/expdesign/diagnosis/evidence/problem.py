@@ -20,7 +20,7 @@ from expdesign.diagnosis.evidence.refinement import refined
 from expdesign.diagnosis.evidence.screen import Screen
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.library import Candidate
-from expdesign.diagnosis.names import LawsBeside, Model, Names, hierarchical
+from expdesign.diagnosis.names import LawsBeside, NamedModel, Names, hierarchical
 from expdesign.diagnosis.options import EVIDENCE, OPTIONS, EvidenceOptions
 from expdesign.diagnosis.sample import rms
 
@@ -42,7 +42,7 @@ class Chosen:
         nameless: whether one of the laws has no name.
     """
 
-    named: Model | None
+    named: NamedModel | None
     laws: tuple[int, ...]
     state: Present
     price: float
@@ -143,7 +143,7 @@ class Problem:
         self._seen.clear()
         return bool(new)
 
-    def of_model(self, model: Model) -> Chosen:
+    def of_model(self, model: NamedModel) -> Chosen:
         """Named effects as they were fitted, without laws."""
         assert self.names is not None
         return self._chosen(model, (), self.names.state(model))
@@ -343,7 +343,7 @@ class Problem:
             state = state.beside(law, size)
         return self._chosen(model, current.laws, state.refitted() if directions else state)
 
-    def _chosen(self, named: Model | None, laws: tuple[int, ...], state: Present) -> Chosen:
+    def _chosen(self, named: NamedModel | None, laws: tuple[int, ...], state: Present) -> Chosen:
         price = float(self.prices[list(laws)].sum())
         at = tuple(self.atoms[i].component for i in laws)
         if named is not None and self.names is not None:

@@ -17,7 +17,7 @@ import numpy as np
 from expdesign.chain.component import Component
 from expdesign.diagnosis.cross_validation import blocks_of, readings_of
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
-from expdesign.diagnosis.names import Model, Names, hierarchical
+from expdesign.diagnosis.names import NamedModel, Names, hierarchical
 from expdesign.diagnosis.options import EVIDENCE
 
 
@@ -43,7 +43,7 @@ class Search:
         assert self.problem.names is not None
         return self.problem.names
 
-    def model(self, *, aside: bool = True, most: int | None = None) -> Model:
+    def model(self, *, aside: bool = True, most: int | None = None) -> NamedModel:
         """The best model of named effects, see `run`; as many as the base model allows where `most` is left out."""
         found = self.run(aside=aside, most=self.known_names.most_effects if most is None else most).named
         assert found is not None
@@ -83,7 +83,7 @@ class Search:
         rest = self.problem.without(chosen, position)
         return self.problem.singles(rest, chosen.evidence - rest.evidence)
 
-    def alternatives(self, model: Model) -> list[list[Model]]:
+    def alternatives(self, model: NamedModel) -> list[list[NamedModel]]:
         """For each effect of a model, the models in which another place or physics stands in for it."""
         chosen = self.problem.of_model(model)
         found = [self.replacements(chosen, position) for position in range(len(model.candidates))]
