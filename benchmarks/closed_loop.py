@@ -34,8 +34,8 @@ from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.plan import Plan, plan_frame
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
+from expdesign.planning.sampling import starting_designs
 from expdesign.planning.search import search_single
-from expdesign.planning.start import starting_designs
 from expdesign.planning.synthetic import load_errors
 from expdesign.report.blocks import DataTable, Download, Figure, NextSteps, PageSection
 from expdesign.report.page import Page, render

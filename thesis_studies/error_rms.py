@@ -13,7 +13,7 @@ from expdesign.mechanics.elastostatics.measurements import Distribution
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
-from expdesign.planning.start import starting_designs
+from expdesign.planning.sampling import starting_designs
 from expdesign.report.words import with_error
 from thesis_studies.drawing import COLOURS, panels
 from thesis_studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text

@@ -18,7 +18,7 @@ from expdesign.planning.criteria.targets import Targets
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
-from expdesign.planning.start import starting_designs
+from expdesign.planning.sampling import starting_designs
 from thesis_studies.drawing import draw_map, panels
 from thesis_studies.pose_errors import deviation_frame, deviation_table
 from thesis_studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text

@@ -15,7 +15,7 @@ from expdesign.io.yaml_reader import YamlDocument
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
-from expdesign.planning.start import starting_designs
+from expdesign.planning.sampling import starting_designs
 from thesis_studies.drawing import COLOURS, panels
 from thesis_studies.pose_errors import MICRO, deviation_frame, deviation_table
 from thesis_studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text

@@ -19,7 +19,7 @@ import yaml
 from expdesign.errors import ExpdesignError
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
-from expdesign.planning.start import require_identifiable, starting_designs
+from expdesign.planning.sampling import require_identifiable, starting_designs
 
 from .robots import ARM, Generator, Mapping, bipod, hexapod, rounded, travel, within
 

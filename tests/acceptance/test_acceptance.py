@@ -18,7 +18,7 @@ from expdesign.errors import InputError
 from expdesign.estimation.coverage import STANDARD, Coverage
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.start import starting_designs
+from expdesign.planning.sampling import starting_designs
 
 
 def plan_for(case: DesignProblem, seed: int = 1, *, at_one_pose: bool = False) -> Plan:

@@ -14,7 +14,7 @@ from tests.commands.calls import CONFIG, ROBOT, ROOT, plan_file
 import expdesign as xd
 from expdesign.app.api.configuration import problem_of
 from expdesign.errors import InputError
-from expdesign.planning.start import starting_designs
+from expdesign.planning.sampling import starting_designs
 
 said: Any = xd
 """The package without the types of its arguments: arrays and texts with units are taken beside what a file holds."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from benchmarks.fronts.configurations import problem, write
 
-from expdesign.planning.start import require_identifiable, starting_designs
+from expdesign.planning.sampling import require_identifiable, starting_designs
 
 
 @pytest.mark.parametrize("number", [1, 3, 4])

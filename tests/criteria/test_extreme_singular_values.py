@@ -12,8 +12,8 @@ from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.observability import largest_singular_value, smallest_singular_value
 from expdesign.planning.optimality.differentiated import Differentiated
 from expdesign.planning.problem import DesignProblem
+from expdesign.planning.sampling import starting_designs
 from expdesign.planning.search import search
-from expdesign.planning.start import starting_designs
 
 
 def designs(here: DesignProblem, count: int) -> Array:

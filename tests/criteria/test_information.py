@@ -14,7 +14,7 @@ from expdesign.planning.criteria.information import Information, Sums
 from expdesign.planning.optimality.bounds import best_linear_total
 from expdesign.planning.optimality.gradient_check import criterion_gradients
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.start import starting_designs
+from expdesign.planning.sampling import starting_designs
 
 
 def dense(rows: Array, errors: Array, shared: Array, targets: Array) -> tuple[Array, Array]:

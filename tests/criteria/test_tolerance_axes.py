@@ -14,7 +14,7 @@ from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.targets import body_axes
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.start import starting_designs
+from expdesign.planning.sampling import starting_designs
 
 ANGLES = [0.1, 0.15, 0.0]
 

@@ -12,7 +12,7 @@ from tests.oracle import Array
 from expdesign.io.yaml_reader import parse_yaml
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
-from expdesign.planning.start import starting_designs
+from expdesign.planning.sampling import starting_designs
 
 BIPOD: dict[str, Any] = {
     "schema_version": 1,

@@ -11,7 +11,7 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 from expdesign.planning.accuracy_map import accuracy_maps
 from expdesign.planning.criteria.accuracy import Total
 from expdesign.planning.problem_file import read_problem
-from expdesign.planning.start import reachable_measurements
+from expdesign.planning.sampling import reachable_measurements
 
 
 def decisions_of(case: Any, count: int) -> Any:

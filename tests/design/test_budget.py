@@ -18,9 +18,9 @@ from expdesign.planning.optimality.exchange import Exchange
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem_file import problem_from_document, read_problem
 from expdesign.planning.result import design_minutes, planned, validation_decisions
+from expdesign.planning.sampling import reachable_measurements
 from expdesign.planning.scalarisation import Aims
 from expdesign.planning.search import search
-from expdesign.planning.start import reachable_measurements
 
 COSTS = {"pose_change": 10, "mass_change": 3, "reading": 1}
 FEW = {"population": 8, "generations": 3, "seed": 1, "polish": False}

@@ -12,9 +12,9 @@ from expdesign.planning.operators.operator import State
 from expdesign.planning.operators.recombination import CanonicalOrder
 from expdesign.planning.optimality.exchange import Exchange
 from expdesign.planning.pymoo_problem import DesignPopulation
+from expdesign.planning.sampling import reachable_measurements, starting_designs
 from expdesign.planning.scalarisation import Aims
 from expdesign.planning.search import search
-from expdesign.planning.start import reachable_measurements, starting_designs
 
 
 def parents(count: int) -> tuple[DesignPopulation, Array]:

@@ -8,8 +8,8 @@ import pytest
 
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.problem_file import read_problem
+from expdesign.planning.sampling import starting_designs
 from expdesign.planning.search import search_single
-from expdesign.planning.start import starting_designs
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

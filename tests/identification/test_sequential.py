@@ -17,11 +17,11 @@ from expdesign.planning.criteria.information import Information
 from expdesign.planning.plan import Plan, plan_frame
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
+from expdesign.planning.sampling import reachable_measurements
 from expdesign.planning.sequential import (
     next_measurements,
     recorded_knowledge,
 )
-from expdesign.planning.start import reachable_measurements
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

@@ -16,8 +16,8 @@ from expdesign.errors import InputError
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
+from expdesign.planning.sampling import starting_designs
 from expdesign.planning.search import search
-from expdesign.planning.start import starting_designs
 from expdesign.report.blocks import DataTable, Figure
 
 SMALL = {"objectives": ["total", "meir"], "optimiser": {"population": 16, "generations": 6, "seed": 1}}

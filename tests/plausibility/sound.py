@@ -20,7 +20,7 @@ from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.plan import Plan, plan_frame
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
-from expdesign.planning.start import starting_designs
+from expdesign.planning.sampling import starting_designs
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 PARALLEL = ("hexapod-h1", "hexapod-120kg", "rubin-camera")

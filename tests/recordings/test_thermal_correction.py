@@ -32,7 +32,7 @@ from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import protocol_frame
-from expdesign.planning.start import starting_designs
+from expdesign.planning.sampling import starting_designs
 
 REFERENCE = [0.005, 0.0, 0.01, 0.03, 0.0, 0.05]
 POSE_NOISE = np.array([5e-7] * 3 + [2e-6] * 3) / np.sqrt(2.0)

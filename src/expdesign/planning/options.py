@@ -78,7 +78,7 @@ class SearchOptions:
 
 @dataclass(frozen=True)
 class StartOptions:
-    """How the first designs of a search are made (`start`).
+    """How the first designs of a search are made (`start`, `sampling`).
 
     Attributes:
         batch: measurements drawn at a time, and poses on which the robot's limits are tested.

@@ -23,7 +23,7 @@ from expdesign.planning.front import Front
 from expdesign.planning.optimality.bounds import CriterionBounds
 from expdesign.planning.plan import Plan, plan_columns, plan_frame
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.start import reachable_measurements
+from expdesign.planning.sampling import reachable_measurements
 
 
 def pareto_frame(front: Front, minutes: FloatArray | None = None) -> pd.DataFrame:

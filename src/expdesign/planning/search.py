@@ -29,15 +29,9 @@ from expdesign.planning.optimality.kktpm import kktpm
 from expdesign.planning.optimality.objectives import Pace, descended
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.pymoo_problem import DesignPopulation
+from expdesign.planning.sampling import require_identifiable, starting_designs
 from expdesign.planning.scalarisation import at_points, spans
-from expdesign.planning.start import (
-    every_design,
-    relaxed_designs,
-    repeated_designs,
-    require_identifiable,
-    starting_designs,
-    structured_designs,
-)
+from expdesign.planning.start import every_design, relaxed_designs, repeated_designs, structured_designs
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,8 @@ from expdesign.planning.optimality.exchange import Exchange
 from expdesign.planning.optimality.objectives import Objectives, Pace, descended
 from expdesign.planning.options import NEXT
 from expdesign.planning.problem import DesignProblem
+from expdesign.planning.sampling import reachable_measurements
 from expdesign.planning.scalarisation import Aims
-from expdesign.planning.start import reachable_measurements
 
 _PACE = Pace(steps=40, tolerance=1e-7, inner=1e-5)
 

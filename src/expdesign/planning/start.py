@@ -1,21 +1,17 @@
-"""The first designs of a search: drawn at random from the measurements that the robot can reach, rounded from the
-convex relaxation's optimal weights (theory.md 10.1, 10.4), of every structure that a budget allows, or all that there
-are where the space is small enough; and how much of what a configuration allows can be reached and identifies enough.
+"""The first designs of a search beside those at random (`sampling`): rounded from the convex relaxation's optimal
+weights (theory.md 10.1, 10.4), of every structure that a budget allows, or all that there are where the space is small
+enough.
 
 The relaxation is solved for DUIR² + s²·FEIR² with a ladder of factors s, so that the designs lie along the whole front.
 The roundings are improved by exchanging measurements, which finds better plans than gradients do from the roundings.
 """
 
-from dataclasses import dataclass
 from itertools import combinations_with_replacement
 from math import comb
 
 import numpy as np
-from scipy.optimize import minimize
 
 from expdesign.arrays import FloatArray
-from expdesign.errors import InfeasibleError, NotIdentifiableError
-from expdesign.mechanics.robots.robot import CONDITION_LIMIT
 from expdesign.planning.front import non_dominated
 from expdesign.planning.optimality.certificate import Certificate
 from expdesign.planning.optimality.exchange import Exchange, rounded
@@ -23,115 +19,8 @@ from expdesign.planning.optimality.pool import BRIEF
 from expdesign.planning.options import START
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.pymoo_problem import DesignPopulation
+from expdesign.planning.sampling import extreme_measurements
 from expdesign.planning.scalarisation import Aims
-
-
-def reachable_measurements(problem: DesignProblem, count: int, generator: np.random.Generator) -> FloatArray:
-    """Genes (count, g) of measurements within the robot's limits and away from singularities.
-
-    Raises:
-        InfeasibleError: none was found by sampling and by descending from the best samples; says which limit is in
-            the way.
-    """
-    space = problem.space
-    found: list[FloatArray] = []
-    total = 0
-    for _ in range(START.batches):
-        decisions = space.sample(START.batch, generator)
-        kept = decisions[problem.reachable(decisions)]
-        found.append(kept)
-        total += len(kept)
-        if total >= count:
-            break
-    if total == 0:
-        found = [_descend(problem, generator)]
-        if problem.constraints is not None and not problem.reachable(found[0]).all():
-            tried = space.sample(START.batch, generator)
-            tried = tried[problem.loaded.robot.usable(space.decode(tried)[0])]
-            tried = tried if len(tried) else found[0]
-            binding = problem.constraints.binding(problem.loaded, *space.decode(tried))
-            what = f"no measurement was found that `experiment.constraints` allows; broken is {binding}"
-            raise InfeasibleError(what, where=problem.source, remedy="Widen the poses, or what is named there.")
-    pool = np.concatenate(found)
-    return pool[generator.integers(len(pool), size=count)] if len(pool) < count else pool[:count]
-
-
-def extreme_measurements(
-    problem: DesignProblem, count: int, share: float, generator: np.random.Generator
-) -> FloatArray:
-    """Reachable measurements (count, g) with a share of their continuous variables at ends of the ranges, as what a
-    measurement tells is largest there; those of the pose where it is still reached.
-    """
-    space, drawn = problem.space, reachable_measurements(problem, count, generator)
-    ends = np.where(generator.random(drawn.shape) < 0.5, space.lower, space.upper)
-    moved = ~space.discrete & (generator.random(drawn.shape) < share)
-    found = np.where(moved, ends, drawn)
-    return np.where(space.of_pose & ~problem.reachable(found)[:, None], drawn, found)
-
-
-def starting_designs(problem: DesignProblem, count: int, generator: np.random.Generator) -> FloatArray:
-    """Gene vectors (count, m·g) of designs whose every measurement can be reached.
-
-    Where it counts how often poses are set, each has a number of them at random, from one to all.
-    """
-    space, m = problem.space, problem.space.measurements
-    designs = reachable_measurements(problem, count * m, generator).reshape(count, m, space.decisions)
-    if space.settings is not None:
-        poses = generator.integers(1, m + 1, size=(count, 1))
-        of = generator.integers(m, size=(count, m)) % poses
-        designs = np.where(space.of_pose, np.take_along_axis(designs, of[..., None], axis=1), designs)
-    return space.canonical(designs).reshape(count, -1)
-
-
-def require_identifiable(problem: DesignProblem, decisions: FloatArray) -> float:
-    """Share of random designs (b, m, g) that identify what the targets need.
-
-    Raises:
-        NotIdentifiableError: none does, and either all their measurements together do not, or the variables are
-            continuous, so that random designs are as good as any in this respect.
-    """
-    configurations, loads = problem.space.decode(decisions)
-    assessment = problem.assessed(decisions)
-    share = float(assessment.identifies_targets.mean())
-    if share > 0.0:
-        return share
-    flat = configurations.reshape(1, -1, configurations.shape[-1]), loads.reshape(1, -1, loads.shape[-1])
-    together = problem.assess(*flat, np.arange(1, flat[0].shape[1] + 1)[None])
-    for candidate, count in ((together, together.count), (assessment, assessment.count)):
-        error = problem.unidentified(candidate)
-        if error is not None and (candidate is together or not problem.space.choices.any()):
-            what = f"no design can serve the targets; with {count} measurements tried, {error.what}"
-            raise NotIdentifiableError(what, where=problem.source, remedy=error.remedy)
-    return share
-
-
-def _descend(problem: DesignProblem, generator: np.random.Generator) -> FloatArray:
-    """One reachable measurement (1, g), sought by minimising the excess over the limits."""
-    space, robot = problem.space, problem.loaded.robot
-
-    def excess(decisions: FloatArray) -> float:
-        poses = space.decode(decisions)[0]
-        condition = float(robot.jacobians(poses).condition)
-        beyond = max(0.0, np.log10(min(condition, 1e300) / CONDITION_LIMIT))
-        return max(float(robot.limit_excess(poses)), 0.0) + beyond
-
-    samples = space.sample(START.batch, generator)
-    scores = np.array([excess(sample) for sample in samples])
-    best = samples[np.argsort(scores, kind="stable")[:5]]
-    bounds = list(zip(space.lower, space.upper, strict=True))
-    for start in best:
-        if not space.choices.any() and space.decisions:
-            result = minimize(excess, start, method="Nelder-Mead", bounds=bounds, options={"maxiter": 2000})
-            start[:] = result.x
-        if bool(robot.usable(space.decode(start)[0])):
-            return start[None, :]
-    pose = space.decode(best[int(np.argmin([excess(decisions) for decisions in best]))])[0]
-    if float(robot.limit_excess(pose)) > 0.0:
-        nearest = robot.limit_message(pose)
-        what = f"no pose in `experiment.poses` is within the robot's limits; at the nearest one found {nearest}"
-    else:
-        what = "the robot is singular, or nearly so, at every pose in `experiment.poses`"
-    raise InfeasibleError(what, where=problem.source, remedy="Widen the poses, or correct the robot file.")
 
 
 def relaxed_designs(problem: DesignProblem) -> FloatArray:
@@ -234,37 +123,3 @@ def every_design(problem: DesignProblem) -> FloatArray | None:
         designs, values = designs[feasible], values[feasible]
         best = designs[non_dominated(values)] if len(designs) else best
     return best
-
-
-@dataclass(frozen=True)
-class Feasibility:
-    """Shares of random samples of the design space.
-
-    Attributes:
-        reachable: share of poses within the robot's limits and those of `experiment.constraints`, and away from
-            singularities.
-        identifying: share of designs of reachable measurements that identify what the targets need.
-    """
-
-    reachable: float
-    identifying: float
-
-
-def random_designs(problem: DesignProblem) -> FloatArray:
-    """Designs whose every measurement can be reached, by the configuration's seed, shape (b, m, g)."""
-    generator = np.random.default_rng(problem.optimiser.seed)
-    space = problem.space
-    return starting_designs(problem, START.tested, generator).reshape(START.tested, space.measurements, space.decisions)
-
-
-def feasibility(problem: DesignProblem) -> Feasibility:
-    """Sample the design space.
-
-    Raises:
-        InfeasibleError: no pose can be reached.
-        NotIdentifiableError: no design identifies what the targets need.
-    """
-    identifying = require_identifiable(problem, random_designs(problem))
-    generator = np.random.default_rng(problem.optimiser.seed)
-    reached = problem.reachable(problem.space.sample(START.batch, generator))
-    return Feasibility(float(reached.mean()), identifying)

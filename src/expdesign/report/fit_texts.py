@@ -18,7 +18,7 @@ from expdesign.report.stiffness import identified_stiffness, stiffness_lines
 if TYPE_CHECKING:  # an identification needs neither diagnosis nor planning
     from expdesign.diagnosis.result import Diagnosis
     from expdesign.planning.problem import DesignProblem
-    from expdesign.planning.start import Feasibility
+    from expdesign.planning.sampling import Feasibility
 
 
 def fit_sentences(result: Identification) -> list[str]:

@@ -15,7 +15,7 @@ from expdesign.planning.optimality.measurement_maps import MeasurementMaps
 from expdesign.planning.optimality.pool import Pool
 from expdesign.planning.optimality.weights import Relaxation, dual_of, optimal_weights
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.start import starting_designs
+from expdesign.planning.sampling import starting_designs
 
 FACTORS = {"duir": 0.0, "total": 1.0}
 SPREAD_TARGETS = [

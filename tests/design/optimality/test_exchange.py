@@ -11,8 +11,9 @@ from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.exchange import Exchange, rounded, variants
 from expdesign.planning.optimality.plan_sums import PlanSums
 from expdesign.planning.problem import DesignProblem
+from expdesign.planning.sampling import starting_designs
 from expdesign.planning.scalarisation import Aims
-from expdesign.planning.start import relaxed_designs, starting_designs
+from expdesign.planning.start import relaxed_designs
 
 SHARED = {"experiment.deflection_noise.shared_reference": True}
 

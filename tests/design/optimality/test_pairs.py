@@ -11,8 +11,8 @@ from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.exchange import Exchange
 from expdesign.planning.optimality.plan_sums import PlanSums
 from expdesign.planning.problem import DesignProblem
+from expdesign.planning.sampling import reachable_measurements, starting_designs
 from expdesign.planning.scalarisation import Aims
-from expdesign.planning.start import reachable_measurements, starting_designs
 
 NAMES = ("duir", "feir")
 FEIR = np.array([0.0, 1.0])

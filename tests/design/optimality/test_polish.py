@@ -15,8 +15,9 @@ from expdesign.planning.optimality.kktpm import kktpm
 from expdesign.planning.optimality.objectives import Objectives, Pace, descended
 from expdesign.planning.optimality.sqp import Limits
 from expdesign.planning.problem import DesignProblem
+from expdesign.planning.sampling import starting_designs
 from expdesign.planning.scalarisation import Aims
-from expdesign.planning.start import every_design, starting_designs
+from expdesign.planning.start import every_design
 
 CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "bipod": (BIPOD, {}),

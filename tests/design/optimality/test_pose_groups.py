@@ -9,9 +9,9 @@ from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.bounds import criterion_bounds
 from expdesign.planning.optimality.objectives import Objectives, Pace, PoseGroups, descended
 from expdesign.planning.result import planned
+from expdesign.planning.sampling import starting_designs
 from expdesign.planning.scalarisation import Aims
 from expdesign.planning.search import search
-from expdesign.planning.start import starting_designs
 
 SHARED = {"experiment.deflection_noise.shared_reference": True, "experiment.measurements": 4}
 """Reference shared at a pose, four measurements."""

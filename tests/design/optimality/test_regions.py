@@ -21,7 +21,7 @@ from expdesign.planning.optimality.regions import Axis, Box, Regions
 from expdesign.planning.optimality.weights import Relaxation
 from expdesign.planning.options import HALVING
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.start import starting_designs
+from expdesign.planning.sampling import starting_designs
 
 POSES = [[-0.25, 0.45], [0.05, 0.5], [0.2, 0.7], [0.3, 0.9]]
 TARGETS = [

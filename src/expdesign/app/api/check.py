@@ -32,8 +32,8 @@ from expdesign.io.yaml_reader import read_yaml
 from expdesign.mechanics.robots.robot import Robot, RobotSection
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import require_regular
+from expdesign.planning.sampling import Feasibility, feasibility, random_designs
 from expdesign.planning.schema import RunSection
-from expdesign.planning.start import Feasibility, feasibility, random_designs
 from expdesign.report import fit_texts
 from expdesign.report.page import Page
 from expdesign.report.remark_texts import sentences

@@ -12,8 +12,8 @@ from expdesign.planning.parts import Parts, one_after_another
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import planned
+from expdesign.planning.sampling import starting_designs
 from expdesign.planning.search import search_single
-from expdesign.planning.start import starting_designs
 
 Origin = Literal["optimised", "random", "given"]
 _RANDOM_STREAM = 7

@@ -14,8 +14,8 @@ import numpy as np
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.planning.operators.operator import State
 from expdesign.planning.optimality.exchange import variants
+from expdesign.planning.sampling import extreme_measurements, reachable_measurements
 from expdesign.planning.scalarisation import Aims, achieved
-from expdesign.planning.start import extreme_measurements, reachable_measurements
 
 
 class SingleExchange:

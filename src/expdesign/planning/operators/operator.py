@@ -20,8 +20,8 @@ from expdesign.planning.optimality.objectives import Objectives, Pace, descended
 from expdesign.planning.options import SearchOptions
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.pymoo_problem import DesignPopulation
+from expdesign.planning.sampling import extreme_measurements
 from expdesign.planning.scalarisation import Aims, along, ends
-from expdesign.planning.start import extreme_measurements
 
 WEIGHTS = {"total": 10.0, "duir": 1.0}
 """What a share of a criterion's least value counts against the same share of the hypervolume, in which the recommended
