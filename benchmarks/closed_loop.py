@@ -150,8 +150,7 @@ def run(
 ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
     """Attained error of every plan in every repetition, and the criterion `total` that predicts it, in tolerances."""
     problem = loop.problem
-    drawn = starting_designs(problem, repetitions, np.random.default_rng([seed, 7]))
-    decisions = drawn.reshape(repetitions, problem.space.measurements, problem.space.decisions)
+    decisions = starting_designs(problem, repetitions, np.random.default_rng([seed, 7]))
     names = [*plans, RANDOM]
     attained = {name: np.full(repetitions, np.nan) for name in (*names, UNIDENTIFIED, UNCOMPENSATED)}
     predicted = {name: np.full(repetitions, np.nan) for name in names}

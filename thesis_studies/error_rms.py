@@ -125,7 +125,6 @@ class ErrorRms(Study):
 def _plans(problem: DesignProblem, settings: Settings) -> list[Plan]:
     """Plans drawn at random; which ones depends on the configuration alone, not on the seed of the samples."""
     decisions = starting_designs(problem, settings.plans, np.random.default_rng(0))
-    decisions = decisions.reshape(len(decisions), problem.space.measurements, problem.space.decisions)[: settings.plans]
     poses, loads = problem.space.decode(decisions)
     series = np.arange(1, problem.space.measurements + 1)
     return [Plan(*pair, series) for pair in zip(poses, loads)]

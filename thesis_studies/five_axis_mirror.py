@@ -119,7 +119,7 @@ def _selected(problem: DesignProblem) -> Targets:
 def _plans(problem: DesignProblem, settings: Settings) -> tuple[FloatArray, FloatArray]:
     space = problem.space
     decisions = starting_designs(problem, settings.plans, np.random.default_rng(settings.plans_seed))
-    return space.decode(decisions.reshape(settings.plans, space.measurements, space.decisions))
+    return space.decode(decisions)
 
 
 def _criterion(problem: DesignProblem, plans: tuple[FloatArray, FloatArray]) -> FloatArray:

@@ -103,7 +103,7 @@ def _number(value: float) -> str:
 def _poses(problem: DesignProblem, settings: Settings) -> FloatArray:
     space = problem.space
     decisions = starting_designs(problem, 1, np.random.default_rng(settings.plan_seed))
-    return space.decode(decisions.reshape(space.measurements, space.decisions))[0]
+    return space.decode(decisions[0])[0]
 
 
 def _assess(problem: DesignProblem, poses: FloatArray, loads: FloatArray | None = None) -> Any:
@@ -134,7 +134,7 @@ def _variants(document: YamlDocument, settings: Settings, poses: FloatArray) -> 
         loads = None
         if calibration != "geometric":
             drawn = starting_designs(problem, 1, np.random.default_rng(settings.plan_seed))
-            loads = problem.space.decode(drawn.reshape(len(poses), problem.space.decisions))[1]
+            loads = problem.space.decode(drawn[0])[1]
         wanted = [("reading of the instrument", problem)]
         if frames == "unknown":
             rows_of_target = problem.targets.observation.copy()

@@ -55,7 +55,7 @@ def _sensible(path: Path) -> bool:
         if space.decisions == 0:
             return False
         starts = starting_designs(found, 100, np.random.default_rng(1))
-        share = require_identifiable(found, starts.reshape(-1, space.measurements, space.decisions))
+        share = require_identifiable(found, starts)
     except ExpdesignError:
         return False
     # Below that, a configuration asks whether a plan exists rather than which one is best.

@@ -22,9 +22,7 @@ from expdesign.planning.sampling import starting_designs
 
 
 def plan_for(case: DesignProblem, seed: int = 1, *, at_one_pose: bool = False) -> Plan:
-    decisions = case.space.canonical(
-        starting_designs(case, 1, np.random.default_rng(seed)).reshape(1, -1, case.space.decisions)
-    )
+    decisions = case.space.canonical(starting_designs(case, 1, np.random.default_rng(seed)))
     poses, loads = case.space.decode(decisions[0])
     if at_one_pose:
         poses = np.repeat(poses[:1], len(poses), axis=0)

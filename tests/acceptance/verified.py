@@ -34,9 +34,7 @@ def case() -> DesignProblem:
 def model() -> Model:
     """Identified from a simulated experiment with noise, without load errors."""
     here = case()
-    decisions = here.space.canonical(
-        starting_designs(here, 1, np.random.default_rng(2)).reshape(1, -1, here.space.decisions)
-    )
+    decisions = here.space.canonical(starting_designs(here, 1, np.random.default_rng(2)))
     poses, loads = here.space.decode(decisions[0])
     frame = plan_frame(Plan(poses, loads, np.arange(1, len(poses) + 1)), here.loaded, False)
     recorded = xd.simulate(here, frame, seed=11, load_errors=False).frame

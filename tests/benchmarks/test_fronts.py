@@ -21,7 +21,6 @@ def test_what_is_drawn_can_be_searched(tmp_path: Path) -> None:
     for number in range(1, 13):
         found = problem(number, tmp_path)
         kinds.add((found.loaded.robot.kind, found.noise.shared_reference))
-        starts = starting_designs(found, 40, np.random.default_rng(0))
-        require_identifiable(found, starts.reshape(40, found.space.measurements, found.space.decisions))
+        require_identifiable(found, starting_designs(found, 40, np.random.default_rng(0)))
         assert found.loaded.sources
     assert len(kinds) >= 4

@@ -39,7 +39,7 @@ def mirror(axes: str, angles: list[float], orientation: str = "fixed-xyz") -> De
 
 def one_plan(here: DesignProblem) -> Plan:
     space = here.space
-    decisions = starting_designs(here, 1, np.random.default_rng(1)).reshape(space.measurements, space.decisions)
+    decisions = starting_designs(here, 1, np.random.default_rng(1))[0]
     return Plan(*space.decode(decisions), np.arange(space.measurements) + 1)
 
 

@@ -116,5 +116,4 @@ def problem(base: dict[str, Any], changes: dict[str, Any] | None = None, folder:
 
 def designs(here: DesignProblem, count: int, seed: int = 0) -> Array:
     """Designs (count, m, g) within all limits, as a search begins with."""
-    drawn = starting_designs(here, count, np.random.default_rng(seed))
-    return drawn.reshape(count, here.space.measurements, here.space.decisions)
+    return starting_designs(here, count, np.random.default_rng(seed))

@@ -52,7 +52,7 @@ def state_of(base: dict[str, Any]) -> State:
     """What a search knows after its first designs."""
     case = problem(base)
     drawn = starting_designs(case, 60, np.random.default_rng(3))
-    found = evolution(DesignPopulation(case), drawn.reshape(60, case.space.measurements, case.space.decisions))
+    found = evolution(DesignPopulation(case), drawn)
     found.next()
     return found.state
 

@@ -35,7 +35,7 @@ def test_a_hexapods_design_beats_chance_and_repeats_itself(name: str) -> None:
     found = search_single(problem, criterion, seed=3, generations=20)
     again = search_single(problem, criterion, seed=3, generations=20)
     np.testing.assert_array_equal(found.decisions, again.decisions)
-    drawn = starting_designs(problem, 500, np.random.default_rng(5)).reshape(500, problem.space.measurements, -1)
+    drawn = starting_designs(problem, 500, np.random.default_rng(5))
     sign = -1.0 if criterion.maximise else 1.0
     values = sign * criterion.values(problem.assess(*problem.space.decode(drawn)))
     assert sign * found.criteria[name][0] < np.nanmin(values)

@@ -96,7 +96,7 @@ def test_geometric_calibration_has_no_meir(tmp_path: Path) -> None:
 
 def test_a_plan_without_degrees_of_freedom_notices_nothing(tmp_path: Path) -> None:
     here = problem(tmp_path, {"model_error": {}})
-    designs = starting_designs(here, 1, np.random.default_rng(0)).reshape(1, 1, -1)
+    designs = starting_designs(here, 1, np.random.default_rng(0))
     hidden = hidden_by_plan(here, here.assess(*here.space.decode(designs)), "this plan")
     assert hidden is not None
     assert hidden.freedom == 0
@@ -107,7 +107,7 @@ def test_a_plan_without_degrees_of_freedom_notices_nothing(tmp_path: Path) -> No
 def test_evaluate_names_what_is_hidden(tmp_path: Path) -> None:
     path = written(tmp_path, {"model_error": {"without": ["leg_coupling"]}}, measurements=4)
     here = read_problem(path)
-    designs = starting_designs(here, 1, np.random.default_rng(0)).reshape(1, 4, -1)
+    designs = starting_designs(here, 1, np.random.default_rng(0))
     configurations = here.space.decode(designs)[0][0]
     columns = "x_m,y_m,fx_N,fy_N\n"
     rows = "\n".join(f"{x!r},{y!r},0,-1000" for x, y in configurations.tolist())
@@ -123,7 +123,7 @@ def test_evaluate_names_what_is_hidden(tmp_path: Path) -> None:
 def test_consistent_recordings_say_what_may_still_be_hidden(tmp_path: Path) -> None:
     path = written(tmp_path, {"model_error": {"physics": ["leg_coupling", "leg_backlash"]}}, measurements=5)
     here = read_problem(path)
-    designs = starting_designs(here, 1, np.random.default_rng(1)).reshape(5, -1)
+    designs = starting_designs(here, 1, np.random.default_rng(1))[0]
     configurations, loads = here.space.decode(designs)
     true = here.loaded.measure(configurations, loads).observation @ here.loaded.robot.compliance
     noisy = true + np.random.default_rng(2).normal(scale=1e-6, size=true.shape)

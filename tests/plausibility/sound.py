@@ -69,7 +69,7 @@ def recordings_of(
     truth = truth_of(content, generator, spread)
     truth["experiment"]["measurements"] = rows
     case = problem_from(truth)
-    decisions = case.space.canonical(starting_designs(case, 1, generator).reshape(1, rows, case.space.decisions))
+    decisions = case.space.canonical(starting_designs(case, 1, generator))
     poses, loads = case.space.decode(decisions[0])
     frame = plan_frame(Plan(poses, loads, np.arange(1, rows + 1)), case.loaded, case.space.tilts)
     if series > 1:

@@ -47,7 +47,7 @@ def planned(*, interpolate: bool = False) -> tuple[DesignProblem, Plan, Hexapod,
     }
     here = problem(HEXAPOD, changes)
     space = here.space
-    decisions = starting_designs(here, 1, np.random.default_rng(4)).reshape(space.measurements, space.decisions)
+    decisions = starting_designs(here, 1, np.random.default_rng(4))[0]
     configurations, loads = space.decode(decisions)
     plan, robot = Plan(configurations, loads, series_by_pose(configurations)), here.loaded.robot
     frame = protocol_frame(here, plan)

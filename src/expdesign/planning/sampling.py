@@ -58,7 +58,7 @@ def extreme_measurements(
 
 
 def starting_designs(problem: DesignProblem, count: int, generator: np.random.Generator) -> FloatArray:
-    """Gene vectors (count, m·g) of designs whose every measurement can be reached.
+    """Designs (count, m, g) whose every measurement can be reached.
 
     Where it counts how often poses are set, each has a number of them at random, from one to all.
     """
@@ -68,7 +68,7 @@ def starting_designs(problem: DesignProblem, count: int, generator: np.random.Ge
         poses = generator.integers(1, m + 1, size=(count, 1))
         of = generator.integers(m, size=(count, m)) % poses
         designs = np.where(space.of_pose, np.take_along_axis(designs, of[..., None], axis=1), designs)
-    return space.canonical(designs).reshape(count, -1)
+    return space.canonical(designs)
 
 
 def require_identifiable(problem: DesignProblem, decisions: FloatArray) -> float:
@@ -138,9 +138,7 @@ class Feasibility:
 
 def random_designs(problem: DesignProblem) -> FloatArray:
     """Designs whose every measurement can be reached, by the configuration's seed, shape (b, m, g)."""
-    generator = np.random.default_rng(problem.optimiser.seed)
-    space = problem.space
-    return starting_designs(problem, START.tested, generator).reshape(START.tested, space.measurements, space.decisions)
+    return starting_designs(problem, START.tested, np.random.default_rng(problem.optimiser.seed))
 
 
 def feasibility(problem: DesignProblem) -> Feasibility:

@@ -101,7 +101,6 @@ def _drawn(problem: DesignProblem) -> FloatArray:
     """Designs (b, m, g) at random, of which some identify what the targets need, with finite objectives."""
     settings, space = problem.optimiser, problem.space
     drawn = starting_designs(problem, settings.population, np.random.default_rng(settings.seed))
-    drawn = drawn.reshape(len(drawn), space.measurements, space.decisions)
     require_identifiable(problem, drawn)
     if space.decisions:
         _require_finite(problem, drawn)

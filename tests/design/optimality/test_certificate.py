@@ -49,8 +49,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 
 def random_designs(here: DesignProblem, count: int, seed: int) -> Array:
     space = here.space
-    decisions = starting_designs(here, count, np.random.default_rng(seed))
-    designs = decisions.reshape(count, space.measurements, space.decisions)
+    designs = starting_designs(here, count, np.random.default_rng(seed))
     # A third of them with extreme loads, some with measurements repeated at the same pose: where the best designs are.
     loads = [i for i, v in enumerate(space.variables) if v.columns[0] >= space.n_pose and not v.discrete]
     third = count // 3

@@ -25,8 +25,7 @@ def candidates(here: DesignProblem, count: int, seed: int = 3) -> Array:
 
 
 def designs(here: DesignProblem, count: int) -> Array:
-    decisions = starting_designs(here, count, np.random.default_rng(5))
-    return decisions.reshape(count, here.space.measurements, here.space.decisions)
+    return starting_designs(here, count, np.random.default_rng(5))
 
 
 def criterion(here: DesignProblem, plans: Array, name: str) -> Array:

@@ -55,7 +55,7 @@ def test_pairs_lead_to_lower_valleys_than_single_exchanges_alone() -> None:
     generator, count = np.random.default_rng(1), 60
     offered = drawn(here, 80)
     aims = Aims(np.zeros((count, 2)), np.tile(FEIR, (count, 1)))
-    designs = starting_designs(here, count, generator).reshape(count, 4, -1)
+    designs = starting_designs(here, count, generator)
     designs = Exchange(here, NAMES).singles(designs, aims, offered)
     designs[:, 0] = offered[generator.integers(80, size=count)]
     places = np.argsort(generator.random((count, 3, 4)), axis=2)[..., :2]
@@ -72,7 +72,7 @@ def test_pairs_lead_to_lower_valleys_than_single_exchanges_alone() -> None:
 def test_nothing_is_better_than_the_best_of_all_pairs(base: dict[str, object]) -> None:
     here = problem(base, {"experiment.measurements": 3})
     offered = drawn(here, 30)
-    designs = starting_designs(here, 4, np.random.default_rng(1)).reshape(4, 3, -1)
+    designs = starting_designs(here, 4, np.random.default_rng(1))
     aims = Aims(np.zeros((4, 2)), np.tile(FEIR, (4, 1)))
     found = Exchange(here, NAMES).pairs(designs, aims, np.tile(np.array([0, 1]), (4, 1, 1)), offered)
     pairs = offered[np.array(list(product(range(30), repeat=2)))]
@@ -86,7 +86,7 @@ def test_nothing_is_better_than_the_best_of_all_pairs(base: dict[str, object]) -
 
 def test_what_no_pair_improves_stays_as_it_is() -> None:
     here = problem(HEXAPOD)
-    designs = starting_designs(here, 3, np.random.default_rng(2)).reshape(3, here.space.measurements, -1)
+    designs = starting_designs(here, 3, np.random.default_rng(2))
     aims = Aims(np.zeros((3, 2)), np.tile(FEIR, (3, 1)))
     places = np.tile(np.array([0, 1]), (3, 1, 1))
     same = Exchange(here, NAMES).pairs(designs, aims, places, designs[0, :1])

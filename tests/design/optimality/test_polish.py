@@ -30,9 +30,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 
 
 def start(here: DesignProblem, count: int = 12) -> Array:
-    space = here.space
-    decisions = starting_designs(here, count, np.random.default_rng(7))
-    return decisions.reshape(count, space.measurements, space.decisions)
+    return starting_designs(here, count, np.random.default_rng(7))
 
 
 def objectives(here: DesignProblem, decisions: Array) -> Array:

@@ -24,7 +24,7 @@ def test_a_pose_set_anew_has_a_reference_of_its_own(base: dict[str, object]) -> 
     space, settings = here.space, here.space.settings
     assert settings is not None
     pose = settings.poses
-    design = starting_designs(here, 1, np.random.default_rng(3)).reshape(1, 4, -1)
+    design = starting_designs(here, 1, np.random.default_rng(3))
     design[..., pose] = design[:, :1, pose]
     together, anew, apart = design.copy(), design.copy(), design.copy()
     anew[0, :, settings.gene] = np.arange(4)
@@ -48,7 +48,7 @@ def test_settings_are_numbered_whatever_the_order() -> None:
     space, settings = here.space, here.space.settings
     assert settings is not None
     generator = np.random.default_rng(4)
-    designs = starting_designs(here, 30, generator).reshape(30, 4, -1)
+    designs = starting_designs(here, 30, generator)
     designs[..., settings.poses] = designs[:, :1, settings.poses]
     designs[..., settings.gene] = generator.integers(4, size=(30, 4))
     found = space.canonical(designs)
@@ -69,13 +69,13 @@ def _series(design: Array, gene: int) -> Array:
 
 def test_without_shared_references_nothing_is_held() -> None:
     here = problem(HEXAPOD)
-    assert PoseGroups.of(here, starting_designs(here, 2, np.random.default_rng(1)).reshape(2, 3, -1)) is None
+    assert PoseGroups.of(here, starting_designs(here, 2, np.random.default_rng(1))) is None
 
 
 def test_descents_do_not_join_series_that_want_one_pose() -> None:
     """All measurements of a bipod want its widest pose: DUIR falls as if the first step to it had not joined them."""
     here = problem(BIPOD, SHARED)
-    starts = here.space.canonical(starting_designs(here, 6, np.random.default_rng(2)).reshape(6, 4, -1))
+    starts = here.space.canonical(starting_designs(here, 6, np.random.default_rng(2)))
     weights = np.tile([1.0, 0.0], (6, 1))
     pace = Pace(steps=60, tolerance=1e-9, inner=1e-9)
     found = here.settable(descended(Objectives(here), starts, Aims(np.zeros_like(weights), weights), pace)[0])

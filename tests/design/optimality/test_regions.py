@@ -167,7 +167,6 @@ def test_over_a_continuum_the_bound_meets_what_searches_find(name: str, within: 
     base, changes = CONTINUOUS[name]
     here = problem(base, {**changes, "experiment.load_error": []})
     starts = starting_designs(here, 60, np.random.default_rng(3))
-    starts = starts.reshape(-1, here.space.measurements, here.space.decisions)
     known = refined(here, starts)
     bounds = criterion_bounds(here, 0.0, known, 10.0)
     least = known_criteria()["duir"].values(here.assess(*here.space.decode(known))).min()
@@ -200,7 +199,7 @@ def test_boxes_are_forgotten_without_effect(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_series_are_bounded_by_the_relaxation_alone() -> None:
     here = problem(BIPOD, {**LIST, **SHARED})
-    known = starting_designs(here, 50, np.random.default_rng(3)).reshape(50, 3, here.space.decisions)
+    known = starting_designs(here, 50, np.random.default_rng(3))
     bounds = criterion_bounds(here, 0.0, known, 5.0)
     assert bounds.nodes == 0
     assert bounds.lower == criterion_bounds(here, 0.0, known, 0.0).lower
@@ -248,13 +247,13 @@ def test_where_a_box_has_too_many_corners_for_the_time_nothing_is_halved() -> No
     here = problem(BIPOD, {**LIST, **FREE, "experiment.poses": {"candidates": poses.tolist()}})
     assert not tree_of(here, 0.0).affordable(0.1)
     assert tree_of(here, 0.0).affordable(1.0)
-    known = starting_designs(here, 50, np.random.default_rng(3)).reshape(50, 3, here.space.decisions)
+    known = starting_designs(here, 50, np.random.default_rng(3))
     assert "halved" not in criterion_bounds(here, 0.0, known, 0.1).lower.certified_on
 
 
 def test_without_time_nothing_is_halved() -> None:
     here = problem(BIPOD, {"experiment.measurements": 1})
-    known = starting_designs(here, 50, np.random.default_rng(3)).reshape(50, 1, here.space.decisions)
+    known = starting_designs(here, 50, np.random.default_rng(3))
     bounds = criterion_bounds(here, 0.0, known, 0.0)
     assert bounds.nodes == 0
     assert bounds.halved is None

@@ -92,6 +92,5 @@ def distinct_criteria(problem: DesignProblem, seed: int) -> list[str]:
 
 def drawn(problem: DesignProblem, count: int, seed: int) -> list[Contender]:
     """Random designs of measurements within the robot's limits."""
-    decisions = starting_designs(problem, count, np.random.default_rng([seed, _RANDOM_STREAM]))
-    designs = decisions.reshape(count, problem.space.measurements, problem.space.decisions)
+    designs = starting_designs(problem, count, np.random.default_rng([seed, _RANDOM_STREAM]))
     return [Contender(f"random {index}", "random", planned(problem, one)) for index, one in enumerate(designs, start=1)]
