@@ -198,6 +198,23 @@ class RelaxationOptions:
 
 
 @dataclass(frozen=True)
+class AscentOptions:
+    """How hard the most sensitive measurement is searched for over a continuum (`optimality/pool`).
+
+    Attributes:
+        samples: number of random measurements among the first candidates.
+        starts: number of gradient ascents of a round.
+        steps: largest number of steps of an ascent.
+        passes: largest number of ascents one after the other, each from the best load at the end of the one before.
+    """
+
+    samples: int = 6000
+    starts: int = 64
+    steps: int = 60
+    passes: int = 3
+
+
+@dataclass(frozen=True)
 class HalvingOptions:
     """Boxes of measurements, halved (`optimality/regions`, `region_bound`, `region_tree`; theory.md 10.7).
 
@@ -250,4 +267,5 @@ class HalvingOptions:
 
 START, NEXT, DESCENT = StartOptions(), NextOptions(), DescentOptions()
 RELAXATION, HALVING = RelaxationOptions(), HalvingOptions()
+THOROUGH, BRIEF = AscentOptions(), AscentOptions(samples=1000, starts=16, steps=15, passes=1)
 """What commands use."""

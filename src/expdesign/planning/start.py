@@ -15,8 +15,7 @@ from expdesign.arrays import FloatArray
 from expdesign.planning.front import non_dominated
 from expdesign.planning.optimality.certificate import Certificate
 from expdesign.planning.optimality.exchange import Exchange, rounded
-from expdesign.planning.optimality.pool import BRIEF
-from expdesign.planning.options import START
+from expdesign.planning.options import BRIEF, START
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.pymoo_problem import DesignPopulation
 from expdesign.planning.sampling import extreme_measurements

@@ -15,9 +15,9 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.planning.optimality.measurement_maps import MeasurementMaps
-from expdesign.planning.optimality.pool import BRIEF, THOROUGH, Effort, Pool
+from expdesign.planning.optimality.pool import Pool
 from expdesign.planning.optimality.weights import Relaxation, dual_of, optimal_weights
-from expdesign.planning.options import RELAXATION
+from expdesign.planning.options import BRIEF, RELAXATION, THOROUGH, AscentOptions
 from expdesign.planning.problem import DesignProblem
 
 
@@ -75,7 +75,7 @@ class Certificate:
         self,
         problem: DesignProblem,
         load_errors: float,
-        effort: Effort = THOROUGH,
+        effort: AscentOptions = THOROUGH,
         tolerance: float = 1e-6,
     ) -> None:
         self._problem, self._effort, self._tolerance = problem, effort, tolerance

@@ -17,7 +17,7 @@ from expdesign.planning.optimality.measurement_maps import CHUNK, LoadVariables,
 from expdesign.planning.optimality.series import Multisets, sizes
 from expdesign.planning.optimality.sqp import MinimaxSearch
 from expdesign.planning.optimality.weights import Dual
-from expdesign.planning.options import RELAXATION
+from expdesign.planning.options import RELAXATION, AscentOptions
 from expdesign.planning.problem import DesignProblem
 
 
@@ -27,25 +27,6 @@ class Found(NamedTuple):
     candidates: FloatArray
     largest: float
     words: str
-
-
-class Effort(NamedTuple):
-    """How hard a search tries.
-
-    Attributes:
-        samples: number of random measurements among the first candidates.
-        starts: number of gradient ascents of a round.
-        steps: largest number of steps of an ascent.
-        passes: largest number of ascents one after the other, each from the best load at the end of the one before.
-    """
-
-    samples: int = 6000
-    starts: int = 64
-    steps: int = 60
-    passes: int = 3
-
-
-THOROUGH, BRIEF = Effort(), Effort(samples=1000, starts=16, steps=15, passes=1)
 
 
 def usable(problem: DesignProblem, variables: FloatArray) -> FloatArray:
@@ -220,7 +201,7 @@ class Pool:
         _, first = np.unique(flat, axis=0, return_index=True)
         return candidates[np.sort(first)]
 
-    def largest(self, dual: Dual, candidates: FloatArray, rows: FloatArray, effort: Effort) -> Found:
+    def largest(self, dual: Dual, candidates: FloatArray, rows: FloatArray, effort: AscentOptions) -> Found:
         """The largest ‖R·Q‖² of all that could be a candidate, and candidates that come near it."""
         known = dual.sensitivities(rows)
         order = np.argsort(-known, kind="stable")
@@ -253,7 +234,7 @@ class Pool:
             words += ", and bounded for longer ones"
         return Found(self._series(poses[order], found.chosen[order]), float(found.bound.max()), words)
 
-    def _ascend(self, dual: Dual, starts: FloatArray, known: float, effort: Effort) -> Found:
+    def _ascend(self, dual: Dual, starts: FloatArray, known: float, effort: AscentOptions) -> Found:
         size = max(known, 1e-300)
         reached, bound = self._at_best_loads(dual, starts[:, 0])
 
