@@ -102,6 +102,50 @@ class StartOptions:
 
 
 @dataclass(frozen=True)
+class ExchangeOptions:
+    """How measurements are exchanged (`optimality/exchange`, `operators/exchange`).
+
+    Attributes:
+        sweeps: over the measurements of a plan at most.
+        together: largest number of entries of the sums that are formed at a time.
+        judged: pairs that are judged exactly.
+        least: part of DUIR² that remains at least: the linear estimate can be negative.
+        map_cost: options that cost as much as the maps of one measurement.
+        variant_cost: the same of the maps of many variants at once.
+        near: other measurements of a plan near whose loads one is varied.
+        helps: relative gain that counts as one.
+        levels: of a discrete variable that are all tried; of more, its neighbours and its ends are.
+        poses: drawn at random, and of good designs, to which whole settings are moved.
+        kept: share of a plan's measurements that remain where others may take the time of the rest.
+    """
+
+    sweeps: int = 8
+    together: int = 10_000_000
+    judged: int = 60
+    least: float = 0.05
+    map_cost: int = 50
+    variant_cost: int = 25
+    near: int = 8
+    helps: float = 1e-9
+    levels: int = 6
+    poses: int = 40
+    kept: float = 0.7
+
+
+@dataclass(frozen=True)
+class ContinuationOptions:
+    """How gaps of a front are filled (`operators/continuation`).
+
+    Attributes:
+        same: part of a variable's range by which neighbours of one valley differ at most.
+        most: predictions of one generation.
+    """
+
+    same: float = 0.5
+    most: int = 100
+
+
+@dataclass(frozen=True)
 class NextOptions:
     """How the next measurements are found (`sequential`).
 
@@ -266,6 +310,7 @@ class HalvingOptions:
 
 
 START, NEXT, DESCENT = StartOptions(), NextOptions(), DescentOptions()
+EXCHANGE, CONTINUATION = ExchangeOptions(), ContinuationOptions()
 RELAXATION, HALVING = RelaxationOptions(), HalvingOptions()
 THOROUGH, BRIEF = AscentOptions(), AscentOptions(samples=1000, starts=16, steps=15, passes=1)
 """What commands use."""

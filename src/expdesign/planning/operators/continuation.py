@@ -12,13 +12,9 @@ from scipy.optimize import linear_sum_assignment
 from expdesign.arrays import FloatArray
 from expdesign.planning.front import gap_shares, non_dominated
 from expdesign.planning.operators.operator import State
+from expdesign.planning.options import CONTINUATION
 from expdesign.planning.scalarisation import at_points, spans
 from expdesign.planning.space import DesignSpace
-
-_SAME = 0.5
-"""Part of a variable's range by which neighbours of one valley differ at most."""
-_MOST = 100
-"""Predictions of one generation."""
 
 
 class Continuation:
@@ -66,7 +62,7 @@ def _parts(shares: FloatArray, share: float) -> FloatArray:
     total = float(roots.sum())
     if shares.sum() <= share or total <= 0.0:
         return np.ones(len(shares))
-    scale = min(total / share, _MOST / total)
+    scale = min(total / share, CONTINUATION.most / total)
     parts: FloatArray = np.ceil(scale * roots - 1e-9)
     return parts
 
@@ -78,7 +74,7 @@ def _matched(space: DesignSpace, first: FloatArray, second: FloatArray) -> Float
     order = linear_sum_assignment((distance**2).sum(axis=2))[1]
     matched: FloatArray = second[order]
     apart = np.abs(matched - first) / span
-    same = (matched == first)[:, space.discrete].all() and bool((apart[:, ~space.discrete] <= _SAME).all())
+    same = (matched == first)[:, space.discrete].all() and bool((apart[:, ~space.discrete] <= CONTINUATION.same).all())
     return matched if same else None
 
 

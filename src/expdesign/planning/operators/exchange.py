@@ -14,6 +14,7 @@ import numpy as np
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.planning.operators.operator import State
 from expdesign.planning.optimality.exchange import variants
+from expdesign.planning.options import EXCHANGE
 from expdesign.planning.sampling import extreme_measurements, reachable_measurements
 from expdesign.planning.scalarisation import Aims, achieved
 
@@ -59,8 +60,10 @@ class SingleExchange:
         before = exchange.options
         found = designs.copy()
         if space.settings is not None:
-            drawn = extreme_measurements(state.problem, _POSES, float(state.generator.random()), state.generator)
-            found = exchange.moved(designs, aims, np.concatenate([drawn, offered[:_POSES]]))
+            drawn = extreme_measurements(
+                state.problem, EXCHANGE.poses, float(state.generator.random()), state.generator
+            )
+            found = exchange.moved(designs, aims, np.concatenate([drawn, offered[: EXCHANGE.poses]]))
         # Where settings count, each measurement has many alternatives already.
         chance = state.options.chances[1] if space.settings is None else 0.0
         varied = state.gridded or bool(state.generator.random() < chance)
@@ -68,12 +71,6 @@ class SingleExchange:
             found[some] = exchange.singles(found[some], aims[some], offered, varied=own, loaded=loaded)
         state.work.exchanged(exchange.options - before)
         return found
-
-
-_POSES = 40
-"""Poses drawn at random, and of good designs, to which whole settings are moved."""
-_KEPT = 0.7
-"""Share of a plan's measurements that remain where others may take the time of the rest."""
 
 
 def _thinned(state: State, designs: FloatArray) -> FloatArray:
@@ -85,7 +82,7 @@ def _thinned(state: State, designs: FloatArray) -> FloatArray:
     settings = state.problem.space.settings
     if settings is None or settings.budget is None:
         return designs
-    left = state.generator.random(designs.shape[:2]) >= _KEPT
+    left = state.generator.random(designs.shape[:2]) >= EXCHANGE.kept
     left &= (np.arange(len(designs)) % 2 == int(state.generator.integers(2)))[:, None]
     found = designs.copy()
     found[..., settings.gene] = np.where(left, 0.0, designs[..., settings.gene])

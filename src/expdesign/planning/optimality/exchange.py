@@ -16,26 +16,12 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.planning.criteria.information import Sums
 from expdesign.planning.optimality.plan_sums import PlanSums
+from expdesign.planning.options import EXCHANGE
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import Aims, achieved
 
 ADDITIVE = ("duir", "feir", "total")
 """Criteria that are functions of sums over measurements."""
-_SWEEPS = 8
-_TOGETHER = 10_000_000
-"""Largest number of entries of the sums that are formed at a time."""
-_JUDGED = 60
-"""Pairs that are judged exactly."""
-_LEAST = 0.05
-"""Part of DUIR² that remains at least: the linear estimate can be negative."""
-_MAP = 50
-"""Options that cost as much as the maps of one measurement."""
-_VARIANT = 25
-"""The same of the maps of many variants at once."""
-_NEAR = 8
-"""Other measurements of a plan near whose loads one is varied."""
-_HELPS = 1e-9
-"""Relative gain that counts as one."""
 
 
 def exchanges_are_sums(problem: DesignProblem, names: tuple[str, ...]) -> bool:
@@ -100,8 +86,8 @@ class Exchange:
         there = sums.parts(designs.reshape(-1, g)).reshape(batch, m, -1)
         score = self._scores(sums.sums(there, designs[..., pose]), aims.centres, aims.weights)
         moving, settings = np.arange(batch), self._space.settings
-        together = max(1, _TOGETHER // (count * shared.shape[1]))
-        for sweep in range(_SWEEPS):
+        together = max(1, EXCHANGE.together // (count * shared.shape[1]))
+        for sweep in range(EXCHANGE.sweeps):
             helped = np.zeros(batch, dtype=bool)
             for place in range(m):
                 for start in range(0, len(moving), together):
@@ -112,7 +98,7 @@ class Exchange:
                     if own:
                         more = self._own_options(designs[part], place, varied, sweep if loaded else None)
                         theirs = sums.parts(more.reshape(-1, g)).reshape(*more.shape[:2], -1)
-                        self.options += _VARIANT * more.shape[0] * more.shape[1] if varied else 0
+                        self.options += EXCHANGE.variant_cost * more.shape[0] * more.shape[1] if varied else 0
                         joined = sums.joined(rest, others[..., pose], theirs, more[..., pose])
                         options = np.concatenate([options, joined], axis=1)
                     scores = self._scores(options, aims.centres[part, None], aims.weights[part, None])
@@ -126,7 +112,7 @@ class Exchange:
                         scores[:, count:] = np.where(beyond, np.inf, scores[:, count:])
                     best = scores.argmin(axis=1)
                     found = scores[np.arange(len(part)), best]
-                    better = found < score[part] - _HELPS * (1.0 + np.abs(score[part]))
+                    better = found < score[part] - EXCHANGE.helps * (1.0 + np.abs(score[part]))
                     for row in np.flatnonzero(better):
                         index, chosen = part[row], best[row]
                         listed = chosen < count
@@ -154,10 +140,10 @@ class Exchange:
                 tried = np.where(own[:, None] & pose, offered[:, None], design)
                 theirs = np.repeat(parts[None], len(offered), axis=0)
                 theirs[:, own] = sums.parts(tried[:, own].reshape(-1, len(pose))).reshape(len(offered), own.sum(), -1)
-                self.options += _MAP * len(offered) * int(own.sum())
+                self.options += EXCHANGE.map_cost * len(offered) * int(own.sum())
                 scores = self._scores(sums.sums(theirs, tried[..., pose]), centre, weight)
                 best = int(scores.argmin())
-                if scores[best] < score - _HELPS * (1.0 + abs(score)):
+                if scores[best] < score - EXCHANGE.helps * (1.0 + abs(score)):
                     design[:], parts, score = tried[best], theirs[best], float(scores[best])
         return found
 
@@ -177,7 +163,8 @@ class Exchange:
                 found.append(out)
             if sweep is not None:
                 # Of long plans other ones in every sweep: all would be as many alternatives as measurements squared.
-                some = (place + sweep + np.linspace(0, count, min(count, _NEAR), endpoint=False, dtype=int)) % count
+                near = np.linspace(0, count, min(count, EXCHANGE.near), endpoint=False, dtype=int)
+                some = (place + sweep + near) % count
                 more = variants(self._problem, others[:, np.sort(some)], ~space.of_pose)
                 found.append(more.reshape(len(designs), -1, space.decisions))
         return np.concatenate(found, axis=1)
@@ -203,7 +190,7 @@ class Exchange:
                 rest = np.delete(parts, pair, axis=0).sum(axis=0)
                 tried = self._scores(rest + offered_parts[first] + offered_parts[second], centre, weight)
                 best = int(tried.argmin())
-                if tried[best] < score - _HELPS * (1.0 + abs(float(score))):
+                if tried[best] < score - EXCHANGE.helps * (1.0 + abs(float(score))):
                     chosen = [first[best], second[best]]
                     found[index, pair], parts[pair], score = offered[chosen], offered_parts[chosen], tried[best]
         return found
@@ -224,7 +211,7 @@ class Exchange:
         aimed = [k for k in range(len(self._names)) if weight[k] > 0.0]
         score = np.maximum.reduce([(np.sqrt(squares[self._names[k]]) - centre[k]) * weight[k] for k in aimed])
         partner = score.argmin(axis=1)
-        first = np.argsort(score[np.arange(len(score)), partner], kind="stable")[:_JUDGED]
+        first = np.argsort(score[np.arange(len(score)), partner], kind="stable")[: EXCHANGE.judged]
         return first, partner[first]
 
     def estimates(self, parts: FloatArray, pair: IntArray, offered: Sums) -> tuple[FloatArray, FloatArray]:
@@ -249,7 +236,7 @@ class Exchange:
         both += ((along**2).sum(axis=1) + own + squares(rest.own))[:, None]
         both += (reach**2).sum(axis=1) + own
         found = noise[worst] + lost - gained[:, None] - gained
-        return np.maximum(found, _LEAST * noise[worst]), np.maximum(both, 0.0)
+        return np.maximum(found, EXCHANGE.least * noise[worst]), np.maximum(both, 0.0)
 
     def repeated(
         self, drawn: FloatArray, aims: Aims, count: int, paired: int
@@ -307,9 +294,6 @@ def rounded(weights: FloatArray, count: int, draws: int, generator: np.random.Ge
     return chosen
 
 
-_LEVELS = 6
-
-
 def variants(problem: DesignProblem, parents: FloatArray, wanted: BoolArray | None = None) -> FloatArray:
     """The measurements of designs (b, m, g), each with one variable changed, all or those wanted (g,), shape
     (b, m, v, g).
@@ -322,7 +306,7 @@ def variants(problem: DesignProblem, parents: FloatArray, wanted: BoolArray | No
         low, high = space.lower[decision], space.upper[decision]
         if not space.discrete[decision]:
             values = [np.full(parents.shape[:2], end) for end in (low, 0.5 * (low + high), high)]
-        elif high < _LEVELS:
+        elif high < EXCHANGE.levels:
             values = [np.full(parents.shape[:2], level) for level in np.arange(high + 1.0)]
         else:
             values = [np.clip(parents[..., decision] + step, low, high) for step in (-1.0, 1.0)]
