@@ -3,8 +3,11 @@
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import pytest
+import yaml
+from tests.design.problems import changed
 
 from expdesign.app.commands.main import main
 
@@ -40,6 +43,19 @@ def refused(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
     (message,) = refusal(capsys, *arguments).strip().splitlines()
     assert message.startswith("expdesign: ")
     return message
+
+
+def yaml_file(path: Path, content: object) -> Path:
+    """A file with this text, or with this content as YAML."""
+    path.write_text(content if isinstance(content, str) else yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+    return path
+
+
+def config_file(folder: Path, changes: dict[str, Any], name: str = "hexapod-h1") -> Path:
+    """A shipped configuration with its robot and with dotted keys replaced (`changed`), as `config.yaml`."""
+    content = yaml.safe_load((ROOT / "configs" / f"{name}.yaml").read_text(encoding="utf-8"))
+    content["robot"] = str(ROOT / "configs" / content["robot"])
+    return yaml_file(folder / "config.yaml", changed(content, changes))
 
 
 def plan_file(folder: Path) -> Path:

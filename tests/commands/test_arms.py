@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import ROOT, call
+from tests.commands.calls import ROOT, call, config_file, yaml_file
 from tests.robots.arms import ARMS
 
 from expdesign.report.page import content_of
@@ -17,31 +17,21 @@ SEARCH = {"population": 12, "generations": 4, "seed": 3}
 
 def six_axis(folder: Path) -> tuple[Path, Path]:
     """The shipped configuration with a small search, and its robot."""
-    robot = ROOT / "configs/robots/ur5.yaml"
-    content = yaml.safe_load((ROOT / "configs/ur5.yaml").read_text())
-    content |= {"robot": str(robot), "optimiser": SEARCH}
-    path = folder / "config.yaml"
-    path.write_text(yaml.safe_dump(content))
-    return robot, path
+    return ROOT / "configs/robots/ur5.yaml", config_file(folder, {"optimiser": SEARCH}, "ur5")
 
 
 def seven_axis(folder: Path) -> tuple[Path, Path]:
     """A redundant arm whose URDF comes from the package index, on a base that is tilted by 30°."""
     arm = ARMS["panda"]
-    robot = folder / "robot.yaml"
-    robot.write_text(
-        yaml.safe_dump(
-            {
-                "name": "seven axes",
-                "kind": "serial",
-                "urdf": str(arm.path),
-                "base_link": arm.base,
-                "tip_link": arm.tip,
-                "actuator_stiffness": [2e4, 2e4, 2e4, 2e4, 5e3, 5e3, 5e3],
-                "gravity_m_s2": [4.9, 0.0, -8.5],
-            }
-        )
-    )
+    described = {
+        "name": "seven axes",
+        "kind": "serial",
+        "urdf": str(arm.path),
+        "base_link": arm.base,
+        "tip_link": arm.tip,
+        "actuator_stiffness": [2e4, 2e4, 2e4, 2e4, 5e3, 5e3, 5e3],
+        "gravity_m_s2": [4.9, 0.0, -8.5],
+    }
     bounds = {f"q{k}_rad": [-1.0, 1.0] for k in (1, 2, 3, 5, 7)} | {"q4_rad": [-2.2, -0.8], "q6_rad": [0.8, 2.5]}
     content = {
         "schema_version": 1,
@@ -62,9 +52,7 @@ def seven_axis(folder: Path) -> tuple[Path, Path]:
         ],
         "optimiser": SEARCH,
     }
-    path = folder / "config.yaml"
-    path.write_text(yaml.safe_dump(content))
-    return robot, path
+    return yaml_file(folder / "robot.yaml", described), yaml_file(folder / "config.yaml", content)
 
 
 @pytest.mark.parametrize("arm", [six_axis, seven_axis], ids=["six axes", "seven axes"])
@@ -120,7 +108,5 @@ def test_wrong_robot_files(
 ) -> None:
     content = yaml.safe_load((ROOT / "configs/robots/ur5.yaml").read_text())
     content["urdf"] = str(ROOT / "configs/robots/ur5.urdf")
-    path = tmp_path / "robot.yaml"
-    path.write_text(yaml.safe_dump(content | change))
-    assert call("check", path) == 2
+    assert call("check", yaml_file(tmp_path / "robot.yaml", content | change)) == 2
     assert part in " ".join(capsys.readouterr().err.split())

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import call
+from tests.commands.calls import call, config_file
 
 import expdesign as xd
 from expdesign.app.api.configuration import problem_of
@@ -26,14 +26,10 @@ def poses(count: int, seed: int = 1) -> pd.DataFrame:
 
 def changed(folder: Path, change: dict[str, object], targets: dict[str, object] | None = None) -> Path:
     """The configuration with another experiment, and more in its targets."""
-    document = yaml.safe_load(CONFIG.read_text(encoding="utf-8"))
-    document["robot"] = str(CONFIG.parent / "robots" / "hexapod-h1.yaml")
-    document["experiment"].update(change)
-    for target in document["targets"]:
-        target.update(targets or {})
-    file = folder / "config.yaml"
-    file.write_text(yaml.safe_dump(document), encoding="utf-8")
-    return file
+    count = len(yaml.safe_load(CONFIG.read_text(encoding="utf-8"))["targets"])
+    changes = {f"experiment.{key}": value for key, value in change.items()}
+    changes |= {f"targets.{i}.{key}": value for i in range(count) for key, value in (targets or {}).items()}
+    return config_file(folder, changes, "hexapod-geometric")
 
 
 def test_monte_carlo_of_the_geometry_agrees_with_the_criteria() -> None:
@@ -97,15 +93,11 @@ def test_deflections_do_not_continue_a_geometric_calibration(tmp_path: Path) -> 
 
 def bipod(folder: Path, measurements: int, targets: list[list[float]]) -> Path:
     """The geometric calibration of the bipod."""
-    document = yaml.safe_load((CONFIG.parent / "bipod.yaml").read_text(encoding="utf-8"))
-    document["robot"] = str(CONFIG.parent / "robots" / "bipod.yaml")
-    document["experiment"] |= {"calibration": "geometric", "measurements": measurements}
-    del document["experiment"]["load"], document["experiment"]["load_error"], document["targets"][0]["wrench"]
-    document["targets"] = [document["targets"][0] | {"pose": pose} for pose in targets]
-    document["objectives"] = ["duir", "o1"]
-    file = folder / "bipod.yaml"
-    file.write_text(yaml.safe_dump(document), encoding="utf-8")
-    return file
+    first = yaml.safe_load((CONFIG.parent / "bipod.yaml").read_text(encoding="utf-8"))["targets"][0]
+    del first["wrench"]
+    changes: dict[str, object] = {"experiment.calibration": "geometric", "experiment.measurements": measurements}
+    changes |= {"experiment.load": ..., "experiment.load_error": ..., "objectives": ["duir", "o1"]}
+    return config_file(folder, changes | {"targets": [first | {"pose": pose} for pose in targets]}, "bipod")
 
 
 def test_the_bound_where_the_best_plan_identifies_nothing_but_the_target(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import CONFIG, ROBOT, call, plan_file, refusal
+from tests.commands.calls import CONFIG, ROBOT, call, config_file, plan_file, refusal, yaml_file
 from tests.recordings.test_registered_deflections import INSTRUMENT, MARKERS
 
 import expdesign as xd
@@ -24,9 +24,7 @@ DEFLECTION = ("dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad")
 def robot_file(folder: Path, **changes: object) -> Path:
     content = yaml.safe_load(ROBOT.read_text(encoding="utf-8"))
     content["markers"] = {name: place.tolist() for name, place in MARKERS.items()}
-    path = folder / "robot.yaml"
-    path.write_text(yaml.safe_dump(content | changes), encoding="utf-8")
-    return path
+    return yaml_file(folder / "robot.yaml", content | changes)
 
 
 def listed(robot: Robot, pose: np.ndarray, group: str, generator: np.random.Generator) -> str:
@@ -96,9 +94,7 @@ def test_positions_of_markers(folder: Path) -> None:
 
 def test_a_sheet_names_states_by_its_steps(folder: Path) -> None:
     """Every step of the sheet has a file of its own, named by its number."""
-    content = yaml.safe_load(CONFIG.read_text(encoding="utf-8")) | {"robot": str(ROBOT)}
-    content["experiment"]["deflection_noise"]["shared_reference"] = True
-    (folder / "config.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
+    config_file(folder, {"experiment.deflection_noise.shared_reference": True})
     xd.sheet(folder / "config.yaml", folder / "plan.csv").save(folder / "sheet", "mm,deg")
     sheet, true = xd.load(folder / "sheet" / "sheet.csv"), xd.load(folder / "true.csv")
     robot, generator = read_robot(folder / "robot.yaml"), np.random.default_rng(4)

@@ -16,7 +16,9 @@ from tests.commands.calls import (
     recordings_file,
     refusal,
     refused,
+    yaml_file,
 )
+from tests.design.problems import changed
 
 from expdesign.app.commands import main as entry
 
@@ -29,20 +31,8 @@ def loaded_config() -> Any:
     return content
 
 
-def changed(content: Any, key: str, value: object) -> Any:
-    """`content` with the value at a dotted key replaced; numbers index lists."""
-    *above, last = (int(part) if part.isdigit() else part for part in key.split("."))
-    place = content
-    for part in above:
-        place = place[part]
-    place[last] = value
-    return content
-
-
 def written(folder: Path, content: object, name: str = "input.yaml") -> Path:
-    path = folder / name
-    path.write_text(content if isinstance(content, str) else yaml.safe_dump(content, sort_keys=False))
-    return path
+    return yaml_file(folder / name, content)
 
 
 @pytest.mark.parametrize(
@@ -72,7 +62,7 @@ def written(folder: Path, content: object, name: str = "input.yaml") -> Path:
 def test_extreme_entries_of_a_configuration(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str, key: str, value: object, place: str
 ) -> None:
-    config = written(tmp_path, changed(loaded_config(), key, value))
+    config = written(tmp_path, changed(loaded_config(), {key: value}))
     options = ["--out", tmp_path / "out"] if command == "run" else []
     message = refused(capsys, command, config, *options)
     assert f"{place}: " in message
@@ -88,7 +78,7 @@ def test_targets_without_a_load_leave_nothing_to_compensate(tmp_path: Path, caps
 
 
 def test_a_search_needs_something_to_choose(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    content = changed(loaded_config(), "experiment.poses", {"bounds": {"x_m": 0.01}})
+    content = changed(loaded_config(), {"experiment.poses": {"bounds": {"x_m": 0.01}}})
     content["experiment"]["load"] = {"kind": "payload", "mass_kg": 20.0, "com_x_m": 0.1}
     config = written(tmp_path, content)
     assert call("check", config) == 0
@@ -224,7 +214,7 @@ def test_columns_without_a_meaning_are_reported(
 def test_models_that_cannot_be_right(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], key: str, value: object, place: str
 ) -> None:
-    content = changed(yaml.safe_load(model_file(tmp_path).read_text()), key, value)
+    content = changed(yaml.safe_load(model_file(tmp_path).read_text()), {key: value})
     model = written(tmp_path, content)
     out = tmp_path / "out.csv"
     assert f", {place}: " in refused(capsys, "predict", model, plan_file(tmp_path), "--out", out)

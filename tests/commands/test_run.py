@@ -6,7 +6,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import call, refusal
+from tests.commands.calls import call, config_file, refusal, yaml_file
+from tests.design.problems import changed
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -17,13 +18,7 @@ def config(tmp_path: Path) -> Path:
     content = yaml.safe_load((CONFIGS / "bipod.yaml").read_text())
     content["robot"] = yaml.safe_load((CONFIGS / "robots/bipod.yaml").read_text())
     content["optimiser"] = {"population": 12, "generations": 4, "seed": 3}
-    return written(tmp_path, content)
-
-
-def written(folder: Path, content: object) -> Path:
-    path = folder / "config.yaml"
-    path.write_text(yaml.safe_dump(content))
-    return path
+    return yaml_file(tmp_path / "config.yaml", content)
 
 
 def test_run_writes_what_the_interfaces_say(config: Path, tmp_path: Path) -> None:
@@ -85,19 +80,19 @@ def test_a_new_folder_under_results_without_out(config: Path, tmp_path: Path, mo
 
 
 WRONG = {
-    "unknown key": (("experiment", "measurments"), 2, "measurements"),
-    "bounds the wrong way round": (("experiment", "poses", "bounds", "x_m"), [0.3, -0.3], "wrong way round"),
-    "negative deviation": (("experiment", "deflection_noise", "std", "dx_m"), -1e-6, "dx_m"),
-    "not a number": (("experiment", "deflection_noise", "std", "dx_m"), float("nan"), "dx_m"),
-    "wrong unit": (("targets", 0, "tolerance", "dx_m"), "1 kg", "dx_m"),
-    "wrong type": (("targets", 0, "tolerance", "dx_m"), "one", "dx_m"),
-    "too few points": (("robot", "base_joints"), [[0.0, 0.0]], "base_joints"),
-    "limits no pose can meet": (("robot", "limits"), {"leg_length": [5.0, 6.0]}, "limits"),
-    "no objective": (("objectives",), [], "at least one"),
-    "unknown criterion": (("objectives",), ["duir", "o9"], "o9"),
-    "singular target": (("targets", 0, "pose"), [0.0, -0.65], "singular"),
-    "target nobody can serve": (("experiment", "load", "fy_N"), 0, "targets"),
-    "missing robot": (("robot",), "nowhere.yaml", "nowhere.yaml"),
+    "unknown key": ("experiment.measurments", 2, "measurements"),
+    "bounds the wrong way round": ("experiment.poses.bounds.x_m", [0.3, -0.3], "wrong way round"),
+    "negative deviation": ("experiment.deflection_noise.std.dx_m", -1e-6, "dx_m"),
+    "not a number": ("experiment.deflection_noise.std.dx_m", float("nan"), "dx_m"),
+    "wrong unit": ("targets.0.tolerance.dx_m", "1 kg", "dx_m"),
+    "wrong type": ("targets.0.tolerance.dx_m", "one", "dx_m"),
+    "too few points": ("robot.base_joints", [[0.0, 0.0]], "base_joints"),
+    "limits no pose can meet": ("robot.limits", {"leg_length": [5.0, 6.0]}, "limits"),
+    "no objective": ("objectives", [], "at least one"),
+    "unknown criterion": ("objectives", ["duir", "o9"], "o9"),
+    "singular target": ("targets.0.pose", [0.0, -0.65], "singular"),
+    "target nobody can serve": ("experiment.load.fy_N", 0, "targets"),
+    "missing robot": ("robot", "nowhere.yaml", "nowhere.yaml"),
 }
 
 
@@ -106,14 +101,10 @@ WRONG = {
 def test_a_wrong_configuration_ends_in_one_message(
     command: str, name: str, config: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    keys, value, word = WRONG[name]
-    content = yaml.safe_load(config.read_text())
-    part = content
-    for key in keys[:-1]:
-        part = part[key]
-    part[keys[-1]] = value
+    key, value, word = WRONG[name]
+    yaml_file(config, changed(yaml.safe_load(config.read_text()), {key: value}))
     out = tmp_path / "out"
-    error = refusal(capsys, command, written(tmp_path, content), *(["--out", out] if command == "run" else []))
+    error = refusal(capsys, command, config, *(["--out", out] if command == "run" else []))
     message = error.strip().splitlines()[-1]
     assert message.startswith("expdesign: ")
     assert "config.yaml" in message
@@ -124,12 +115,10 @@ def test_a_wrong_configuration_ends_in_one_message(
 
 
 def test_unknown_frames_have_no_lower_bound_and_say_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    content = yaml.safe_load((CONFIGS / "hexapod-geometric.yaml").read_text())
-    content["robot"] = yaml.safe_load((CONFIGS / "robots/hexapod-h1.yaml").read_text())
-    content["experiment"] |= {"frames": "unknown", "measurements": 8}
-    content["optimiser"] = {"population": 6, "generations": 2, "seed": 3, "polish": False}
+    search = {"population": 6, "generations": 2, "seed": 3, "polish": False}
+    changes = {"experiment.frames": "unknown", "experiment.measurements": 8, "optimiser": search}
     out = tmp_path / "out"
-    assert call("run", written(tmp_path, content), "--out", out) == 0
+    assert call("run", config_file(tmp_path, changes, "hexapod-geometric"), "--out", out) == 0
     assert json.loads((out / "run.json").read_text())["duir_lower_bound"] is None
     assert "unknown frames make parameters redundant" in capsys.readouterr().out
     assert call("evaluate", tmp_path / "config.yaml", out / "plan.csv", "--json") == 0
@@ -142,12 +131,10 @@ def test_unknown_frames_have_no_lower_bound_and_say_so(tmp_path: Path, capsys: p
 
 
 def test_a_reference_pose_makes_a_protocol(tmp_path: Path) -> None:
-    content = yaml.safe_load((CONFIGS / "hexapod-h1.yaml").read_text())
-    content["robot"] = yaml.safe_load((CONFIGS / "robots/hexapod-h1.yaml").read_text())
-    content["experiment"] |= {"reference_pose": {"pose": [0.0] * 6}, "measurements": 2}
-    content["optimiser"] = {"population": 6, "generations": 2, "seed": 3, "polish": False}
+    search = {"population": 6, "generations": 2, "seed": 3, "polish": False}
+    changes = {"experiment.reference_pose": {"pose": [0.0] * 6}, "experiment.measurements": 2, "optimiser": search}
     out = tmp_path / "out"
-    assert call("run", written(tmp_path, content), "--out", out) == 0
+    assert call("run", config_file(tmp_path, changes), "--out", out) == 0
     poses = pd.read_csv(out / "poses.csv")
     assert list(poses["kind"]) == ["reference", "pose"] * 4
     assert (poses.loc[poses["kind"] == "reference", "mass_kg"] == 0.0).all()

@@ -6,9 +6,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 from openpyxl import load_workbook
-from tests.commands.calls import CONFIG, ROBOT, call, refusal
+from tests.commands.calls import ROBOT, call, config_file, refusal
 
 import expdesign as xd
 from expdesign.io.table import read_table
@@ -17,14 +16,9 @@ POSES = [(0.01, 0, 0, 0, 0, 0), (-0.02, 0.01, 0, 0.1, 0, 0), (0, 0, 0.01, 0, 0.1
 AXES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
 
 
-def config_file(folder: Path, *, shared: bool) -> Path:
-    content = yaml.safe_load(CONFIG.read_text(encoding="utf-8"))
-    content["robot"] = str(ROBOT)
-    content["experiment"]["costs"] = {"pose_change": 2, "mass_change": "10 min", "reading": "30 s"}
-    content["experiment"]["deflection_noise"]["shared_reference"] = shared
-    path = folder / "config.yaml"
-    path.write_text(yaml.safe_dump(content), encoding="utf-8")
-    return path
+def costly(folder: Path, *, shared: bool) -> Path:
+    costs = {"pose_change": 2, "mass_change": "10 min", "reading": "30 s"}
+    return config_file(folder, {"experiment.costs": costs, "experiment.deflection_noise.shared_reference": shared})
 
 
 def plan_file(folder: Path) -> Path:
@@ -40,7 +34,7 @@ def plan_file(folder: Path) -> Path:
 def test_the_workbook_filled_in_identifies_what_deflections_do(
     shared: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    config, plan = config_file(tmp_path, shared=shared), plan_file(tmp_path)
+    config, plan = costly(tmp_path, shared=shared), plan_file(tmp_path)
     assert call("sheet", config, plan, "--out", tmp_path / "sheet", "--units", "mm,mrad") == 0
     sheet = xd.load(tmp_path / "sheet" / "sheet.xlsx")
     assert isinstance(sheet, pd.DataFrame)
@@ -87,7 +81,7 @@ def fill_in(path: Path, recordings, empty: int) -> None:  # type: ignore[no-unty
 
 
 def test_order_time_and_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    config, plan = config_file(tmp_path, shared=True), plan_file(tmp_path)
+    config, plan = costly(tmp_path, shared=True), plan_file(tmp_path)
     assert call("sheet", config, plan, "--out", tmp_path / "sheet") == 0
     said = capsys.readouterr().out
     table = read_table(tmp_path / "sheet" / "sheet.csv")
@@ -105,7 +99,7 @@ def test_order_time_and_page(tmp_path: Path, capsys: pytest.CaptureFixture[str])
 
 
 def test_a_sheet_that_was_not_filled_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    config, plan = config_file(tmp_path, shared=True), plan_file(tmp_path)
+    config, plan = costly(tmp_path, shared=True), plan_file(tmp_path)
     assert call("sheet", config, plan, "--out", tmp_path / "sheet") == 0
     for name in ("sheet.csv", "sheet.xlsx"):
         assert "nothing is filled in under reading_x_m" in refusal(
@@ -133,7 +127,7 @@ def test_a_workbook_in_the_place_of_a_robot(tmp_path: Path, capsys: pytest.Captu
 
 def test_numbers_in_the_files_are_those_of_the_page(tmp_path: Path) -> None:
     """0.1018131 rad are 5.83346° to within 1e-6 rad, in the page as in the table; deviations are not rounded."""
-    config, plan = config_file(tmp_path, shared=True), plan_file(tmp_path)
+    config, plan = costly(tmp_path, shared=True), plan_file(tmp_path)
     text = plan.read_text(encoding="utf-8").replace(
         "-0.02,0.01,0,0.1,0,0", "-0.02,0.010000000123,0,0.1018131234567,0,0"
     )

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import CONFIG, ROBOT, call, plan_file
+from tests.commands.calls import CONFIG, ROBOT, call, plan_file, yaml_file
 
 import expdesign as xd
 
@@ -14,9 +14,7 @@ import expdesign as xd
 def softer(folder: Path, factor: float = 2.0) -> Path:
     content = yaml.safe_load(ROBOT.read_text())
     content["actuator_stiffness"] = [5.24e6 / factor] * 6
-    path = folder / "softer.yaml"
-    path.write_text(yaml.safe_dump(content))
-    return path
+    return yaml_file(folder / "softer.yaml", content)
 
 
 def test_simulate_with_another_robot(tmp_path: Path) -> None:

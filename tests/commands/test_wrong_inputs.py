@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from tests.commands.calls import CONFIG, ROBOT, ROOT, call, plan_file, refused
+from tests.commands.calls import CONFIG, ROBOT, ROOT, call, plan_file, refused, yaml_file
 
 import expdesign as xd
 from expdesign.errors import InputError
@@ -21,11 +21,6 @@ BODY_HEADER = (
 )
 
 
-def written(path: Path, content: object) -> Path:
-    path.write_text(content if isinstance(content, str) else yaml.safe_dump(content), encoding="utf-8")
-    return path
-
-
 @pytest.mark.parametrize("positions", [["0.1,0.2,0.3"], ["0.1,0.2,0.3", "0.2,0.3,0.4"], ["0,0,0", "1,1,1", "2,2,2"]])
 @pytest.mark.parametrize("command", ["check", "identify", "diagnose"])
 def test_positions_that_do_not_place_the_instrument(
@@ -35,16 +30,16 @@ def test_positions_that_do_not_place_the_instrument(
     rows = [
         f"{k},{k},{joints[k - 1]},4,0,0,0.1,prism,{place},1e-4,1e-4,1e-4" for k, place in enumerate(positions, start=1)
     ]
-    recordings = written(tmp_path / "m.csv", "\n".join([MARKED, *rows]) + "\n")
+    recordings = yaml_file(tmp_path / "m.csv", "\n".join([MARKED, *rows]) + "\n")
     where = ["--robot", ARM] if command == "check" else ["--out", tmp_path / "out"]
     files = [recordings] if command == "check" else [ARM, recordings]
     assert "do not tell where the instrument stands" in refused(capsys, command, *files, *where)
 
 
 def test_one_row_of_a_body_is_not_set_aside_as_an_outlier(tmp_path: Path) -> None:
-    robot = written(tmp_path / "body.yaml", {"name": "b", "kind": "body"})
+    robot = yaml_file(tmp_path / "body.yaml", {"name": "b", "kind": "body"})
     row = "1,1,0,0,2,0,0,0,0,0,0,100,50,0,1e-4,5e-5,2e-6,2e-6"
-    recordings = written(tmp_path / "b.csv", f"{BODY_HEADER}\n{row}\n")
+    recordings = yaml_file(tmp_path / "b.csv", f"{BODY_HEADER}\n{row}\n")
     assert call("diagnose", robot, recordings, "--out", tmp_path / "out") == 0
     assert {"diagnosis.json", "report.html"} <= {path.name for path in (tmp_path / "out").iterdir()}
 
@@ -52,7 +47,7 @@ def test_one_row_of_a_body_is_not_set_aside_as_an_outlier(tmp_path: Path) -> Non
 @pytest.mark.parametrize("command", ["check", "run", "compare"])
 def test_a_body_has_nothing_to_plan_for(tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str) -> None:
     content = yaml.safe_load(CONFIG.read_text()) | {"robot": {"name": "b", "kind": "body"}}
-    config = written(tmp_path / "config.yaml", content)
+    config = yaml_file(tmp_path / "config.yaml", content)
     options = [] if command == "check" else ["--out", tmp_path / "out"]
     assert "robot: a body has no actuators" in refused(capsys, command, config, *options)
 
@@ -61,11 +56,11 @@ def test_a_body_has_nothing_to_plan_for(tmp_path: Path, capsys: pytest.CaptureFi
 def test_a_joint_that_no_measured_axis_shows_is_not_called_unloaded(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
 ) -> None:
-    written(tmp_path / "r.urdf", ONE_JOINT)
+    yaml_file(tmp_path / "r.urdf", ONE_JOINT)
     arm = {"name": "r", "kind": "serial", "urdf": "r.urdf", "base_link": "a", "tip_link": "b"}
-    robot = written(tmp_path / "r.yaml", arm | {"actuator_stiffness": [1000.0]})
+    robot = yaml_file(tmp_path / "r.yaml", arm | {"actuator_stiffness": [1000.0]})
     text = "sequence,series,q1_rad,mass_kg,com_x_m,com_y_m,com_z_m,dx_m,dz_m,sx_m,sz_m\n"
-    recordings = written(tmp_path / "r.csv", text + "1,1,0.5,10,0.1,0,0.5,1e-5,1e-5,1e-5,1e-5\n")
+    recordings = yaml_file(tmp_path / "r.csv", text + "1,1,0.5,10,0.1,0,0.5,1e-5,1e-5,1e-5,1e-5\n")
     message = refused(capsys, command, robot, recordings, "--out", tmp_path / "out")
     assert "measured ax" in message
     assert "no row has a load" not in message
@@ -82,7 +77,7 @@ def test_options_of_compare_are_taken_as_they_are_given(tmp_path: Path, capsys: 
 def test_a_robot_in_the_place_of_the_configuration_that_is_varied(tmp_path: Path) -> None:
     sweep = {"schema_version": 1, "config": str(ROBOT), "vary": {"optimiser.seed": [1]}}
     with pytest.raises(InputError, match="this is a robot, not a run configuration"):
-        xd.sweep(written(tmp_path / "sweep.yaml", sweep), tmp_path / "out")
+        xd.sweep(yaml_file(tmp_path / "sweep.yaml", sweep), tmp_path / "out")
 
 
 def test_a_place_where_no_folder_can_be_made_is_refused_before_the_work(capsys: pytest.CaptureFixture[str]) -> None:

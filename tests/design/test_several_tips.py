@@ -1,6 +1,5 @@
 """Plans of a robot with several tips: what a measurement of each tells, pinocchio being the oracle."""
 
-import copy
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +7,8 @@ import numpy as np
 import pandas as pd
 import pinocchio as pin
 import pytest
-import yaml
+from tests.commands.calls import yaml_file
+from tests.design.problems import changed
 from tests.oracle import Array
 from tests.robots import torso
 
@@ -43,19 +43,7 @@ CONFIG: dict[str, Any] = {
 def written(folder: Path, change: dict[str, Any] | None = None) -> Path:
     """The configuration with other values at dotted keys."""
     torso.read_torso(folder)
-    document = copy.deepcopy(CONFIG)
-    for key, value in (change or {}).items():
-        *path, last = key.split(".")
-        place: Any = document
-        for each in path:
-            place = place[int(each)] if isinstance(place, list) else place[each]
-        if value is None:
-            del place[last]
-        else:
-            place[last] = value
-    file = folder / "config.yaml"
-    file.write_text(yaml.safe_dump(document), encoding="utf-8")
-    return file
+    return yaml_file(folder / "config.yaml", changed(CONFIG, change or {}))
 
 
 def plan(count: int, seed: int) -> pd.DataFrame:
@@ -132,7 +120,7 @@ def test_tips_can_be_restricted_and_stated_row_by_row(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"targets.0.tip": None}, r"targets\[0\].tip: the key is missing.*`right_hand`, `left_hand`"),
+        ({"targets.0.tip": ...}, r"targets\[0\].tip: the key is missing.*`right_hand`, `left_hand`"),
         ({"targets.0.tip": "right_hnad"}, "no tip of the robot.*right_hand"),
         ({"experiment.poses.tips": ["right_hand", "right_hand"]}, "stands there twice"),
         ({"experiment.poses.bounds.tip": [1, 2]}, "Name tips under `tips`"),

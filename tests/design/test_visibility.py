@@ -1,6 +1,5 @@
 """Reflectors in sight: cones and lines of sight of known geometry, and plans that keep to them."""
 
-import copy
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from tests.commands.calls import yaml_file
+from tests.design.problems import changed
 from tests.robots.test_trees import joint_text, link_text
 
 import expdesign as xd
@@ -63,11 +64,8 @@ def arm(folder: Path) -> SerialRobot:
 
 def written(folder: Path, **change: Any) -> Path:
     arm(folder)
-    document = copy.deepcopy(CONFIG)
-    document["experiment"]["constraints"]["visibility"].update(change)
-    file = folder / "config.yaml"
-    file.write_text(yaml.safe_dump(document), encoding="utf-8")
-    return file
+    changes = {f"experiment.constraints.visibility.{key}": value for key, value in change.items()}
+    return yaml_file(folder / "config.yaml", changed(CONFIG, changes))
 
 
 def test_the_cone_is_the_angle_to_the_station(tmp_path: Path) -> None:

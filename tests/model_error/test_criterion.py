@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
+from tests.commands.calls import config_file
 from tests.model_error.problems import CONFIGS
 
 import expdesign as xd
@@ -24,13 +24,7 @@ SMALL = {"objectives": ["total", "meir"], "optimiser": {"population": 16, "gener
 
 
 def written(folder: Path, changes: dict[str, Any], name: str = "bipod", **experiment: Any) -> Path:
-    content = yaml.safe_load((CONFIGS / f"{name}.yaml").read_text(encoding="utf-8"))
-    content["robot"] = str(CONFIGS / "robots" / f"{name}.yaml")
-    content.update(changes)
-    content["experiment"].update(experiment)
-    path = folder / "config.yaml"
-    path.write_text(yaml.safe_dump(content), encoding="utf-8")
-    return path
+    return config_file(folder, changes | {f"experiment.{key}": value for key, value in experiment.items()}, name)
 
 
 def problem(folder: Path, changes: dict[str, Any], **experiment: Any) -> DesignProblem:

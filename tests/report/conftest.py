@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
+from tests.commands.calls import config_file
 
 from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
@@ -55,11 +55,7 @@ def _case(problem: DesignProblem, bound_share: float | None, folder: Path) -> Ca
 def hexapod(tmp_path_factory: pytest.TempPathFactory) -> Case:
     """Two objectives, two targets, a payload, four sources of load error and a known lower bound."""
     folder = tmp_path_factory.mktemp("hexapod")
-    content = yaml.safe_load((ROOT / "configs" / "hexapod-h1.yaml").read_text(encoding="utf-8"))
-    content["robot"] = str(ROOT / "configs" / content["robot"])
-    content["optimiser"] = {"population": 40, "generations": 12, "polish": False}
-    config = folder / "config.yaml"
-    config.write_text(yaml.safe_dump(content), encoding="utf-8")
+    config = config_file(folder, {"optimiser": {"population": 40, "generations": 12, "polish": False}})
     return _case(read_problem(config), 0.8, folder)
 
 

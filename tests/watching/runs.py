@@ -5,20 +5,14 @@ import json
 from pathlib import Path
 from typing import Any
 
-import yaml
-from tests.sweeps.small import CONFIGS
+from tests.commands import calls
 
 SHORT = {"population": 16, "generations": 6, "seed": 1, "polish": True}
 
 
 def config_file(folder: Path, **changes: object) -> Path:
     """The bipod with three measurements, so that there is a front."""
-    content = yaml.safe_load((CONFIGS / "bipod.yaml").read_text(encoding="utf-8"))
-    content |= {"robot": str(CONFIGS / "robots/bipod.yaml"), "optimiser": SHORT}
-    content["experiment"] = content["experiment"] | {"measurements": 3}
-    path = folder / "config.yaml"
-    path.write_text(yaml.safe_dump(content | changes), encoding="utf-8")
-    return path
+    return calls.config_file(folder, {"optimiser": SHORT, "experiment.measurements": 3} | changes, "bipod")
 
 
 def asked(address: str, path: str, *, method: str = "GET", headers: dict[str, str] | None = None) -> tuple[int, bytes]:
