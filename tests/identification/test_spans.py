@@ -6,12 +6,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from benchmarks.arms.plant import INSTRUMENT, PLACES, Arm, usual_faults
+from benchmarks.arms.plant import INSTRUMENT, PLACES, Arm, recordings, usual_faults
 from tests.identification.test_arm_calibration import ROBOT, recordings_of
 
 import expdesign as xd
 from expdesign.chain.recordings.recordings import complete_positions
 from expdesign.errors import InputError
+from expdesign.mechanics.minimal_set import MinimalSet
 
 FAULTS = replace(usual_faults(3, tool=0.0), periodic=(0.0, 0.0))
 POINTS = {"ball": np.array([0.9, 0.3, 0.2]), "wire": np.array([-0.5, 1.0, 0.0])}
@@ -96,3 +97,19 @@ def test_a_diagnosis_says_what_it_leaves_out(caplog: pytest.LogCaptureFixture) -
     assert "reads complete positions, not 80 rows with fewer than three coordinates" in caplog.text
     assert "`expdesign identify` fits them" in caplog.text
     assert len(found.result.recordings) == 40
+
+
+def test_two_coordinates_of_every_position_calibrate_an_arm_and_are_too_few_for_a_diagnosis() -> None:
+    frame = recordings(FAULTS, 90, 11, markers=1).drop(columns=["pz_m", "spz_m"])
+    arm = xd.identify(ROBOT, frame).result.arm
+    assert arm is not None
+    assert arm.accuracy["held out", "position"].after.rms < 2.0 * PLACE * np.sqrt(2.0)
+    assert np.all(np.diag(arm.fit.covariance)[arm.minimal.kept] > 0.0)
+    with pytest.raises(InputError, match="none of 90 rows has all three coordinates") as refused:
+        xd.diagnose(ROBOT, frame)
+    assert "`expdesign identify` fits single coordinates" in str(refused.value)
+
+
+def test_a_dropped_parameter_widens_those_alone_that_stand_for_it() -> None:
+    found = MinimalSet(np.array([0, 1]), np.array([2, 3]), np.array([[0.0, 2.0], [0.5, 0.0]]))
+    assert found.widened(np.array([3.0, 1.0, np.inf, 8.0])).tolist() == [5.0, np.inf, np.inf, 8.0]

@@ -112,7 +112,11 @@ class ArmNoise:
             levels = np.full(len(self._kinds), _GUESS)
             found = self._solve(start, self._as_levels(levels), np.ones(len(self.problem.train)), known=False)
             return self._estimated(found, start, levels * found.noise, None, ())
-        deviations = np.where(np.isfinite(stated), stated, np.sqrt(np.nanmean(stated**2, axis=0)))
+        known = np.isfinite(stated)
+        # A coordinate that no row has stays without a deviation.
+        squared, count = (stated**2).sum(axis=0, where=known), known.sum(axis=0)
+        typical = np.sqrt(np.divide(squared, count, out=np.full(count.shape, np.nan), where=count > 0))
+        deviations = np.where(known, stated, typical)
         weights: FloatArray = np.ones(len(deviations))
         for _ in range(_ROUNDS if self._weighting.robust else 1):
             found = self._solve(start, deviations, weights)

@@ -35,10 +35,15 @@ class MinimalSet:
         return found
 
     def widened(self, deviations: FloatArray) -> FloatArray:
-        """Deviations (p,) of the kept parameters with the part of the dropped ones that these stand for."""
+        """Deviations (p,) of the kept parameters with the part of the dropped ones that these stand for.
+
+        One of which nothing is known (∞) adds nothing to those that do not stand for it.
+        """
         result = deviations.copy()
-        added = (self.combinations**2 * (deviations[self.dropped] ** 2)[:, None]).sum(axis=0)
-        result[self.kept] = np.sqrt(deviations[self.kept] ** 2 + added)
+        spread = np.broadcast_to(deviations[self.dropped][:, None], self.combinations.shape)
+        added = np.zeros(self.combinations.shape)
+        np.multiply(self.combinations, spread, out=added, where=self.combinations != 0.0)
+        result[self.kept] = np.sqrt(deviations[self.kept] ** 2 + (added**2).sum(axis=0))
         return result
 
 

@@ -16,7 +16,7 @@ from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
 from expdesign.diagnosis.law_findings import curves
 from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.result import Diagnosis
-from expdesign.errors import ArgumentError
+from expdesign.errors import ArgumentError, InputError
 from expdesign.report.diagnosis_report import diagnosis_report
 from expdesign.report.diagnosis_texts import diagnosis_record, terminal_lines
 from expdesign.report.page import Page
@@ -44,6 +44,10 @@ def _read_here(recordings: Recordings) -> Recordings:
     found = complete_positions(recordings)
     if recordings.marker is None:
         return found
+    if not len(found):
+        what = f"none of {len(recordings)} rows has all three coordinates of a position, which a diagnosis reads"
+        remedy = "`expdesign identify` fits single coordinates, distances and gauges; add complete positions."
+        raise InputError(what, where=recordings.source, remedy=remedy)
     kinds = {
         "rows with fewer than three coordinates of a position, a distance or a gauge": len(recordings) - len(found),
         "orientations of targets": 0 if recordings.aim is None else len(found),
