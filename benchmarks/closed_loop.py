@@ -37,8 +37,6 @@ from expdesign.planning.problem_file import read_problem
 from expdesign.planning.sampling import starting_designs
 from expdesign.planning.search import search_single
 from expdesign.planning.synthetic import load_errors
-from expdesign.report.blocks import DataTable, Download, Figure, NextSteps, PageSection
-from expdesign.report.page import Page, render
 from virtual_laboratory import Laboratory
 from virtual_laboratory import Robot as LaboratoryRobot
 
@@ -53,34 +51,8 @@ class Loop:
 
     problem: DesignProblem
     targets: LoadedPoints
-    bench: "LaboratoryBench"
+    bench: LaboratoryRobot
     scatter: float
-
-
-class LaboratoryBench:
-    """A parallel robot as it really is, in the virtual laboratory, with any stiffness; and an instrument."""
-
-    def __init__(self, problem: DesignProblem) -> None:
-        self.names = list(problem.loaded.robot.configuration)
-        self.robot = LaboratoryRobot.from_mapping(problem.config["robot"])
-
-    def measured(
-        self, rows: pd.DataFrame, stiffness: FloatArray, deviations: dict[str, float], *, shared: bool, seed: int
-    ) -> pd.DataFrame:
-        """Deflections, with noise and standard deviations, under the wrenches that really act."""
-        bench = Laboratory(
-            self.robot, true_stiffness=stiffness, noise_std=deviations, shared_reference=shared, seed=seed
-        )
-        return bench.measure(rows)
-
-    def errors(self, commands: FloatArray, targets: LoadedPoints, stiffness: FloatArray) -> FloatArray:
-        """Attained minus wanted pose (t, n) under the targets' payloads."""
-        rows = pd.DataFrame(commands, columns=self.names)
-        assert targets.payload is not None
-        rows[list(PAYLOAD)] = targets.payload
-        attained = Laboratory(self.robot, true_stiffness=stiffness).attained(rows).to_numpy()
-        difference: FloatArray = attained - targets.configurations
-        return difference
 
 
 def main(arguments: list[str]) -> None:
@@ -106,7 +78,6 @@ def main(arguments: list[str]) -> None:
     with output_folder(options.out) as scratch:
         write_file(scratch / "attained.csv", csv_text(table))
         write_file(scratch / "repetitions.csv", csv_text(pd.DataFrame(attained).round(5)))
-        write_file(scratch / "report.html", report_of(table, command, options.config, told))
         write_file(scratch / "README.md", text_of(table, command, told))
         for name, plan in plans.items():
             write_file(scratch / f"plan-{name}.csv", csv_text(plan_frame(plan, loop.problem.loaded, False)))
@@ -122,7 +93,7 @@ def loop_of(problem: DesignProblem, scatter: float) -> Loop:
         for name, value in zip(columns, values, strict=True):
             columns[name].append(float(value))
     points = points_from_table(table_of(pd.DataFrame(columns)), robot)
-    return Loop(problem, points, LaboratoryBench(problem), scatter)
+    return Loop(problem, points, LaboratoryRobot.from_mapping(problem.config["robot"]), scatter)
 
 
 def table_of(frame: pd.DataFrame) -> Table:
@@ -193,7 +164,10 @@ def attained_with(loop: Loop, plan: Plan, stiffness: FloatArray, draw: int) -> f
     applied[list(coordinates.wrench)] = actual
     names = [coordinates.deflection[axis] for axis in noise.axes]
     deviations = dict(zip(names, np.sqrt(np.diag(noise.covariance)).tolist(), strict=True))
-    measured = loop.bench.measured(applied, stiffness, deviations, shared=noise.shared_reference, seed=draw)
+    laboratory = Laboratory(
+        loop.bench, true_stiffness=stiffness, noise_std=deviations, shared_reference=noise.shared_reference, seed=draw
+    )
+    measured = laboratory.measure(applied)
     kept = [name for name in measured.columns if name in (*coordinates.deflection, *coordinates.deviation)]
     recordings = recordings_from_table(table_of(pd.concat([assumed, measured[kept]], axis=1)), robot)
     result = identify(robot, with_references(recordings, Sharing(configured=noise.shared_reference))[0])
@@ -212,7 +186,11 @@ def error_of(loop: Loop, stiffness: FloatArray, model: Model | None) -> float:
     """Attained minus wanted pose at the targets under load, weighted as in the criterion `total`, in tolerances."""
     targets = loop.problem.targets
     commands = loop.targets.configurations if model is None else compensate(model, loop.targets).commands
-    squares = (loop.bench.errors(commands, loop.targets, stiffness) ** 2 * targets.importance).sum(axis=1)
+    rows = pd.DataFrame(commands, columns=list(loop.problem.loaded.robot.configuration))
+    assert loop.targets.payload is not None
+    rows[list(PAYLOAD)] = loop.targets.payload
+    attained = Laboratory(loop.bench, true_stiffness=stiffness).attained(rows).to_numpy()
+    squares = ((attained - loop.targets.configurations) ** 2 * targets.importance).sum(axis=1)
     if targets.aggregate == "max":
         return float(np.sqrt(squares.max()))
     return float(np.sqrt(squares @ targets.weights / targets.weights.sum()))
@@ -282,33 +260,6 @@ def text_of(table: pd.DataFrame, command: str, told: str) -> str:
         + "\n".join(lines)
         + "\n"
     )
-
-
-def report_of(table: pd.DataFrame, command: str, config: Path, told: str) -> str:
-    """The result as a page."""
-    plans = table[~table["plan_by"].isin([UNIDENTIFIED, UNCOMPENSATED])]
-    bars = {
-        "type": "bar",
-        "name": "attained (mean)",
-        "x": plans["plan_by"].tolist(),
-        "y": plans["mean"].to_numpy(),
-        "error_y": {"type": "data", "array": plans["standard_error"].to_numpy()},
-        "marker": {"color": "var(--accent)"},
-    }
-    layout = {"yaxis": {"title": {"text": "error at the targets, tolerances"}}, "showlegend": False}
-    figure = Figure(
-        "attained",
-        "Error attained with the plan of each criterion",
-        {"data": [bars], "layout": layout},
-        "Mean error at the targets after plan, experiment, identification and compensation; bars are standard errors.",
-        "Bar chart of the attained error per criterion; the table holds the same numbers.",
-    )
-    rows = DataTable("table", told, COLUMNS, cells(table), Download("attained.csv", csv_text(table)))
-    sections = (
-        PageSection("result", "Attained accuracy", [figure, rows]),
-        PageSection("again", "Again", [NextSteps([("", command)])]),
-    )
-    return render(Page("Closed loop", f"Which criterion's plan makes the robot accurate? {config}", sections))
 
 
 if __name__ == "__main__":
