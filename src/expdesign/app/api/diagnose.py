@@ -42,7 +42,7 @@ STAGES = (
 def _read_here(recordings: Recordings) -> Recordings:
     """Complete positions where markers are measured; what an identification fits beside them is named in a warning."""
     found = complete_positions(recordings)
-    if recordings.marker is None:
+    if found is recordings:
         return found
     if not len(found):
         what = f"none of {len(recordings)} rows has all three coordinates of a position, which a diagnosis reads"
