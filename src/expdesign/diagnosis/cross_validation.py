@@ -110,7 +110,7 @@ class LeftOut:
             total = 1.0 + k * own + shares[:, None] * priors
             fit[i] = -0.5 * (np.log(total) + squares / total).sum(axis=1) - 0.5 * logs[i] ** 2
         weights = np.exp(fit - fit.max())
-        weights[[0, -1]] *= 0.5  # trapezoids
+        weights[[0, -1]] *= 0.5  # trapezoids of ln k; shares are a list, alike beforehand
         weights /= weights.sum()
         return float(weights.sum(axis=1) @ np.exp(logs)), float(weights.sum(axis=0) @ shares)
 

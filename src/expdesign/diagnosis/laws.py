@@ -229,10 +229,10 @@ def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
         state.left_out(search.problem.blocks) / noise,
         search.problem.blocks,
     )
-    inflation, share = left_out.widened(
+    inflation, remaining = left_out.widened(
         state.left_out_variances(search.problem.blocks) / variance, _priors(state, model)
     )
-    result = replace(_widened(result, inflation, share, variance), inflation=inflation * variance)
+    result = replace(_widened(result, inflation, remaining, variance), inflation=inflation * variance)
     parts = []
     for position, (effect, part) in enumerate(zip(effects, chain.slices, strict=True)):
         share = float(np.clip((state.without(position).scatter - state.scatter) / excess, 0.0, 1.0))
@@ -256,11 +256,12 @@ def _priors(state: Present, model: NamedModel) -> FloatArray:
     return sum((size * (law**2).sum(axis=1) for law, size in nameless), np.zeros(len(state.readings)))
 
 
-def _widened(result: Fit, inflation: float, share: float, variance: float) -> Fit:
+def _widened(result: Fit, inflation: float, remaining: float, variance: float) -> Fit:
     """The fit with covariance k·s²·C, and q·s²·σ² beside it of every weight of a law (`LeftOut.widened`)."""
     deviations = np.zeros(len(result.values))
     for effect, part in zip(result.chain.effects, result.chain.slices, strict=True):
         if isinstance(effect, Law):
             deviations[part] = effect.form.deviation
     known = result.estimable.scaled(inflation * variance)
-    return result.known_as(replace(known, generalised=known.generalised + np.diag(share * variance * deviations**2)))
+    beside = np.diag(remaining * variance * deviations**2)
+    return result.known_as(replace(known, generalised=known.generalised + beside))
