@@ -129,33 +129,3 @@ def recordings(
     for name in ("spx_m", "spy_m", "spz_m"):
         frame[name] = deviation
     return frame
-
-
-def campaign(
-    faults: Faults, poses: int, seed: int, *, hours: float, shift: float = 0.0, turn: float = 0.0
-) -> pd.DataFrame:
-    """Full poses of a target on the tip (30 µm, 150 µrad), a series each, a fifth of them marked `test`.
-
-    Joint angles are as a controller logs them: 20 µrad from where they were sent, to 10 µrad. The instrument wanders by
-    `shift` (m) and `turn` (rad) against the base in the whole time.
-    """
-    generator, arm = np.random.default_rng(seed), Arm(faults)
-    target = pin.SE3(pin.rpy.rpyToMatrix(0.3, -0.5, 1.0), np.array([0.02, 0.03, 0.1]))
-    low = np.array([-2.5, -2.4, -2.0, -2.5, -2.5, -2.8])
-    sent = generator.uniform(low, [2.5, -0.7, 2.0, 2.5, 2.5, 2.8], (poses, 6))
-    logged = np.round(sent + 2e-5 * generator.standard_normal(sent.shape), 5)
-    sizes = np.array([shift] * 3 + [turn] * 3) / np.sqrt(poses)
-    wander = np.cumsum(sizes * generator.standard_normal((poses, 6)), axis=0)
-    table = []
-    for angles, moved in zip(logged, wander, strict=True):
-        frame = INSTRUMENT * pin.SE3(pin.exp3(moved[3:]), moved[:3])
-        seen = frame.inverse() * arm.tip(angles) * target
-        place = seen.translation + 3e-5 * generator.standard_normal(3)
-        turned = pin.exp3(1.5e-4 * generator.standard_normal(3)) @ seen.rotation
-        table.append([*angles, *place, *pin.rpy.matrixToRpy(turned)])
-    read = [*(f"measured_{axis}_m" for axis in "xyz"), *(f"measured_r{axis}_rad" for axis in "xyz")]
-    found = pd.DataFrame(table, columns=[*(f"q{k}_rad" for k in range(1, 7)), *read])
-    number = np.arange(1, poses + 1)
-    tests = np.where(generator.random(poses) < 0.2, "test", "train")
-    time = np.linspace(0.0, 3600.0 * hours, poses)
-    return found.assign(sequence=number, series=number, time_s=time, kind="pose", split=tests)

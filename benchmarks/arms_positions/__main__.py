@@ -3,12 +3,12 @@
     python -m benchmarks.arms_positions [--figaroh PYTHON] [--pybotics PYTHON] [--seeds N] [--out FOLDER]
         [--ways PATTERN] [--sets PATTERN] [--recorded ROBOT.yaml JOINT,... RECORDINGS.csv ...]
 
-Simulated arms (of the kind of a UR10, an IRB 120, a seven-axis arm; `rows.py`) are judged by held-out positions without
-noise, recordings by the rows that their column `split` marks `test`. The ways are the drawn robot with instrument and
-markers fitted, a script with SciPy (`script.py`) with and without compliances, `identify`, FIGAROH at five levels and
-pybotics. The last two run in interpreters of their own (`pip install figaroh`, `pip install pybotics`) and are left
-out, with a message, where none is named. FIGAROH's level `priors` is its estimation method `map`. pybotics has one
-tool, and takes minutes for an arm.
+Simulated arms (of the kind of a UR10, an IRB 120, a seven-axis arm; `machine.py`) are judged by held-out positions
+without noise, recordings by the rows that their column `split` marks `test`. The ways are the drawn robot with
+instrument and markers fitted, a script with SciPy (`script.py`) with and without compliances, `identify`, FIGAROH at
+five levels and pybotics. The last two run in interpreters of their own (`pip install figaroh`, `pip install pybotics`)
+and are left out, with a message, where none is named. FIGAROH's level `priors` is its estimation method `map`. pybotics
+has one tool, and takes minutes for an arm.
 """
 
 from __future__ import annotations
@@ -26,10 +26,9 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from benchmarks.arms_positions.machine import KINDS
 from benchmarks.arms_positions.rows import POSES, Rows, recorded, simulated
 from benchmarks.arms_positions.ways import UnavailableError, ways
-
-KINDS = ("UR10", "IRB 120", "seven axes")
 
 
 def every(given: argparse.Namespace, folder: Path) -> Iterator[tuple[int, Rows]]:

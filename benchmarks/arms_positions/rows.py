@@ -1,13 +1,8 @@
-"""The rows that every way of calibrating gets: commands, positions of markers, which poses are held out.
-
-Simulated arms are those of `benchmarks.arms.coverage`: pinocchio is the machine, zeros, frames and stiffnesses are
-drawn anew, joints yield under the links' weight, positions have 30 µm of noise. Axes that point backwards are turned
-round, since not every tool reads them.
-"""
+"""The rows that every way of calibrating gets: commands, positions of markers, which poses are held out."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +10,12 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 import yaml
-from benchmarks.arms import coverage
+from benchmarks.arms_positions.machine import KINDS, NOISE, Machine
 
 Array = npt.NDArray[np.float64]
 POSES = {"40 poses, three markers": (40, 3), "150 poses, one marker": (150, 1)}
 """Fitted poses, and markers that are read at each."""
+ENDS = ("base", "flange")
 HELD_OUT = 100
 """Simulated poses that are held out, where the truth is known."""
 
@@ -53,43 +49,37 @@ class Rows:
 
 
 def simulated(kind: str, design: str, seed: int, folder: Path) -> Rows:
-    """An arm of a kind of `coverage.KINDS` with errors of its own, measured at random; its URDF is put in `folder`."""
-    poses, markers = POSES[design]
-    whole = coverage.KINDS[kind]
-    arm = replace(whole, urdf=whole.urdf.replace('axis xyz="0 -1 0"', 'axis xyz="0 1 0"'))
-    arm = replace(arm, urdf=arm.urdf.replace('axis xyz="0 0 -1"', 'axis xyz="0 0 1"'))
-    random, n = np.random.default_rng([seed, poses]), len(arm.joints)
-    machine = coverage.Machine(arm)
-    places = random.normal(0.0, 0.02, (markers, 3)) + coverage.PLACES[:markers]
-    begin = coverage.Truth(np.zeros(n), np.zeros((n, 6)), np.ones(n), coverage.STAND, places)
-    sizes = np.concatenate(
-        [
-            np.full(n, coverage.ZERO),
-            np.tile([coverage.LENGTH] * 3 + [coverage.ANGLE] * 3, n),
-            np.full(n, coverage.SOFTNESS),
-            np.zeros(6 + places.size),
-        ]
-    )
-    truth = begin.moved(sizes * random.standard_normal(len(sizes)))
+    """An arm of a kind of `KINDS` with errors of its own, measured at random; its URDF is put in `folder`."""
+    (poses, markers), arm = POSES[design], KINDS[kind]
+    random = np.random.default_rng([seed, poses])
+    machine = Machine(arm, markers, random)
     held = np.arange(poses + HELD_OUT) >= poses
-    commands = random.uniform(arm.low, arm.high, (len(held), n))
-    tips = np.zeros(len(held), dtype=np.int64)
-    exact = machine.readings(truth, commands, tips)
-    read = exact + coverage.NOISE * random.standard_normal(exact.shape)
+    commands = random.uniform(arm.low, arm.high, (len(held), len(arm.joints)))
+    exact = machine.readings(commands)
+    read = exact + NOISE * random.standard_normal(exact.shape)
     file = folder / f"{kind} {seed}.urdf"
     file.write_text(arm.urdf, encoding="utf-8")
-    robot = {"name": kind, "kind": "serial", "urdf": str(file), "base_link": arm.base, "tip_link": arm.tips[0]}
+    robot = {"name": kind, "kind": "serial", "urdf": str(file), "base_link": ENDS[0], "tip_link": ENDS[1]}
+    lines = [
+        {"marker": f"{ENDS[1]} {number}", "split": "test" if test else "train"}
+        | {f"{name}_rad": value for name, value in zip(arm.joints, command, strict=True)}
+        | dict(zip(("px_m", "py_m", "pz_m"), position, strict=True))
+        | dict.fromkeys(("spx_m", "spy_m", "spz_m"), NOISE)
+        for command, seen, test in zip(commands, read, held, strict=True)
+        for number, position in enumerate(seen)
+    ]
+    count = range(1, 1 + len(lines))
     return Rows(
         name=f"{kind}, {design}",
         urdf=arm.urdf,
-        ends=(arm.base, arm.tips[0]),
+        ends=ENDS,
         joints=arm.joints,
         commands=commands,
         positions=read,
         truth=exact,
         held_out=held,
         robot=robot | {"actuator_stiffness": arm.stiffness.tolist()},
-        table=coverage.table(arm, commands, tips, read, held),
+        table=pd.DataFrame(lines).assign(sequence=count, series=count),
     )
 
 

@@ -1,1 +1,0 @@
-"""The concealed benchmark as a contest that any tool can take part in (docs/benchmark.md)."""
