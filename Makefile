@@ -21,7 +21,7 @@ $(VENV)/running: pyproject.toml constraints.txt
 
 $(VENV)/testing: $(VENV)/running
 	@echo "installing the tools of development into $(VENV) (1.2 GB more)"
-	@$(INSTALL) -e '.[benchmark,cluster,dev,laboratory,studies]'
+	@$(INSTALL) -e '.[cluster,dev,laboratory,studies]'
 	@touch $@
 
 run: $(VENV)/running

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 from benchmarks.concealed.case import Case, generate, write_questions
-from benchmarks.concealed.cases import drawn, orders
+from benchmarks.concealed.cases import draw_case, orders
 
 from expdesign.app.api.inputs import robot_of
 from expdesign.app.api.recorded import recordings_of
@@ -30,7 +30,7 @@ _LOGS = np.linspace(np.log(1e-3), np.log(1e6), 64)
 def experiments(count: int, seed: int, only: str) -> Iterator[tuple[Case, Robot, Recordings]]:
     """Cases of one kind (`none`, `outside`, an identifier) with the robot and the recordings."""
     with TemporaryDirectory() as scratch:
-        for case in generate(drawn, orders(count, seed, [only]), seed):
+        for case in generate(draw_case, orders(count, seed, [only]), seed):
             folder = Path(scratch) / case.name
             write_questions(case, folder)
             machine = robot_of(folder / "robot.yaml")

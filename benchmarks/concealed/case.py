@@ -21,6 +21,12 @@ import yaml
 from benchmarks.single_thread import single_threaded
 
 Order = TypeVar("Order")
+
+
+class UnsuitableError(Exception):
+    """This experiment cannot show this physics; draw another."""
+
+
 _AXES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
 
 
@@ -42,14 +48,6 @@ class Case:
     def name(self) -> str:
         return str(self.truth["case"])
 
-    def numbered(self, seed: int, number: int) -> Case:
-        """The case with its name and the seed that it was drawn with."""
-        return replace(self, truth={"case": case_name(number), "seed": seed} | self.truth)
-
-
-def case_name(number: int) -> str:
-    return f"case-{number:03d}"
-
 
 def fresh_seed() -> int:
     return secrets.randbits(40)
@@ -62,29 +60,79 @@ def in_turn(names: Sequence[str], rng: np.random.Generator) -> Iterator[str]:
 
 
 def generate(
-    drawn: Callable[[tuple[int, int, Order]], Case], orders: Sequence[Order], seed: int, jobs: int = 1
+    draw: Callable[[Order, np.random.Generator], Case], orders: Sequence[Order], seed: int, jobs: int = 1
 ) -> Iterator[Case]:
     """The cases of orders, in order; the same seed gives the same, whatever the number of processes."""
-    work = [(seed, number, order) for number, order in enumerate(orders, start=1)]
+    work = [(draw, order, seed, number) for number, order in enumerate(orders, start=1)]
     if jobs == 1:
-        yield from map(drawn, work)
+        yield from map(_numbered, work)
         return
     with single_threaded(), ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        for done, case in enumerate(pool.map(drawn, work, chunksize=1), start=1):
+        for done, case in enumerate(pool.map(_numbered, work, chunksize=1), start=1):
             print(f"\rgenerated {done} of {len(work)}", end="", file=sys.stderr, flush=True)
             yield case
     print(file=sys.stderr)
 
 
-def write_questions(case: Case, folder: Path, points: bool = False) -> None:
-    """What a diagnosis may read; with the points that are to be predicted, if these are part of the question."""
+def _numbered(job: tuple[Callable[[Order, np.random.Generator], Case], Order, int, int]) -> Case:
+    """The case of a seed and a number, with its name."""
+    draw, order, seed, number = job
+    case = draw(order, np.random.default_rng([seed, number]))
+    return replace(case, truth={"case": f"case-{number:03d}", "seed": seed} | case.truth)
+
+
+def first_suitable(
+    attempt: Callable[[int], Case], attempts: int, refused: tuple[type[Exception], ...], what: str
+) -> Case:
+    """The case of the first attempt that is not refused."""
+    reasons: list[str] = []
+    for number in range(attempts):
+        try:
+            return attempt(number)
+        except refused as error:
+            reasons.append(str(error))
+    raise RuntimeError(f"{what}: no suitable experiment in {attempts}: {sorted(set(reasons))}")
+
+
+@dataclass(frozen=True)
+class Secant:
+    """Secant steps between logarithms of a size and of what it shows.
+
+    `slope`: the first one, `slopes`: the least and the largest, `near`: to the target, `steps`: at most.
+    """
+
+    near: float
+    steps: int
+    slope: float = 1.0
+    slopes: tuple[float, float] = (0.4, 4.0)
+
+    def to(
+        self, target: float, shown: Callable[[float], float], ends: tuple[float, float], start: float, value: float
+    ) -> tuple[float, float]:
+        """Where `shown` is about `target`, between two ends, and what is shown there (all logarithms).
+
+        `value` is what is shown at the start.
+        """
+        at, slope = start, self.slope
+        for _ in range(self.steps):
+            if abs(value - target) < self.near:
+                break
+            following = float(np.clip(at + (target - value) / slope, *ends))
+            if following == at:
+                break
+            reached = shown(following)
+            slope = float(np.clip((reached - value) / (following - at), *self.slopes))
+            at, value = following, reached
+        return at, value
+
+
+def write_questions(case: Case, folder: Path) -> None:
+    """What a diagnosis may read."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "robot.yaml").write_text(yaml.safe_dump(case.robot, sort_keys=False), encoding="utf-8")
     case.recordings.to_csv(folder / "recordings.csv", index=False)
     for name, text in case.files.items():
         (folder / name).write_text(text, encoding="utf-8")
-    if points:
-        points_of(case.later).to_csv(folder / "points.csv", index=False)
 
 
 def write_truth(case: Case, folder: Path) -> None:

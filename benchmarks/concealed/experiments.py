@@ -114,21 +114,8 @@ def _numbered(rows: pd.DataFrame) -> pd.DataFrame:
     return rows
 
 
-@dataclass(frozen=True)
-class Extent:
-    """How large an experiment is: least and most rows, and series (their least, and one more than their most)."""
-
-    rows: tuple[int, int]
-    series: tuple[int, int]
-
-
-USUAL = Extent((60, 150), (12, 31))
-FEW = Extent((40, 80), (10, 21))
-MANY = Extent((180, 280), (30, 56))
-
-
-def draw_interleaved(machine: Machine, wishes: Wishes, rng: np.random.Generator, extent: Extent = USUAL) -> Experiment:
-    """An experiment of 60-150 rows (or another extent); its later series lie inside the others, also in time.
+def draw_interleaved(machine: Machine, wishes: Wishes, rng: np.random.Generator) -> Experiment:
+    """An experiment of 60-150 rows; its later series lie inside the others, also in time.
 
     A later series repeats the path of a seen one, with loads of at most its size, at a pose on the line between the
     poses of two seen ones; it is neither the first nor the last. `sequence`, `series` and `time_s` count all rows,
@@ -136,10 +123,10 @@ def draw_interleaved(machine: Machine, wishes: Wishes, rng: np.random.Generator,
     """
     planar = machine.robot.planar
     while True:
-        count = int(rng.integers(max(wishes.series, extent.series[0]), extent.series[1]))
+        count = int(rng.integers(max(wishes.series, 12), 31))
         low = int(rng.integers(5 if wishes.path == "hold" else 3, 7))
         lengths = rng.integers(low, min(low + 3, 8) + 1, count)
-        if extent.rows[0] <= lengths.sum() <= extent.rows[1]:
+        if 60 <= lengths.sum() <= 150:
             break
     poses = _poses(machine, count, 1.0 if wishes.wide else rng.uniform(0.5, 1.0), rng)
     payload = wishes.load == "payload" or (wishes.load == "any" and rng.random() < 0.5)

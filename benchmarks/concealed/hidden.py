@@ -13,12 +13,9 @@ from virtual_laboratory.elements import LIBRARY, OUTSIDE, Element
 from virtual_laboratory.elements.forms import FORMS
 from virtual_laboratory.elements.unlisted import UNLISTED
 
+from .case import UnsuitableError
 from .experiments import Experiment, Wishes
 from .linear_model import Array
-
-
-class UnsuitableError(Exception):
-    """This experiment cannot show this physics; draw another."""
 
 
 def _same(rows: pd.DataFrame) -> pd.DataFrame:

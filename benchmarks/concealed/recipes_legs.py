@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from .case import UnsuitableError
 from .experiments import Experiment, Wishes
-from .hidden import Hidden, Recipe, Sized, UnsuitableError, element, leg_or_all, numbers_of, pick_leg
+from .hidden import Hidden, Recipe, Sized, element, leg_or_all, numbers_of, pick_leg
 
 
 def _backlash(experiment: Experiment, rng: np.random.Generator) -> Hidden:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from .case import UnsuitableError
 from .experiments import Experiment, Wishes
-from .hidden import Hidden, Recipe, Sized, UnsuitableError, element, unit
+from .hidden import Hidden, Recipe, Sized, element, unit
 
 
 def _com_offset(experiment: Experiment, rng: np.random.Generator) -> Hidden:

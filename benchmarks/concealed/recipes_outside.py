@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from .case import UnsuitableError
 from .experiments import Experiment, Wishes
-from .hidden import Hidden, Recipe, Sized, UnsuitableError, element, unit
+from .hidden import Hidden, Recipe, Sized, element, unit
 from .linear_model import Array, maps_of, pose_columns, wrenches
 
 

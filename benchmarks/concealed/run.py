@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from .case import Case, generate
-from .cases import drawn, orders
+from .cases import draw_case, orders
 from .pipeline import arguments, conduct
 
 
@@ -25,7 +25,7 @@ def main() -> None:
         chosen.results = Path("results/concealed")
 
     def draw(seed: int) -> Iterator[Case]:
-        return generate(drawn, orders(chosen.count, seed, chosen.only)[: chosen.limit], seed, chosen.jobs)
+        return generate(draw_case, orders(chosen.count, seed, chosen.only)[: chosen.limit], seed, chosen.jobs)
 
     title = "Proof on concealed data" if proof else "Development set of concealed data"
     conduct(chosen, draw, title, "" if proof else "-development", repeated=chosen.again)

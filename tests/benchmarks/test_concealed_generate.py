@@ -16,8 +16,9 @@ import pytest
 import yaml
 
 pytest.importorskip("exudyn", reason="the virtual laboratory needs the engine exudyn")
+from benchmarks.concealed.bench import Order
 from benchmarks.concealed.case import generate, write_questions
-from benchmarks.concealed.cases import INSIDE, OUTSIDE, Bench, Order, draw_case, drawn, orders
+from benchmarks.concealed.cases import INSIDE, OUTSIDE, NoisyBench, draw_case, orders
 from benchmarks.concealed.experiments import Wishes, draw_experiment
 from benchmarks.concealed.hidden import Sized, element
 from benchmarks.concealed.mimicry import remaining_misfit
@@ -58,7 +59,7 @@ def test_only_selects():
 
 
 def test_a_seed_repeats_and_another_does_not():
-    first, again, other = ([*generate(drawn, orders(2, seed, ["none"]), seed)] for seed in (3, 3, 4))
+    first, again, other = ([*generate(draw_case, orders(2, seed, ["none"]), seed)] for seed in (3, 3, 4))
     for one, two in zip(first, again, strict=True):
         assert one.truth == two.truth
         pd.testing.assert_frame_equal(one.recordings, two.recordings)
@@ -66,7 +67,7 @@ def test_a_seed_repeats_and_another_does_not():
 
 
 def test_without_effect_chi2_is_that_of_noise():
-    cases = list(generate(drawn, orders(12, 11, ["none"]), 11))
+    cases = list(generate(draw_case, orders(12, 11, ["none"]), 11))
     chi2 = sum(case.truth["chi2_dof"] * case.truth["dof"] for case in cases)
     dof = sum(case.truth["dof"] for case in cases)
     assert abs(chi2 - dof) < 4 * np.sqrt(2 * dof)
@@ -113,7 +114,7 @@ def test_chi2_is_that_of_the_program_and_the_folder_tells_nothing(tmp_path):
 
 def bench_of(machine_of, wishes=None, seed=1):
     rng = np.random.default_rng(seed)
-    return Bench(draw_experiment(machine_of(rng), wishes or Wishes(), rng), seed=7)
+    return NoisyBench(draw_experiment(machine_of(rng), wishes or Wishes(), rng), seed=7)
 
 
 @pytest.mark.parametrize("machine_of", [*HEXAPODS.values(), bipod])
@@ -143,12 +144,12 @@ def test_the_linear_model_is_the_laboratory_without_effects(machine_of):
 def test_known_physics_is_no_effect_outside_the_library(effects):
     """What the laboratory's own element leaves in the base fit is what the linear known effects take out again."""
     bench = bench_of(h1, Wishes(load="payload", reversals=True), seed=3)
-    bench = Bench(replace(bench.experiment, std=bench.experiment.std / 100), seed=7)  # so that small amounts show
+    bench = NoisyBench(replace(bench.experiment, std=bench.experiment.std / 100), seed=7)  # so that small amounts show
     sized = Sized(tuple(effects))
-    before = bench.fit.misfit(bench.noise_free(sized))
+    before = bench.fit.misfit(bench.seen_clean(sized))
     curvature = bench.fit.misfit(bench.clean)  # the change of geometry, which is in every equilibrium
     assert before > 50 * curvature
-    assert remaining_misfit(bench.experiment, bench.fit, bench.noise_free, sized) < 0.02 * before + 2 * curvature
+    assert remaining_misfit(bench.experiment, bench.fit, bench.seen_clean, sized) < 0.02 * before + 2 * curvature
 
 
 def test_play_sits_in_a_leg_whose_force_changes_sign():

@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 
 pytest.importorskip("exudyn", reason="the virtual laboratory needs the engine exudyn")
+from benchmarks.concealed.bench import Order
 from benchmarks.concealed.experiments import Wishes, draw_interleaved
 from benchmarks.concealed.judgement import judge
 from benchmarks.concealed.program import Outcome, Program, diagnosis
@@ -22,10 +23,8 @@ from benchmarks.concealed.unlisted.cases import (
     LISTED,
     OTHER_FORMS,
     UNLISTED,
-    Order,
     counts_of,
     draw_case,
-    drawn,
     orders,
 )
 
@@ -94,7 +93,7 @@ def test_a_seed_repeats(case):
     ids=lambda order: order.family,
 )
 def test_each_family_shows_as_much_as_it_shall(order):
-    case = drawn((4, 2, order))
+    case = draw_case(order, np.random.default_rng([4, 2]))
     assert 60 <= len(case.recordings) <= 150
     assert case.truth["family"] == order.family
     effects = case.truth["effects"]

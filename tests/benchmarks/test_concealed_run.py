@@ -12,7 +12,7 @@ import pytest
 
 pytest.importorskip("exudyn", reason="the virtual laboratory needs the engine exudyn")
 from benchmarks.concealed.case import generate
-from benchmarks.concealed.cases import drawn, orders
+from benchmarks.concealed.cases import draw_case, orders
 from benchmarks.concealed.pipeline import examine
 from benchmarks.concealed.program import Program
 
@@ -48,7 +48,7 @@ def stand_in(tmp_path):
 
 
 def examined(command, folder, count=2):
-    cases = list(generate(drawn, orders(count, 21, ["none"]), 21))
+    cases = list(generate(draw_case, orders(count, 21, ["none"]), 21))
     program = Program(command, folder)
     return cases, program, examine(program, cases, jobs=2)
 

@@ -184,7 +184,7 @@ def test_a_buffer_pushes_a_joint_that_rests_against_it() -> None:
 
 @pytest.mark.parametrize("kind", ["leg_gap", "leg_warm", "undeclared_tool", "wrong_centre_of_mass"])
 def test_a_case_repeats_by_its_seed_and_keeps_its_truth_apart(kind: str, tmp_path: Path) -> None:
-    case, again = (draw_case(kind, False, np.random.default_rng([1, 4])) for _ in range(2))
+    case, again = (draw_case((kind, False), np.random.default_rng([1, 4])) for _ in range(2))
     pd.testing.assert_frame_equal(case.recordings, again.recordings)
     assert case.truth == again.truth
     assert 1.8 <= case.truth["mismatch_in_std"] <= 11.0
@@ -205,7 +205,7 @@ def test_a_case_repeats_by_its_seed_and_keeps_its_truth_apart(kind: str, tmp_pat
 
 
 def test_healthy_cases_hide_nothing() -> None:
-    case = draw_case("leg_contact", True, np.random.default_rng(8))
+    case = draw_case(("leg_contact", True), np.random.default_rng(8))
     assert case.truth["effects"] == []
     error = (
         case.later[[f"true_{n}" for n in DEFLECTION]].to_numpy()

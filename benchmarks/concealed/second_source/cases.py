@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from ..case import Case, in_turn
+from ..case import Case, Secant, UnsuitableError, first_suitable, in_turn
 from . import arm_kinds, arms, frames, leg_kinds, structure_kinds
 from .arms import Arm, Parts, Stand
 from .campaigns import DEFLECTION, POSITION, Campaign, base_matrices, draw_campaign
 from .frames import EngineError, Structure
 from .hexapods import Array, Hexapod, draw_hexapod, turn
-from .kinds import Concealed, UnsuitableError
+from .kinds import Concealed
 
 HEXAPOD_KINDS = leg_kinds.KINDS | structure_kinds.KINDS
 ARM_KINDS = arm_kinds.KINDS
@@ -23,7 +23,7 @@ KINDS = (*HEXAPOD_KINDS, *ARM_KINDS)
 LEAST, MOST = 2.0, 10.0  # RMS of what the base fit leaves, in standard deviations of the readings
 HEALTHY = 0.15  # at most so much is left of a machine in which nothing is hidden
 MOST_CONDITION = 100.0  # of the base fit: the stiffnesses can be told apart
-_ATTEMPTS, _STEPS, _NEAR = 40, 8, 0.1
+_ATTEMPTS, _SECANT = 40, Secant(near=0.1, steps=8)
 _REFUSED = (UnsuitableError, EngineError, np.linalg.LinAlgError)
 
 
@@ -110,15 +110,9 @@ def arm_bench(kind: str, rng: np.random.Generator) -> tuple[Bench, Callable[[], 
     return bench, lambda: ARM_KINDS[kind].conceal(arm, campaign, rng)
 
 
-def draw_case(kind: str, healthy: bool, rng: np.random.Generator) -> Case:
-    """One case; a healthy one is a campaign made for `kind` in which nothing is hidden."""
-    reasons: list[str] = []
-    for _ in range(_ATTEMPTS):
-        try:
-            return _attempt(kind, healthy, rng)
-        except _REFUSED as error:
-            reasons.append(str(error))
-    raise RuntimeError(f"{kind}: no suitable campaign in {_ATTEMPTS}: {sorted(set(reasons))}")
+def draw_case(order: tuple[str, bool], rng: np.random.Generator) -> Case:
+    """One case of a kind; a healthy one is a campaign made for it in which nothing is hidden."""
+    return first_suitable(lambda _: _attempt(*order, rng), _ATTEMPTS, _REFUSED, order[0])
 
 
 def _attempt(kind: str, healthy: bool, rng: np.random.Generator) -> Case:
@@ -148,23 +142,17 @@ def _attempt(kind: str, healthy: bool, rng: np.random.Generator) -> Case:
 
 
 def size_that_shows(bench: Bench, concealed: Concealed[Any], target: float) -> tuple[float, Array]:
-    """A size whose mismatch is about `target`, by bisection of secants between logarithms, and its readings."""
-    low, high = np.log(concealed.low), np.log(concealed.high)
-    at, slope = (low + high) / 2, 1.0
-    before: tuple[float, float] | None = None
-    clean = bench.clean(concealed.of_size(float(np.exp(at))))
-    for _ in range(_STEPS):
-        missing = float(np.log(target) - np.log(max(bench.mismatch(clean), 1e-6)))
-        if abs(missing) < _NEAR:
-            break
-        if before is not None and at != before[0]:
-            slope = float(np.clip((before[1] - missing) / (at - before[0]), 0.4, 4.0))
-        before = at, missing
-        following = float(np.clip(at + missing / slope, low, high))
-        if following == at:
-            break
-        at, clean = following, bench.clean(concealed.of_size(float(np.exp(following))))
-    return float(np.exp(at)), clean
+    """A size whose mismatch is about `target`, and its readings."""
+    kept: dict[float, Array] = {}
+
+    def shown(at: float) -> float:
+        kept[at] = bench.clean(concealed.of_size(float(np.exp(at))))
+        return float(np.log(max(bench.mismatch(kept[at]), 1e-6)))
+
+    low, high = float(np.log(concealed.low)), float(np.log(concealed.high))
+    middle = (low + high) / 2
+    at, _ = _SECANT.to(float(np.log(target)), shown, (low, high), middle, shown(middle))
+    return float(np.exp(at)), kept[at]
 
 
 def _case(bench: Bench, kind: str, effects: list[dict[str, Any]], clean: Array, rng: np.random.Generator) -> Case:
@@ -199,12 +187,6 @@ def _case(bench: Bench, kind: str, effects: list[dict[str, Any]], clean: Array, 
 def engines() -> dict[str, str]:
     """Versions of the engines that make cases."""
     return {name: version(name) for name in ("openseespy", "PyNiteFEA", "mujoco")}
-
-
-def drawn(job: tuple[int, int, tuple[str, bool]]) -> Case:
-    """The case of a seed, a number, and a kind that is concealed or not."""
-    seed, number, (kind, bare) = job
-    return draw_case(kind, bare, np.random.default_rng([seed, number])).numbered(seed, number)
 
 
 def orders(count: int, healthy: int, seed: int, only: tuple[str, ...] = ()) -> list[tuple[str, bool]]:

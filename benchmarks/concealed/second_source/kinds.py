@@ -8,14 +8,11 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from ..case import UnsuitableError
 from .campaigns import Wishes
 from .hexapods import Array
 
 Machine = TypeVar("Machine")
-
-
-class UnsuitableError(Exception):
-    """This campaign cannot show this physics; draw another."""
 
 
 @dataclass(frozen=True)

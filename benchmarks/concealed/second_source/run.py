@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 from ..case import Case, generate
 from ..pipeline import arguments, conduct
-from .cases import KINDS, drawn, orders
+from .cases import KINDS, draw_case, orders
 
 
 def main() -> None:
@@ -24,7 +24,7 @@ def main() -> None:
     def draw(seed: int) -> Iterator[Case]:
         """One by one, since an engine is one to a process."""
         wanted = orders(chosen.count, chosen.healthy, seed, tuple(chosen.only))
-        return generate(drawn, wanted[: chosen.limit], seed)
+        return generate(draw_case, wanted[: chosen.limit], seed)
 
     conduct(chosen, draw, "The second source", "-second-source", every=True)
 

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
 
+from ..bench import Order
 from ..case import Case, generate
 from ..experiments import Experiment
 from ..pipeline import arguments, conduct
 from ..robots import HEXAPODS
-from .cases import Order, draw_case
+from .cases import draw_case
 
 KINDS = (
     ("left_out", "thermal_drift"),
@@ -48,12 +50,6 @@ def orders(count: int, seed: int) -> list[Order]:
     return [Order(family, (physics,), str(rng.choice(list(HEXAPODS)))) for family, physics in kinds]
 
 
-def drawn(job: tuple[int, int, Order]) -> Case:
-    """The case of a seed, a number and an order."""
-    seed, number, order = job
-    return draw_case(order, np.random.default_rng([seed, number]), first_part).numbered(seed, number)
-
-
 def main() -> None:
     parser = arguments(__doc__, jobs=1)
     parser.add_argument("--count", type=int, default=24, help="cases")
@@ -61,7 +57,9 @@ def main() -> None:
     chosen.only = []
 
     def draw(seed: int) -> Iterator[Case]:
-        return generate(drawn, orders(chosen.count, seed)[: chosen.limit], seed, chosen.jobs)
+        return generate(
+            partial(draw_case, arranged=first_part), orders(chosen.count, seed)[: chosen.limit], seed, chosen.jobs
+        )
 
     conduct(chosen, draw, "After the end of the campaign", f"-beyond{'' if chosen.seed is None else '-development'}")
 

@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from virtual_laboratory import Laboratory, LaboratoryError, Robot
 from virtual_laboratory.elements.unlisted.law import Unlisted
 from virtual_laboratory.legs import Leg
-from virtual_laboratory.recordings import deflection_columns
 
-from ..case import Case, in_turn
+from ..bench import Bench, Order, attempted, case_of, effect_of, ordered, prepared, together
+from ..case import Case, Secant, UnsuitableError, in_turn
 from ..cases import INSIDE
-from ..experiments import USUAL, Experiment, Extent, Wishes, add_bystanders, draw_interleaved
-from ..hidden import Hidden, Sized, UnsuitableError, numbers_of, plain
-from ..linear_model import Array, BaseFit
-from ..mimicry import remaining_misfit
-from ..robots import HEXAPODS, bipod
+from ..experiments import Experiment, draw_interleaved
+from ..hidden import Hidden, Sized, numbers_of
+from ..linear_model import Array
 from .legs import FORMS, LEGS
 from .place import CATALOGUE, lengths
 from .structure import STRUCTURE
@@ -36,17 +32,7 @@ SHARES = {"alone": 0.50, "pair": 0.15, "beside": 0.15, "form": 0.20}
 """Of the cases that are neither `left_out` nor `none`."""
 SHARE_BIPOD = 0.14
 _MOST_OF_TWO = 7.0
-_ATTEMPTS, _PATIENCE = 150, 12
-
-
-@dataclass(frozen=True)
-class Order:
-    """What a case shall be: its family (see `FAMILIES`), the recipes' names, the robot, the experiment's extent."""
-
-    family: str
-    physics: tuple[str, ...]
-    robot: str
-    extent: Extent = USUAL
+_ATTEMPTS, _SECANT = 150, Secant(near=0.08, steps=10)
 
 
 def orders(counts: dict[str, int], seed: int, only: Sequence[str] = ()) -> list[Order]:
@@ -63,9 +49,7 @@ def orders(counts: dict[str, int], seed: int, only: Sequence[str] = ()) -> list[
     for family, count in counts.items():
         for _ in range(count):
             physics = _physics(family, strange, forms, listed, made_for, rng)
-            able = all(RECIPES[name].planar for name in physics)
-            robot = "bipod" if able and rng.random() < SHARE_BIPOD else str(rng.choice(list(HEXAPODS)))
-            found.append(Order(family, physics, robot))
+            found.append(ordered(family, [RECIPES[name] for name in physics], SHARE_BIPOD, rng))
     return [found[index] for index in rng.permutation(len(found))]
 
 
@@ -94,115 +78,68 @@ def counts_of(count: int, left_out: int, none: int) -> dict[str, int]:
     return found | {"left_out": left_out, "none": none}
 
 
-def drawn(job: tuple[int, int, Order]) -> Case:
-    """The case of a seed, a number and an order."""
-    seed, number, order = job
-    return draw_case(order, np.random.default_rng([seed, number])).numbered(seed, number)
-
-
-class Bench:
-    """The laboratory for one experiment; seen and held-out rows are measured in one go, in the order of time."""
+class WholeBench(Bench):
+    """A bench on which seen and held-out rows are measured in one go, in the order of time."""
 
     def __init__(self, experiment: Experiment, rng: np.random.Generator) -> None:
-        self.experiment = experiment
+        super().__init__(experiment)
         self.whole = pd.concat([experiment.rows.drop(columns="split", errors="ignore"), experiment.later])
         self.whole = self.whole.sort_values("sequence", ignore_index=True)
         self.seen = self.whole["sequence"].isin(experiment.rows["sequence"]).to_numpy()
-        robot = experiment.machine.robot
-        std = experiment.std[experiment.measured]
-        self.fit = BaseFit(robot, experiment.rows, std, experiment.measured, experiment.fitted)
         self.noise = rng.normal(size=(len(self.whole), len(experiment.std))) * experiment.std
 
     def clean(self, sized: Sized) -> Array:
         """Deflections of all rows without noise."""
-        machine = self.experiment.machine
-        laboratory = Laboratory(
-            Robot.from_mapping(machine.file(sized.softness)),
-            true_stiffness=machine.true_stiffness / sized.softness,
-            elements=sized.build(),
-        )
-        measured = laboratory.measure(sized.true_rows(self.whole))
-        return measured[deflection_columns(laboratory.robot)].to_numpy(dtype=float)
+        return self.measured(sized, self.whole)
 
     def seen_clean(self, sized: Sized) -> Array:
-        """Deflections of the seen rows without noise."""
         return self.clean(sized)[self.seen]
-
-    def mismatch(self, sized: Sized) -> float:
-        """RMS of what the base fit leaves of the noise-free deflections, in standard deviations."""
-        return float(np.sqrt(self.fit.misfit(self.seen_clean(sized)) / self.fit.dof))
 
 
 def draw_case(
     order: Order, rng: np.random.Generator, arranged: Callable[[Experiment], Experiment] = lambda drawn: drawn
 ) -> Case:
-    """Experiments are drawn until the physics that was ordered shows as it shall; at last on any hexapod.
+    """One case of an order.
 
-    `arranged` says which of their series are seen and which are the judge's, where it is not as they were drawn.
+    `arranged` says which of its series are seen and which are the judge's, where it is not as they were drawn.
     """
-    reasons: list[str] = []
-    for attempt in range(_ATTEMPTS):
-        robot = order.robot if attempt < _PATIENCE else str(rng.choice(list(HEXAPODS)))
-        try:
-            return _attempt(replace(order, robot=robot), rng, arranged)
-        except (UnsuitableError, LaboratoryError) as error:
-            reasons.append(str(error))
-    raise RuntimeError(f"{order}: no suitable experiment in {_ATTEMPTS}: {sorted(set(reasons))}")
+    return attempted(order, rng, lambda order: _attempt(order, rng, arranged), _ATTEMPTS)
 
 
 def _attempt(order: Order, rng: np.random.Generator, arranged: Callable[[Experiment], Experiment]) -> Case:
-    machine = bipod(rng) if order.robot == "bipod" else HEXAPODS[order.robot](rng)
-    recipes, wishes = [RECIPES[name] for name in order.physics], Wishes()
-    for recipe in recipes:
-        wishes = wishes | recipe.wishes(rng)
-    bench = Bench(arranged(draw_interleaved(machine, wishes, rng, order.extent)), rng)
-    if bench.fit.condition > 60:
-        raise UnsuitableError("the legs' stiffnesses can hardly be told apart")
-    hidden = [recipe.hide(bench.experiment, rng) for recipe in recipes]
-    if "geometric_stiffness" not in order.physics and bench.mismatch(Sized()) > 0.1:
-        raise UnsuitableError("the change of geometry under load shows")
+    bench, hidden = prepared(
+        order,
+        [RECIPES[name] for name in order.physics],
+        rng,
+        lambda machine, wishes: WholeBench(arranged(draw_interleaved(machine, wishes, rng)), rng),
+        lambda bench: bench.mismatch(Sized()) > 0.1,
+    )
     if order.family == "none":
         return _case(order, bench, [], [], rng)
     most = MOST if len(hidden) == 1 else _MOST_OF_TWO
     sizes = [size_that_shows(bench, each, most, rng) for each in hidden]
     sized = [one.of_size(size) for one, size in zip(hidden, sizes, strict=True)]
     if len(hidden) == 2:
-        _told_apart(bench, sized)
+        bench.alike(sized)
     if order.family == "alone" and not _also(order.physics[0]):
-        remaining = remaining_misfit(bench.experiment, bench.fit, bench.seen_clean, sized[0])
-        if remaining < 5.0 * np.sqrt(2.0 * bench.fit.dof):
-            raise UnsuitableError("known physics explains it to within the noise")
+        bench.beside_known(sized[0])
     return _case(order, bench, hidden, sizes, rng)
 
 
 def size_that_shows(bench: Bench, hidden: Hidden, most: float, rng: np.random.Generator) -> float:
-    """A size whose mismatch is log-uniform between LEAST and `most`, by secant steps between logarithms."""
+    """A size whose mismatch is log-uniform between LEAST and `most`."""
     low, high = float(np.log(hidden.low)), float(np.log(hidden.high))
 
     def shown(at: float) -> float:
         return float(np.log(max(bench.mismatch(hidden.of_size(float(np.exp(at)))), 1e-9)))
 
-    at = (low + high) / 2
-    value, slope = shown(at), 1.0
+    middle = (low + high) / 2
+    value = shown(middle)
     target = float(rng.uniform(np.log(LEAST), np.log(most)))
-    for _ in range(10):
-        if abs(value - target) < 0.08:
-            break
-        following = float(np.clip(at + (target - value) / slope, low, high))
-        if following == at:
-            break
-        reached = shown(following)
-        slope = float(np.clip((reached - value) / (following - at), 0.4, 4.0))
-        at, value = following, reached
+    at, value = _SECANT.to(target, shown, (low, high), middle, value)
     if not np.log(LEAST) - 0.1 <= value <= np.log(most) + 0.1:
         raise UnsuitableError(f"{hidden.physics} cannot be made to show as much as wanted")
     return float(np.exp(at))
-
-
-def _told_apart(bench: Bench, sized: Sequence[Sized]) -> None:
-    one, other = (bench.fit.residual(bench.seen_clean(each)) for each in sized)
-    if abs(float(one @ other)) > 0.8 * float(np.linalg.norm(one) * np.linalg.norm(other)):
-        raise UnsuitableError("the two effects look alike")
 
 
 def _also(physics: str) -> tuple[str, ...]:
@@ -210,45 +147,24 @@ def _also(physics: str) -> tuple[str, ...]:
 
 
 def _case(
-    order: Order, bench: Bench, hidden: Sequence[Hidden], sizes: Sequence[float], rng: np.random.Generator
+    order: Order, bench: WholeBench, hidden: Sequence[Hidden], sizes: Sequence[float], rng: np.random.Generator
 ) -> Case:
-    experiment, machine = bench.experiment, bench.experiment.machine
-    sized, together = [one.of_size(size) for one, size in zip(hidden, sizes, strict=True)], Sized()
-    for each in sized:
-        together = together | each
-    clean = bench.clean(together)
+    experiment, each = bench.experiment, [one.of_size(size) for one, size in zip(hidden, sizes, strict=True)]
+    whole = together(each)
+    clean = bench.clean(whole)
     recorded: Array = clean + bench.noise
-    for element in together.build():
+    for element in whole.build():
         recorded = element.spoil(recorded, experiment.std, rng)
-    listed = [name for name in order.physics if name in LISTED]
-    truth = {
-        "family": order.family,
-        "robot": order.robot,
-        "made_for": list(order.physics),
-        "without": listed if order.family == "left_out" else [],
-        "effects": [
-            {
-                "physics": one.physics,
-                "listed": one.physics in LISTED,
-                "parts": list(one.components),
-                "names": list(_also(one.physics)),
-                "size": size,
-                "mismatch_in_std": bench.mismatch(each),
-                "elements": [dict(entry) for entry in each.elements],
-                "curves": curves(each, experiment),
-                "remark": each.remark,
-            }
-            for one, size, each in zip(hidden, sizes, sized, strict=True)
-        ],
-        "mismatch_in_std": bench.mismatch(together),
-        "true_stiffness": (machine.true_stiffness / together.softness).tolist(),
-        "rows": len(experiment.rows),
-        "series": int(experiment.rows["series"].nunique()),
-    }
-    rows = experiment.rows.copy()
-    add_bystanders(rows, rng)
-    later = experiment.written(experiment.later, recorded[~bench.seen], clean[~bench.seen])
-    return Case(machine.file(together.softness), experiment.written(rows, recorded[bench.seen]), later, plain(truth))
+    effects = [
+        effect_of(
+            one, size, sized, one.physics in LISTED, _also(one.physics),
+            mismatch_in_std=bench.mismatch(sized), curves=curves(sized, experiment),
+        )
+        for one, size, sized in zip(hidden, sizes, each, strict=True)
+    ]  # fmt: skip
+    left_out = [name for name in order.physics if name in LISTED] if order.family == "left_out" else []
+    later = recorded[~bench.seen], clean[~bench.seen]
+    return case_of(order, bench, effects, whole, recorded[bench.seen], later, rng, without=left_out)
 
 
 def curves(sized: Sized, experiment: Experiment) -> list[dict[str, Any]]:

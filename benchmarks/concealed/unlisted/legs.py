@@ -6,8 +6,9 @@ import numpy as np
 
 from virtual_laboratory.kinematics import leg_lengths
 
+from ..case import UnsuitableError
 from ..experiments import Experiment, Wishes
-from ..hidden import Hidden, Recipe, UnsuitableError, leg_or_all, pick_leg, unit
+from ..hidden import Hidden, Recipe, leg_or_all, pick_leg, unit
 from .place import hidden, leg_compliance, lengths, positions, series_span, spread, swivels
 
 _COMPLIANCE = Wishes(large=True, wide=True)

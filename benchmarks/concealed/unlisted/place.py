@@ -11,8 +11,9 @@ from virtual_laboratory.elements.forms import FORMS
 from virtual_laboratory.elements.unlisted import UNLISTED
 from virtual_laboratory.kinematics import leg_directions, leg_lengths
 
+from ..case import UnsuitableError
 from ..experiments import Experiment
-from ..hidden import Hidden, Sized, UnsuitableError, element, plain
+from ..hidden import Hidden, Sized, element, plain
 from ..linear_model import Array, pose_columns, wrenches
 
 CATALOGUE = UNLISTED | FORMS

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from ..case import Case, generate
 from ..pipeline import arguments, conduct
-from .cases import FAMILIES, counts_of, drawn, orders
+from .cases import FAMILIES, counts_of, draw_case, orders
 
 
 def main() -> None:
@@ -24,7 +24,7 @@ def main() -> None:
     counts = {chosen.family: chosen.count} if chosen.family else counts_of(chosen.count, chosen.left_out, chosen.none)
 
     def draw(seed: int) -> Iterator[Case]:
-        return generate(drawn, orders(counts, seed, chosen.only)[: chosen.limit], seed, chosen.jobs)
+        return generate(draw_case, orders(counts, seed, chosen.only)[: chosen.limit], seed, chosen.jobs)
 
     conduct(chosen, draw, "Outside the library", f"-outside{'' if chosen.seed is None else '-development'}")
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..case import UnsuitableError
 from ..experiments import Experiment, Wishes
-from ..hidden import Hidden, Recipe, UnsuitableError, unit
+from ..hidden import Hidden, Recipe, unit
 from ..linear_model import Array, leg_forces, maps_of
 from .place import (
     hidden,
