@@ -22,15 +22,61 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from benchmarks.real_recordings.sets import CASES, Case
 from benchmarks.single_thread import ONE_THREAD
 
 import expdesign as xd
+
+VARIABLE = "EXPDESIGN_RECORDINGS"
+"""Environment variable that names the folder of the recordings, which are others' and no part of the project."""
 
 SERIES = ("as recorded", "every row its own", "one for all")
 WITHIN = 1.96
 LIMIT = 400
 """Seconds of processor time for one file."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One file of a set.
+
+    Attributes:
+        folder: of the set.
+        file: without `.csv`.
+        robot: robot file.
+        others: files of the same set, recorded under other conditions.
+    """
+
+    folder: str
+    file: str
+    robot: str = "robot.yaml"
+    others: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """As it stands in the page."""
+        known = "" if self.robot == "robot.yaml" else "-" + self.robot.removeprefix("robot_").removesuffix(".yaml")
+        return f"{self.folder}-{self.file}{known}"
+
+
+def _each(of: str, ending: str = "") -> list[Case]:
+    """One set under every condition."""
+    files = [f"{condition}{ending}" for condition in ("flat", "pallet", "orthogonal_wood", "wood_left_track")]
+    return [Case(of, file, others=tuple(other for other in files if other != file)) for file in files]
+
+
+CASES = (
+    *_each("jaibot-tilt"),
+    *_each("jaibot-column"),
+    Case("tiago-forceplate", "recordings", others=("recordings_after_stop",)),
+    *_each("jaibot-prism", "_by_station"),
+    Case("jaibot-prism", "flat"),
+    Case("jaibot-prism", "flat", "robot_marker_known.yaml"),
+)
+
+
+def recordings_folder() -> Path:
+    """Where the recordings are, whether they are there or not: `../shared/recordings` seen from the project's root."""
+    return Path(os.environ.get(VARIABLE, str(Path(__file__).resolve().parents[2] / "shared" / "recordings")))
 
 
 @dataclass(frozen=True)

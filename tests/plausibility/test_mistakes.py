@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from benchmarks.real_recordings.sets import CASES, VARIABLE, Case, folder
+from benchmarks.real_sets import CASES, VARIABLE, Case, recordings_folder
 from tests.commands.calls import call
 from tests.oracle import Array
 from tests.plausibility.mistaken_recordings import OF_PAYLOADS, OF_WRENCHES, read_in
@@ -150,12 +150,14 @@ def test_five_hundred_sane_inputs_are_not_warned_of(seed: int, caplog: Log) -> N
     assert_sound(seed, caplog)
 
 
-@pytest.mark.skipif(not folder().is_dir(), reason=f"no recordings in {folder()} (set {VARIABLE})")
+@pytest.mark.skipif(not recordings_folder().is_dir(), reason=f"no recordings in {recordings_folder()} (set {VARIABLE})")
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_real_recordings_are_not_warned_of(case: Case) -> None:
-    robot = read_robot(folder() / case.folder / case.robot)
+    robot = read_robot(recordings_folder() / case.folder / case.robot)
     for file in (case.file, *case.others):
-        assert recordings_findings(read_recordings(folder() / case.folder / f"{file}.csv", robot), robot) == []
+        assert (
+            recordings_findings(read_recordings(recordings_folder() / case.folder / f"{file}.csv", robot), robot) == []
+        )
 
 
 def test_flipped_signs_are_said_and_nothing_is_nan(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
