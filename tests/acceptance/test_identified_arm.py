@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from benchmarks.arms.plant import recordings, usual_faults
+from tests.plant import recordings, usual_faults
 
 import expdesign as xd
 from expdesign.assurance.acceptance.said import sentences

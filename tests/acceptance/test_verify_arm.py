@@ -6,10 +6,9 @@ import numpy as np
 import pandas as pd
 import pinocchio as pin
 import pytest
-from benchmarks.arms.plans import HIGH, LOW, ROBOT, TARGETS, configuration, measured
-from benchmarks.arms.plant import INSTRUMENT, PLACES, Arm, usual_faults
 from tests.acceptance.verified import commands, model
 from tests.acceptance.verified import measured as measured_by_legs
+from tests.plant import HIGH, INSTRUMENT, LOW, PLACES, ROBOT, TARGETS, Arm, configuration, measured, usual_faults
 
 import expdesign as xd
 from expdesign.coordinates import SPATIAL

@@ -7,9 +7,9 @@ from typing import Any
 import nbclient
 import nbformat
 import pytest
+from tests.docs.test_tutorial import NUMBER
 
 DOCS = Path(__file__).parents[2] / "docs"
-NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 def shown(notebook: Any) -> list[str]:

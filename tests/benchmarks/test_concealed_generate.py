@@ -25,7 +25,7 @@ from benchmarks.concealed.mimicry import remaining_misfit
 from benchmarks.concealed.robots import HEXAPODS, bipod, h1
 
 ROOT = Path(__file__).parents[2]
-SOURCES = sorted((ROOT / "benchmarks" / "concealed").glob("*.py"))
+SOURCES = sorted((ROOT / "benchmarks" / "concealed").rglob("*.py"))
 
 
 def test_nothing_is_imported_from_the_program_under_test():

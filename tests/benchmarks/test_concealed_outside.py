@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import ast
 import json
 import sys
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -31,21 +29,12 @@ from benchmarks.concealed.unlisted.cases import (
 from virtual_laboratory.elements.forms import FORMS as FORM_ELEMENTS
 from virtual_laboratory.elements.unlisted import UNLISTED as UNLISTED_ELEMENTS
 
-FOLDER = Path(__file__).parents[2] / "benchmarks" / "concealed" / "unlisted"
 POSE = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
 
 
 @pytest.fixture(scope="module")
 def case():
     return draw_case(Order("alone", ("screw_wear",), "H1"), np.random.default_rng([3, 1]))
-
-
-def test_nothing_is_imported_from_the_program_under_test():
-    for source in sorted(FOLDER.glob("*.py")):
-        for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):
-            names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-            names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-            assert not [name for name in names if name.split(".")[0] == "expdesign"], source
 
 
 def test_every_element_outside_the_library_has_a_recipe():

@@ -3,26 +3,11 @@
 from pathlib import Path
 
 import pytest
-from tests.commands.calls import CONFIG, call, refusal
+from tests.commands.calls import CONFIG, call, refusal, yaml_file
+from tests.design.problems import BIPOD, changed
 
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality import differentiated
-
-SMALL = """schema_version: 1
-robot:
-  name: bipod
-  kind: bipod
-  home: [0.0, 0.0]
-  base_joints: [[-0.5, 0.0], [0.5, 0.0]]
-  actuator_stiffness: [1.0e7, 1.3e7]
-experiment:
-  measurements: 2
-  poses: {bounds: {x_m: 0.1, y_m: 0.6}}
-  load: {kind: wrench, fx_N: {choices: [-100, 100]}, fy_N: -900.0}
-  deflection_noise: {std: {dx_m: 1.0e-6, dy_m: 1.0e-6}}
-targets:
-  - {pose: [0.1, 0.6], wrench: [0.0, -1000.0], tolerance: {dx_m: 1.0e-6}}
-"""
 
 
 def test_every_criterion_of_the_example_passes(capsys: pytest.CaptureFixture[str]) -> None:
@@ -46,7 +31,8 @@ def test_a_wrong_gradient_is_an_exit_status(
 def test_without_continuous_variables_there_is_nothing_to_check(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = tmp_path / "run.yaml"
-    path.write_text(SMALL, "utf-8")
+    load = {"kind": "wrench", "fx_N": {"choices": [-100, 100]}, "fy_N": -900.0}
+    changes = {"experiment.poses": {"bounds": {"x_m": 0.1, "y_m": 0.6}}, "experiment.load": load}
+    path = yaml_file(tmp_path / "run.yaml", changed(BIPOD, changes))
     assert call("check", path) == 0
     assert "no gradients to check" in refusal(capsys, "check", path, "--gradients")

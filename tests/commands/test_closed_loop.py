@@ -1,9 +1,6 @@
 """The closed loop: files from plan to attained pose, and the benchmark that compares criteria."""
 
-import importlib.util
-import sys
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pandas as pd
@@ -11,6 +8,8 @@ import pytest
 from tests.commands.calls import ROBOT, ROOT, call, plan_file
 
 pytest.importorskip("exudyn", reason="the virtual laboratory's engine is an extra")
+from benchmarks import closed_loop
+from expdesign.planning.problem_file import read_problem
 
 POSE = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
 
@@ -41,19 +40,9 @@ def test_recordings_of_the_laboratory_make_the_robot_accurate(tmp_path: Path) ->
     assert np.abs(errors).max() < 0.1 * np.abs(uncompensated).max()
 
 
-def benchmark() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("closed_loop", ROOT / "benchmarks" / "closed_loop.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["closed_loop"] = module
-    spec.loader.exec_module(module)
-    return module
-
-
 def test_the_benchmark_writes_its_result(tmp_path: Path) -> None:
     options = ["--repetitions", "3", "--generations", "2", "--out", str(tmp_path / "out")]
-    benchmark().main([str(ROOT / "configs" / "closed-loop.yaml"), *options])
+    closed_loop.main([str(ROOT / "configs" / "closed-loop.yaml"), *options])
     table = pd.read_csv(tmp_path / "out" / "attained.csv").set_index("plan_by")
     assert float(table["mean"]["no compensation"]) > 5.0 * float(table["mean"]["total"])
     assert {"duir", "feir", "total", "o1", "o2", "o3", "o4", "o5", "o_tp", "random"} <= set(table.index)
@@ -65,11 +54,10 @@ def test_the_benchmark_writes_its_result(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_the_attained_error_is_the_predicted_total() -> None:
     """RMS over 300 robots and experiments within 4 standard errors of the criterion."""
-    loop = benchmark()
-    problem = loop.read_problem(ROOT / "configs" / "closed-loop-load-errors.yaml")
-    setting = loop.loop_of(problem, 0.1)
-    plans = {"total": loop.plans_by_criterion(problem, 1, 5)["total"]}
-    attained, predicted = loop.run(setting, plans, 300, 2)
-    row = loop.summary(attained, predicted).set_index("plan_by").loc["total"]
+    problem = read_problem(ROOT / "configs" / "closed-loop-load-errors.yaml")
+    setting = closed_loop.loop_of(problem, 0.1)
+    plans = {"total": closed_loop.plans_by_criterion(problem, 1, 5)["total"]}
+    attained, predicted = closed_loop.run(setting, plans, 300, 2)
+    row = closed_loop.summary(attained, predicted).set_index("plan_by").loc["total"]
     # The criterion takes the approximate stiffness for the true one, which is scattered by 10 %.
     assert abs(row["rms"] - row["predicted_total"]) < 4.0 * row["rms_standard_error"] + 0.02 * row["rms"]

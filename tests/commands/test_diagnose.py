@@ -177,48 +177,23 @@ def test_without_standard_deviations_chi_squared_is_null(tmp_path: Path) -> None
     assert record["verdict"] == "explained"
 
 
-def spoil_with_nan(frame: pd.DataFrame) -> None:
-    frame.loc[2, "dy_m"] = np.nan
-
-
-def spoil_with_no_noise(frame: pd.DataFrame) -> None:
-    frame.loc[2, "sx_m"] = 0.0
-
-
-def spoil_with_millimetres(frame: pd.DataFrame) -> None:
-    frame["dx_m"] = 3.0
-
-
-def spoil_the_sign(frame: pd.DataFrame) -> None:
-    frame[["dx_m", "dy_m"]] *= -1.0
-
-
-def spoil_the_load(frame: pd.DataFrame) -> None:
-    frame[["fx_N", "fy_N"]] = 0.0
-
-
-def spoil_the_split(frame: pd.DataFrame) -> None:
-    frame["split"] = "test"
-
-
 @pytest.mark.parametrize(
-    ("spoil", "message"),
+    ("spoilt", "message"),
     [
-        (spoil_with_nan, "row 4, column dy_m"),
-        (spoil_with_no_noise, "row 4, column sx_m"),
-        (spoil_with_millimetres, "column dx_m"),
-        (spoil_the_sign, "wrong sign"),
-        (spoil_the_load, "load"),
-        (spoil_the_split, "no row is left to fit"),
+        (lambda f: f.assign(dy_m=f["dy_m"].where(f.index != 2)), "row 4, column dy_m"),
+        (lambda f: f.assign(sx_m=f["sx_m"].where(f.index != 2, 0.0)), "row 4, column sx_m"),
+        (lambda f: f.assign(dx_m=3.0), "column dx_m"),
+        (lambda f: f.assign(dx_m=-f["dx_m"], dy_m=-f["dy_m"]), "wrong sign"),
+        (lambda f: f.assign(fx_N=0.0, fy_N=0.0), "load"),
+        (lambda f: f.assign(split="test"), "no row is left to fit"),
     ],
+    ids=["nan", "no noise", "millimetres", "sign", "load", "split"],
 )
 def test_bad_recordings_end_with_2_and_leave_nothing(
-    spoil: Any, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    spoilt: Any, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = recordings(tmp_path, gap=0.0)
-    frame = pd.read_csv(path)
-    spoil(frame)
-    frame.to_csv(path, index=False)
+    spoilt(pd.read_csv(path)).to_csv(path, index=False)
     error = refusal(capsys, "diagnose", ROBOT, path, "--out", tmp_path / "out")
     assert "recordings.csv" in error
     assert message in error

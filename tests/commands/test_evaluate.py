@@ -2,11 +2,11 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-import yaml
-from tests.commands.calls import call, refusal
+from tests.commands.calls import call, yaml_file
 from tests.design.problems import BIPOD, changed
 
 CONFIG = changed(
@@ -25,11 +25,12 @@ VECTOR_U = [[1.1442042521, -0.2390983402], [-0.2390983402, 1.1581359476]]
 VECTOR_Z = np.array([[-0.1086639676, -0.0330364372], [0.0240485830, -0.0746558704]]) * 1e-6
 
 
-def evaluate(folder: Path, rows: str, capsys: pytest.CaptureFixture[str]) -> tuple[int, str, str]:
-    config, plan = folder / "config.yaml", folder / "plan.csv"
-    config.write_text(yaml.safe_dump(CONFIG))
-    plan.write_text(HEADER + rows)
-    code = call("evaluate", config, plan, "--json")
+def evaluate(
+    folder: Path, rows: str, capsys: pytest.CaptureFixture[str], config: dict[str, Any] = CONFIG
+) -> tuple[int, str, str]:
+    plan = folder / "plan.csv"
+    plan.write_text(rows if rows.startswith("sequence") else HEADER + rows)
+    code = call("evaluate", yaml_file(folder / "config.yaml", config), plan, "--json")
     printed = capsys.readouterr()
     return code, printed.out, printed.err
 
@@ -78,31 +79,16 @@ def test_what_cannot_be_identified_is_null_and_said(tmp_path: Path, capsys: pyte
         ("1,1,0.1,0.5,200,\n", ("plan.csv, row 2, column fy_N", "empty")),
         ("1,1,0.1,0.5,200,nan\n", ("plan.csv, row 2, column fy_N", "not a finite number")),
         ("", ("plan.csv", "no rows")),
+        # What recordings would be refused for.
+        ("1,1,-0.2,0.55,200,-900\n2,1,0.2,0.6,200,-900\n", ("row 3, column x_m", "series 1")),
+        ("1,1,-0.2,5.0,200,-900\n", ("plan.csv, row 2", "beyond the robot's limits", "leg 2")),
+        ("sequence,series,x_m,y_m,fy_N\n1,1,-0.2,0.55,-900\n", ("column fx_N", "missing")),
     ],
 )
 def test_bad_plans(tmp_path: Path, capsys: pytest.CaptureFixture[str], rows: str, words: tuple[str, ...]) -> None:
-    code, output, error = evaluate(tmp_path, rows, capsys)
+    robot = CONFIG["robot"] | {"limits": {"leg_length": [0.1, 2.0]}}
+    code, output, error = evaluate(tmp_path, rows, capsys, CONFIG | {"robot": robot})
     assert code == 2
     assert output == ""
-    for word in words:
-        assert word in error
-
-
-@pytest.mark.parametrize(
-    ("header", "rows", "words"),
-    [
-        (HEADER, "1,1,-0.2,0.55,200,-900\n2,1,0.2,0.6,200,-900\n", ("row 3, column x_m", "series 1")),
-        ("sequence,series,x_m,y_m,fy_N\n", "1,1,-0.2,0.55,-900\n", ("column fx_N", "missing")),
-        (HEADER, "1,1,-0.2,5.0,200,-900\n", ("plan.csv, row 2", "beyond the robot's limits", "leg 2")),
-    ],
-)
-def test_plans_that_recordings_would_be_refused_for(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], header: str, rows: str, words: tuple[str, ...]
-) -> None:
-    config, plan = tmp_path / "config.yaml", tmp_path / "plan.csv"
-    robot = {**CONFIG["robot"], "limits": {"leg_length": [0.1, 2.0]}}
-    config.write_text(yaml.safe_dump({**CONFIG, "robot": robot}))
-    plan.write_text(header + rows)
-    error = refusal(capsys, "evaluate", config, plan, "--json")
     for word in words:
         assert word in error

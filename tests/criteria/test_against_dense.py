@@ -1,5 +1,7 @@
 """Every criterion against dense matrices and normal equations, for the whole table of set-ups."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from tests import oracle
@@ -64,26 +66,23 @@ def check_pieces(found: Assessment, index: int, expected: Dense) -> None:
     assert found.condition[index] == pytest.approx(expected.singular_values[0] / expected.singular_values[-1], rel=1e-6)
 
 
-@pytest.mark.parametrize("noise", NOISES)
-@pytest.mark.parametrize("kind", ["payload", "wrench"])
-@pytest.mark.parametrize("name", ROBOTS)
-def test_pieces_of_the_whole_table(name: str, kind: str, noise: str) -> None:
-    here = setup(name, kind, noise, ALL_ERRORS)
+EACH_ALONE = product(
+    ["bipod-unequal", "irregular"], ["payload", "wrench"], ["shared-reference"],
+    [((source, shared),) for source in ("com", "mass", "direction", "wrench") for shared in (True, False)],
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "noise", "errors"),
+    [*product(ROBOTS, ["payload", "wrench"], NOISES, [ALL_ERRORS]), *EACH_ALONE],
+)
+def test_pieces_of_the_whole_table_and_of_each_source_alone(
+    name: str, kind: str, noise: str, errors: tuple[tuple[str, bool], ...]
+) -> None:
+    here = setup(name, kind, noise, errors)
     poses, parameters, series = here.designs(np.random.default_rng(11), COUNT, MEASUREMENTS)
     found = here.assess(poses, parameters, series)
     assert found.identifies_targets.all()
-    for index in range(COUNT):
-        check_pieces(found, index, by_hand(here, poses[index], parameters[index], series[index]))
-
-
-@pytest.mark.parametrize("shared", [True, False])
-@pytest.mark.parametrize("source", ["com", "mass", "direction", "wrench"])
-@pytest.mark.parametrize("kind", ["payload", "wrench"])
-@pytest.mark.parametrize("name", ["bipod-unequal", "irregular"])
-def test_each_source_alone(name: str, kind: str, source: str, shared: bool) -> None:
-    here = setup(name, kind, "shared-reference", ((source, shared),))
-    poses, parameters, series = here.designs(np.random.default_rng(12), COUNT, MEASUREMENTS)
-    found = here.assess(poses, parameters, series)
     if not here.loaded.sources:
         np.testing.assert_array_equal(found.force_variance, 0.0)
     for index in range(COUNT):

@@ -1,6 +1,6 @@
 """Every identifier that a bipod or a hexapod can have, as somebody else would simulate it (see `foreign.py`)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -14,6 +14,7 @@ from tests.diagnosis.foreign import (
     centre_of,
     experiment,
     hexapod,
+    pose_names,
     reading_names,
     rotation,
     wrench_of,
@@ -70,6 +71,22 @@ def on_leg(leg: int, law: Callable[[Array, Array], Array]) -> Callable[..., Arra
 def everywhere(law: Callable[[Array, Array], Array]) -> Callable[..., Array]:
     """Likewise for all legs."""
     return lambda row, force, stretch, memory: law(force, stretch)
+
+
+def longer(
+    legs_: Sequence[int], by: Callable[[Machine, pd.Series, Array, dict[str, Any]], Array | float]
+) -> Callable[[Machine], Physics]:
+    """Some legs are longer by what machine, row, forces and memory say."""
+
+    def make(machine: Machine) -> Physics:
+        def legs(row: pd.Series, force: Array, stretch: Array, memory: dict[str, Any]) -> Array:
+            changed, extra = stretch.copy(), np.broadcast_to(by(machine, row, force, memory), stretch.shape)
+            changed[list(legs_)] += extra[list(legs_)]
+            return changed
+
+        return Physics(legs=legs)
+
+    return make
 
 
 # --- the load -----------------------------------------------------------------------------------------------------
@@ -164,23 +181,16 @@ def soft_base(machine: Machine) -> Physics:
 def soft_joint(leg: int, end: str) -> Callable[[Machine], Physics]:
     """A joint that is soft along x of the frame it stands in."""
 
-    def make(machine: Machine) -> Physics:
+    def by(machine: Machine, row: pd.Series, force: Array, memory: dict[str, Any]) -> float:
         compliance = np.diag([3e-7, 2e-8, 2e-8][: len(machine.home)]) * (0.5 if machine.planar else 1.0)
+        pose = row[pose_names(machine)].to_numpy(dtype=float)
+        vector = machine.vectors(pose)[0][leg]
+        u = vector / np.linalg.norm(vector)
+        if end == "platform":
+            u = rotation(pose[3:]).T @ u
+        return float(force[leg] * (u @ compliance @ u))
 
-        def legs(row: pd.Series, force: Array, stretch: Array, memory: dict[str, Any]) -> Array:
-            names = ["x_m", "y_m"] if machine.planar else ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
-            pose = row[names].to_numpy(dtype=float)
-            vector = machine.vectors(pose)[0][leg]
-            u = vector / np.linalg.norm(vector)
-            if end == "platform":
-                u = rotation(pose[3:]).T @ u
-            changed = stretch.copy()
-            changed[leg] += force[leg] * float(u @ compliance @ u)
-            return changed
-
-        return Physics(legs=legs)
-
-    return make
+    return longer((leg,), by)
 
 
 def stiff_joints(both: bool, spin: bool) -> Callable[[Machine], Physics]:
@@ -259,21 +269,14 @@ def play(leg: int, gap: float, rest: str, width: float = 0.0) -> Callable[[Machi
 def lag(legs_: tuple[int, ...], friction: float) -> Callable[[Machine], Physics]:
     """The force that reaches the spring lags behind by the friction, against the sense of its last change."""
 
-    def make(machine: Machine) -> Physics:
-        def legs(row: pd.Series, force: Array, stretch: Array, memory: dict[str, Any]) -> Array:
-            before = memory.get("force", np.zeros_like(force))
-            sense = np.where(
-                np.abs(force - before) < 1e-9, memory.get("sense", np.zeros_like(force)), np.sign(force - before)
-            )
-            memory["force"], memory["sense"] = force, sense
-            changed = stretch.copy()
-            for leg in legs_:
-                changed[leg] -= sense[leg] * friction / machine.stiffness[leg]
-            return changed
+    def by(machine: Machine, row: pd.Series, force: Array, memory: dict[str, Any]) -> Array:
+        nothing = np.zeros_like(force)
+        change = force - memory.get("force", nothing)
+        sense = np.where(np.abs(change) < 1e-9, memory.get("sense", nothing), np.sign(change))
+        memory["force"], memory["sense"] = force, sense
+        return np.asarray(-sense * friction / machine.stiffness)
 
-        return Physics(legs=legs)
-
-    return make
+    return longer(legs_, by)
 
 
 def jenkins(legs_: tuple[int, ...], friction: float, ratio: float) -> Callable[[Machine], Physics]:
@@ -303,41 +306,25 @@ def jenkins(legs_: tuple[int, ...], friction: float, ratio: float) -> Callable[[
 def creeping(legs_: tuple[int, ...], ratio: float, tau: float, late: bool) -> Callable[[Machine], Physics]:
     """Each step of the force creeps on its own from when it was applied: at the row before, or half-way."""
 
-    def make(machine: Machine) -> Physics:
-        def legs(row: pd.Series, force: Array, stretch: Array, memory: dict[str, Any]) -> Array:
-            steps = memory.setdefault("steps", [])
-            before = memory.get("force", np.zeros_like(force))
-            then = memory.get("time", row["time_s"])
-            applied = 0.5 * (then + row["time_s"]) if late else then
-            steps.append((applied, force - before))
-            memory["force"], memory["time"] = force, row["time_s"]
-            crept = np.sum([s * (1.0 - np.exp(-(row["time_s"] - t) / tau)) for t, s in steps], axis=0)
-            changed = stretch.copy()
-            for leg in legs_:
-                changed[leg] += ratio * crept[leg] / machine.stiffness[leg]
-            return changed
+    def by(machine: Machine, row: pd.Series, force: Array, memory: dict[str, Any]) -> Array:
+        steps, before = memory.setdefault("steps", []), memory.get("force", np.zeros_like(force))
+        then = memory.get("time", row["time_s"])
+        steps.append((0.5 * (then + row["time_s"]) if late else then, force - before))
+        memory["force"], memory["time"] = force, row["time_s"]
+        crept = np.sum([s * (1.0 - np.exp(-(row["time_s"] - t) / tau)) for t, s in steps], axis=0)
+        return np.asarray(ratio * crept / machine.stiffness)
 
-        return Physics(legs=legs)
-
-    return make
+    return longer(legs_, by)
 
 
 def warm(legs_: tuple[int, ...], alpha: float, sensors: bool = False) -> Callable[[Machine], Physics]:
-    def make(machine: Machine) -> Physics:
-        def legs(row: pd.Series, force: Array, stretch: Array, memory: dict[str, Any]) -> Array:
-            columns = [f"leg{i + 1}_degC" if sensors else "temperature_degC" for i in range(len(force))]
-            now = row[columns].to_numpy(dtype=float)
-            first = memory.setdefault("first", now)
-            names = ["x_m", "y_m"] if machine.planar else ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
-            lengths = machine.lengths(row[names].to_numpy(dtype=float))
-            changed = stretch.copy()
-            for leg in legs_:
-                changed[leg] += alpha * lengths[leg] * (now[leg] - first[leg])
-            return changed
+    def by(machine: Machine, row: pd.Series, force: Array, memory: dict[str, Any]) -> Array:
+        columns = [f"leg{i + 1}_degC" if sensors else "temperature_degC" for i in range(len(force))]
+        now = row[columns].to_numpy(dtype=float)
+        lengths = machine.lengths(row[pose_names(machine)].to_numpy(dtype=float))
+        return np.asarray(alpha * lengths * (now - memory.setdefault("first", now)))
 
-        return Physics(legs=legs)
-
-    return make
+    return longer(legs_, by)
 
 
 def with_sensors(rows: pd.DataFrame) -> pd.DataFrame:
@@ -360,31 +347,20 @@ def drifting(column: str, rate: Array) -> Callable[[Machine], Physics]:
 
 
 def coupled(leg: int, other: int, both: bool) -> Callable[[Machine], Physics]:
-    def make(machine: Machine) -> Physics:
-        def legs(row: pd.Series, force: Array, stretch: Array, memory: dict[str, Any]) -> Array:
-            changed = stretch.copy()
-            changed[leg] += 4e-8 * force[other]
-            if both:
-                changed[other] += 4e-8 * force[leg]
-            return changed
+    def by(machine: Machine, row: pd.Series, force: Array, memory: dict[str, Any]) -> Array:
+        exchanged = force.copy()
+        exchanged[[leg, other]] = force[[other, leg]]
+        return 4e-8 * exchanged
 
-        return Physics(legs=legs)
-
-    return make
+    return longer((leg, other) if both else (leg,), by)
 
 
 def screw(leg: int, amplitude: float, pitch: float, phase: float) -> Callable[[Machine], Physics]:
-    def make(machine: Machine) -> Physics:
-        def legs(row: pd.Series, force: Array, stretch: Array, memory: dict[str, Any]) -> Array:
-            names = ["x_m", "y_m"] if machine.planar else ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
-            length = machine.lengths(row[names].to_numpy(dtype=float))[leg]
-            changed = stretch.copy()
-            changed[leg] += amplitude * np.sin(2.0 * np.pi * length / pitch + phase)
-            return changed
+    def by(machine: Machine, row: pd.Series, force: Array, memory: dict[str, Any]) -> Array:
+        lengths = machine.lengths(row[pose_names(machine)].to_numpy(dtype=float))
+        return np.asarray(amplitude * np.sin(2.0 * np.pi * lengths / pitch + phase))
 
-        return Physics(legs=legs)
-
-    return make
+    return longer((leg,), by)
 
 
 # --- the instrument -----------------------------------------------------------------------------------------------

@@ -1,28 +1,18 @@
 """The gallery's notebooks are short, kept with their outputs, and print the same when they run again."""
 
-import importlib.util
 import re
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
+from tests.docs.test_tutorial import loaded
 
 ROOT = Path(__file__).parents[2]
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?|NaN")
 LARGEST = 100_000
 
 
-def loaded() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("docs_gallery", ROOT / "docs" / "gallery.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-GALLERY = loaded()
+GALLERY = loaded("gallery")
 
 
 def codes(notebook: Any) -> list[Any]:

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 import yaml
 from tests.commands.calls import ROOT, call
-from tests.docs.test_tutorial import loaded
+from tests.docs.test_tutorial import NUMBER, loaded
 
-NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 LIMITS = (ROOT / "docs" / "limits.md").read_text(encoding="utf-8")
 TRUTH = np.array([8.7e6, 9.6e6, 11.2e6, 9.1e6, 10.4e6, 7.9e6])
 

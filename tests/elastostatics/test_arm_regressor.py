@@ -6,8 +6,7 @@ import numpy as np
 import pandas as pd
 import pinocchio as pin
 import pytest
-from benchmarks.arms.plans import HIGH, JOINTS, LOW, configuration
-from benchmarks.arms.plant import STIFFNESS, Arm, Faults
+from tests.plant import HIGH, JOINTS, LOW, STIFFNESS, Arm, Faults, configuration
 
 import expdesign as xd
 from expdesign.mechanics.elastostatics.arm_calibration import ArmElastostatic, ArmGeometric

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pinocchio as pin
 import pytest
-from benchmarks.arms.plant import INSTRUMENT, PLACES, Arm, Faults, recordings, usual_faults
 from tests.oracle import Array
+from tests.plant import INSTRUMENT, PLACES, Arm, Faults, recordings, usual_faults
 
 import expdesign as xd
 from expdesign.app.api.identify import IdentificationResult

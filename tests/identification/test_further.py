@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from benchmarks.arms.plant import Faults, recordings, usual_faults
 from tests.identification.test_arm_calibration import ROBOT
+from tests.plant import Faults, recordings, usual_faults
 
 import expdesign as xd
 from expdesign.app.api.identify import IdentificationResult

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from benchmarks.arms.plant import INSTRUMENT, PLACES, Arm, recordings, usual_faults
 from tests.identification.test_arm_calibration import ROBOT, recordings_of
+from tests.plant import INSTRUMENT, PLACES, Arm, recordings, usual_faults
 
 import expdesign as xd
 from expdesign.chain.recordings.recordings import complete_positions

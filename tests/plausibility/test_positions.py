@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from benchmarks.arms.plant import recordings, usual_faults
 from scipy.spatial.transform import Rotation
 from tests.identification.experiments import table_of
 from tests.identification.test_arm_calibration import mixed, recordings_of
+from tests.plant import recordings, usual_faults
 from tests.robots.torso import FILE, LIFTED, STIFFNESS, Torso, read_torso
 
 from expdesign.assurance.plausibility.finding import Implausibility, say

@@ -1,5 +1,6 @@
 """The closed forms of evidence and left-out errors against dense linear algebra and refits."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,10 @@ def present(*laws: tuple[FloatArray, float]) -> Present:
     return Present(BASE, np.zeros(3), READINGS, tuple(law for law, _ in laws), tuple(size for _, size in laws))
 
 
+def unknown(*laws: tuple[FloatArray, float], scale: float = 1.0) -> Present:
+    return replace(present(*laws), readings=scale * READINGS, known_noise=False)
+
+
 def restricted_likelihood(variance: FloatArray) -> float:
     """−½(yᵀPy + ln det V + ln det AᵀV⁻¹A), dense (Patterson and Thompson 1971)."""
     inverse = np.linalg.inv(variance)
@@ -33,14 +38,14 @@ def test_evidence_is_the_restricted_likelihood_of_a_gaussian_process() -> None:
     assert closed[1] - closed[0] == pytest.approx(dense[1] - dense[0], rel=1e-7)
 
 
-def test_gain_is_the_largest_difference_of_evidence() -> None:
-    before = present((OTHER, 0.7))
+@pytest.mark.parametrize("made", [present, unknown], ids=["noise known", "noise not known"])
+def test_gain_is_the_largest_difference_of_evidence(made: Callable[..., Present]) -> None:
+    before = made((OTHER, 0.7))
     gain, size = before.gain(LAW)
-    differences = [
-        present((OTHER, 0.7), (LAW, s)).log_evidence - before.log_evidence for s in np.geomspace(1e-3, 1e6, 2000)
-    ]
+    sizes = np.geomspace(1e-3, 1e6, 2000)
+    differences = [made((OTHER, 0.7), (LAW, s)).log_evidence - before.log_evidence for s in sizes]
     assert gain == pytest.approx(max(differences), abs=1e-2)
-    assert present((OTHER, 0.7), (LAW, size)).log_evidence - before.log_evidence == pytest.approx(gain, abs=1e-6)
+    assert made((OTHER, 0.7), (LAW, size)).log_evidence - before.log_evidence == pytest.approx(gain, abs=1e-6)
 
 
 def test_refitted_sizes_leave_no_slope() -> None:
@@ -75,10 +80,6 @@ def test_variances_of_left_out_errors_are_those_of_predictions_by_the_rest() -> 
     np.testing.assert_allclose(found[~rest], direct, rtol=1e-6)
 
 
-def unknown(*laws: tuple[FloatArray, float], scale: float = 1.0) -> Present:
-    return replace(present(*laws), readings=scale * READINGS, known_noise=False)
-
-
 def test_noise_that_is_not_known_is_where_the_dense_likelihood_is_largest() -> None:
     def dense(noise: float, size: float) -> float:
         variance = noise * (np.eye(40) + size * LAW @ LAW.T)
@@ -98,15 +99,6 @@ def test_without_known_noise_the_unit_of_the_readings_does_not_matter() -> None:
     assert large.noise_variance == pytest.approx(2500.0 * one.noise_variance, rel=1e-3)
     gains = [unknown((OTHER, 0.7), scale=scale).gain(LAW) for scale in (1.0, 50.0)]
     np.testing.assert_allclose(gains[1], gains[0], rtol=1e-9)
-
-
-def test_gain_without_known_noise_is_the_largest_difference_of_evidence() -> None:
-    before = unknown((OTHER, 0.7))
-    gain, size = before.gain(LAW)
-    sizes = np.geomspace(1e-3, 1e6, 2000)
-    differences = [unknown((OTHER, 0.7), (LAW, s)).log_evidence - before.log_evidence for s in sizes]
-    assert gain == pytest.approx(max(differences), abs=1e-2)
-    assert unknown((OTHER, 0.7), (LAW, size)).log_evidence - before.log_evidence == pytest.approx(gain, abs=1e-6)
 
 
 def test_refitted_sizes_beside_unknown_noise_leave_no_slope() -> None:

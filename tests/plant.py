@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +16,6 @@ import pandas as pd
 import pinocchio as pin
 
 Array = npt.NDArray[np.float64]
-URDF = Path("configs/robots/ur5.urdf")
 TIP = "flange"
 STIFFNESS = np.array([24000.0, 24000.0, 12000.0, 4000.0, 4000.0, 4000.0])
 INSTRUMENT = pin.SE3(pin.rpy.rpyToMatrix(0.01, -0.02, 2.4), np.array([2.3, 1.6, 0.4]))
@@ -24,6 +24,14 @@ PLACES = {
     "two": np.array([-0.07, 0.09, 0.10]),
     "three": np.array([0.01, -0.11, 0.15]),
 }
+NOISE = 3e-5
+"""m, of positions."""
+ROBOT = Path(__file__).parents[1] / "configs" / "robots" / "ur5.yaml"
+JOINTS = [f"q{k}_rad" for k in range(1, 7)]
+LOW, HIGH = np.array([-1.0, -2.2, 0.4, -2.6, -2.2, -1.5]), np.array([1.0, -0.5, 2.2, 0.0, -0.9, 1.5])
+TARGETS = np.array(
+    [[0.0, -1.3, 1.5, -1.8, -1.57, 0.0], [0.6, -0.9, 1.2, -1.9, -1.57, 0.5], [-0.6, -1.9, 2.0, -1.2, -1.2, -0.5]]
+)
 _ITERATIONS = 8
 _TENSOR = '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/>'
 
@@ -71,7 +79,7 @@ class Arm:
 
     def __init__(self, faults: Faults) -> None:
         # Pinocchio reads no mass without an inertia tensor, which statics does not need.
-        text = URDF.read_text(encoding="utf-8").replace("</inertial>", f"{_TENSOR}</inertial>")
+        text = ROBOT.with_suffix(".urdf").read_text(encoding="utf-8").replace("</inertial>", f"{_TENSOR}</inertial>")
         self._model = pin.buildModelFromXML(text)
         self._model.gravity.linear = np.array([0.0, 0.0, -9.80665])
         for joint, moved in enumerate(faults.placements):
@@ -129,3 +137,38 @@ def recordings(
     for name in ("spx_m", "spy_m", "spz_m"):
         frame[name] = deviation
     return frame
+
+
+def configuration(poses: int) -> dict[str, Any]:
+    """Of the plans: three markers 0.1 m apart make rotations as exact as NOISE over that lever."""
+    deviation = {f"d{axis}_m": NOISE / np.sqrt(3.0) for axis in "xyz"} | {f"dr{a}_rad": NOISE / 0.1 for a in "xyz"}
+    return {
+        "schema_version": 1,
+        "robot": str(ROBOT),
+        "experiment": {
+            "calibration": "geometric",
+            "frames": "unknown",
+            "measurements": poses,
+            "poses": {"bounds": {n: [a, b] for n, a, b in zip(JOINTS, LOW.tolist(), HIGH.tolist(), strict=True)}},
+            "deflection_noise": {"std": deviation},
+        },
+        "targets": [
+            {"pose": each.tolist(), "tolerance": dict.fromkeys(("dx_m", "dy_m", "dz_m"), 1e-4)} for each in TARGETS
+        ],
+        "objectives": ["duir", "o1"],
+        "optimiser": {"population": 40, "generations": 40, "seed": 1, "polish": True},
+    }
+
+
+def measured(arm: Arm, commands: Array, seed: int) -> pd.DataFrame:
+    """Positions of the three markers at commands (N, 6)."""
+    random = np.random.default_rng(seed)
+    rows: list[dict[str, object]] = []
+    for command in commands:
+        for name, place in PLACES.items():
+            row: dict[str, object] = {"sequence": len(rows) + 1, "series": len(rows) + 1, "marker": name}
+            row |= dict(zip(JOINTS, command, strict=True))
+            read = arm.position(command, place) + NOISE * random.standard_normal(3)
+            row |= dict(zip(("px_m", "py_m", "pz_m"), read, strict=True))
+            rows.append(row | dict.fromkeys(("spx_m", "spy_m", "spz_m"), NOISE))
+    return pd.DataFrame(rows)
