@@ -15,7 +15,6 @@ PROOFS = {
     "chain/test_bodies.py::test_a_body_without_standard_deviations": "a noise level that an explanation does not leave",
     "chain/test_markers.py": "geometry of an arm that is not recovered from positions",
     "commands/test_arms.py::test_from_the_configuration_to_commands": "a break in an arm's way from plan to commands",
-    "commands/test_diagnose.py::test_the_unexplained": "a mismatch that nothing explains and that gets a name",
     "commands/test_closed_loop.py": "the benchmark of the closed loop that no longer runs",
     "commands/test_geometric_plans.py::test_monte_carlo_of": "criteria of geometry that experiments do not have",
     "commands/test_run.py::test_unknown_frames": "a bound, or a Monte-Carlo, of unknown frames",

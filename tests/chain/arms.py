@@ -4,19 +4,20 @@ from pathlib import Path
 
 import numpy as np
 from tests.oracle import Array
+from tests.robots.urdf import joint_text, link_text
 
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.mechanics.robots.robot_file import read_robot
 from expdesign.mechanics.robots.serial import SerialRobot
 
-_JOINTS = [  # name, origin xyz, origin rpy, axis, mass and centre of the link that it moves
-    ("lift", "0 0 0.2", "0 0 0", "0 0 1", 6.0, "0 0 0.1", "prismatic"),
-    ("waist", "0 0 0.3", "0 0 0", "0 0 1", 8.0, "0.02 0 0.1", "revolute"),
-    ("shoulder", "0.05 0 0.2", "0 0 0", "0 1 0", 7.0, "0 0 0.2", "revolute"),
-    ("elbow", "0 0.03 0.45", "0 0 0", "0 1 0", 4.0, "0.15 0 0", "revolute"),
-    ("roll", "0.40 0 0.02", "0 0 0", "1 0 0", 2.0, "0.05 0 0", "revolute"),
-    ("wrist", "0.10 0 0", "0 0 0", "0 1 0", 1.5, "0.04 0 0.01", "revolute"),
-    ("flange", "0.08 0 0", "0 0 0", "1 0 0", 0.8, "0.03 0.01 0", "revolute"),
+_JOINTS = [  # name, origin, axis, mass and centre of the link that it moves, kind
+    ("lift", "0 0 0.2", "0 0 1", 6.0, "0 0 0.1", "prismatic"),
+    ("waist", "0 0 0.3", "0 0 1", 8.0, "0.02 0 0.1", "revolute"),
+    ("shoulder", "0.05 0 0.2", "0 1 0", 7.0, "0 0 0.2", "revolute"),
+    ("elbow", "0 0.03 0.45", "0 1 0", 4.0, "0.15 0 0", "revolute"),
+    ("roll", "0.40 0 0.02", "1 0 0", 2.0, "0.05 0 0", "revolute"),
+    ("wrist", "0.10 0 0", "0 1 0", 1.5, "0.04 0 0.01", "revolute"),
+    ("flange", "0.08 0 0", "1 0 0", 0.8, "0.03 0.01 0", "revolute"),
 ]
 STIFFNESS = np.array([3e6, 6e4, 8e4, 5e4, 2e4, 1.5e4, 1e4])
 PLACE = np.array([0.06, -0.03, 0.11])
@@ -26,21 +27,12 @@ DEVIATION = 5e-5
 
 def write_arm(folder: Path) -> Path:
     """URDF and robot file of a seven-joint arm; returns the robot file."""
-    links = ['<link name="base"/>']
-    joints = []
-    parent = "base"
-    for name, xyz, rpy, axis, mass, centre, kind in _JOINTS:
-        links.append(
-            f'<link name="{name}_link"><inertial><origin xyz="{centre}" rpy="0 0 0"/><mass value="{mass}"/>'
-            '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>'
-        )
-        joints.append(
-            f'<joint name="{name}" type="{kind}"><origin xyz="{xyz}" rpy="{rpy}"/><parent link="{parent}"/>'
-            f'<child link="{name}_link"/><axis xyz="{axis}"/>'
-            '<limit lower="-3" upper="3" effort="1000" velocity="1"/></joint>'
-        )
-        parent = f"{name}_link"
-    (folder / "arm.urdf").write_text(f'<robot name="arm">{"".join(links + joints)}</robot>', encoding="utf-8")
+    parents = ["base", *(f"{joint[0]}_link" for joint in _JOINTS)]
+    text = "".join(
+        link_text(f"{name}_link", mass, centre) + joint_text(name, parent, f"{name}_link", xyz, axis, kind=kind)
+        for parent, (name, xyz, axis, mass, centre, kind) in zip(parents, _JOINTS, strict=False)
+    )
+    (folder / "arm.urdf").write_text(f'<robot name="arm"><link name="base"/>{text}</robot>', encoding="utf-8")
     file = folder / "arm.yaml"
     file.write_text(
         "name: arm\nkind: serial\nurdf: arm.urdf\nbase_link: base\ntip_link: flange_link\n"

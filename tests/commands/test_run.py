@@ -51,20 +51,6 @@ def test_run_writes_what_the_interfaces_say(config: Path, tmp_path: Path) -> Non
     assert list(plan.columns) == ["sequence", "series", "x_m", "y_m", "fx_N", "fy_N"]
 
 
-def test_the_plan_evaluates_to_what_the_front_says(
-    config: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = tmp_path / "out"
-    assert call("run", config, "--out", out) == 0
-    pareto = pd.read_csv(out / "pareto.csv")
-    capsys.readouterr()
-    assert call("evaluate", config, out / "plan.csv", "--json") == 0
-    record = json.loads(capsys.readouterr().out)
-    row = pareto[pareto["recommended"]].iloc[0]
-    for name in ("duir", "feir", "total", "o1", "o2", "o3", "o4", "o5", "o_tp", "o_mv"):
-        assert record[name] == pytest.approx(row[name], rel=1e-9)
-
-
 def test_the_same_seed_gives_the_same_bytes(config: Path, tmp_path: Path) -> None:
     for name in ("one", "two"):
         assert call("run", config, "--out", tmp_path / name) == 0

@@ -9,12 +9,11 @@ import pytest
 import yaml
 from tests.commands.calls import yaml_file
 from tests.design.problems import changed
-from tests.robots.test_trees import joint_text, link_text
+from tests.robots.urdf import joint_text, link_text, robot_of
 
 import expdesign as xd
 from expdesign.app.api.configuration import problem_of
 from expdesign.errors import InfeasibleError, InputError
-from expdesign.mechanics.robots.robot_file import read_robot
 from expdesign.mechanics.robots.serial import SerialRobot
 from expdesign.planning.visibility import Reflector, Visibility, distance_between
 
@@ -30,10 +29,12 @@ ARM = (
     + joint_text("flange", "wrist", "tool", "0.2 0 0", "1 0 0", kind="fixed")
     + "</robot>"
 )
-FILE = "name: arm\nkind: serial\nurdf: arm.urdf\nbase_link: base\ntip_link: tool\nactuator_stiffness: [1e4, 1e4, 1e4]\n"
+FILE = (
+    "name: arm\nkind: serial\nurdf: robot.urdf\nbase_link: base\ntip_link: tool\nactuator_stiffness: [1e4, 1e4, 1e4]\n"
+)
 CONFIG: dict[str, Any] = {
     "schema_version": 1,
-    "robot": "arm.yaml",
+    "robot": "robot.yaml",
     "experiment": {
         "calibration": "geometric",
         "measurements": 16,
@@ -55,11 +56,7 @@ FORWARD = Reflector(np.zeros(3), np.array([1.0, 0.0, 0.0]), np.deg2rad(30.0))
 
 
 def arm(folder: Path) -> SerialRobot:
-    (folder / "arm.urdf").write_text(ARM, encoding="utf-8")
-    (folder / "arm.yaml").write_text(FILE, encoding="utf-8")
-    robot = read_robot(folder / "arm.yaml")
-    assert isinstance(robot, SerialRobot)
-    return robot
+    return robot_of(folder, ARM, FILE)
 
 
 def written(folder: Path, **change: Any) -> Path:

@@ -10,7 +10,7 @@ from tests.identification.experiments import experiment
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.chain.models.effect_entry import effect_classes
+from expdesign.chain.effects.legs.transmission import LegBacklash
 from expdesign.chain.models.model_file import Model, model_text, read_model
 from expdesign.errors import InputError
 from expdesign.estimation.identify import identify
@@ -21,19 +21,6 @@ ROBOT_FILE = Path(__file__).parents[2] / "configs" / "robots" / "hexapod-h1.yaml
 
 def document() -> YamlDocument:
     return read_yaml(ROBOT_FILE)
-
-
-def all_effects() -> list[Effect]:
-    """The first place of every effect that a hexapod's recordings could show."""
-    made = experiment("H1", 6)
-    points = made.recordings(made.exact)
-    found = []
-    for cls in effect_classes():
-        found += cls.candidates(robot("H1"), points)[:1]
-    return found
-
-
-EFFECTS = {effect.key: effect for effect in all_effects()}
 
 
 def saved(model: Model, folder: Path) -> Path:
@@ -51,21 +38,11 @@ def model_with(effects: tuple[Effect, ...]) -> Model:
     return Model(chain, values, root @ root.T, content.content, content.folder, "recordings.csv")
 
 
-def test_effects_together_keep_their_order(tmp_path: Path) -> None:
-    effects = tuple(EFFECTS.values())[:4]
-    model = model_with(effects)
-    found = read_model(saved(model, tmp_path))
-    assert [effect.key for effect in found.chain.effects] == [effect.key for effect in effects]
-    np.testing.assert_array_equal(found.values[6:], model.values[6:])
-    np.testing.assert_allclose(found.values, model.values, rtol=1e-14)
-    np.testing.assert_allclose(found.covariance, model.covariance, rtol=1e-12)
-
-
 def test_parameters_that_were_not_determined_stay_so(tmp_path: Path) -> None:
     model = model_with(())
     model.covariance[2, :] = model.covariance[:, 2] = np.inf
     found = read_model(saved(model, tmp_path))
-    np.testing.assert_array_equal(np.isinf(found.covariance), np.isinf(model.covariance))
+    np.testing.assert_allclose(found.covariance, model.covariance, rtol=1e-12)
 
 
 def test_the_file_of_an_identification_says_what_was_identified(tmp_path: Path) -> None:
@@ -77,7 +54,7 @@ def test_the_file_of_an_identification_says_what_was_identified(tmp_path: Path) 
 
 
 def changed(folder: Path, **changes: object) -> Path:
-    path = saved(model_with((next(e for e in EFFECTS.values() if e.physics == "leg_backlash"),)), folder)
+    path = saved(model_with((LegBacklash.from_text(robot("H1"), "leg 3", "middle"),)), folder)
     content = yaml.safe_load(path.read_text(encoding="utf-8"))
     for key, value in changes.items():
         content[key] = value

@@ -9,6 +9,7 @@ import pinocchio as pin
 import pytest
 from tests.identification.experiments import table_of
 from tests.robots.arms import ARMS
+from tests.robots.urdf import joint_text, link_text, robot_of
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.structure.compliance import BaseCompliance
@@ -16,23 +17,6 @@ from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
-from expdesign.mechanics.robots.robot_file import read_robot
-from expdesign.mechanics.robots.serial import SerialRobot
-
-
-def link_text(name: str, mass: float, centre: str = "0.1 0 0.02") -> str:
-    inertia = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
-    return f'<link name="{name}"><inertial><origin xyz="{centre}"/><mass value="{mass}"/>{inertia}</inertial></link>'
-
-
-def joint_text(
-    name: str, parent: str, child: str, xyz: str, axis: str, *, rule: str = "", kind: str = "revolute"
-) -> str:
-    return (
-        f'<joint name="{name}" type="{kind}"><origin xyz="{xyz}"/><parent link="{parent}"/><child link="{child}"/>'
-        f'<axis xyz="{axis}"/><limit lower="-3" upper="3" effort="1" velocity="1"/>{rule}</joint>'
-    )
-
 
 TORSO = (
     '<robot name="torso"><link name="ground"/>'
@@ -69,14 +53,6 @@ PARALLELOGRAM_FILE = (
     "name: p\nkind: serial\nurdf: robot.urdf\nbase_link: ground\ntip_link: fore\nactuator_stiffness: [9000.0, 9000.0]\n"
 )
 COUPLING = "couplings: {elbow: {follows: {one: -1.0, two: 0.5}, offset: 0.1}}\n"
-
-
-def robot_of(folder: Path, urdf: str, text: str) -> SerialRobot:
-    (folder / "robot.urdf").write_text(urdf, encoding="utf-8")
-    (folder / "robot.yaml").write_text(text, encoding="utf-8")
-    robot = read_robot(folder / "robot.yaml")
-    assert isinstance(robot, SerialRobot)
-    return robot
 
 
 def test_the_weight_of_another_arm_moves_the_waist(tmp_path: Path) -> None:

@@ -9,9 +9,8 @@ import numpy as np
 import pandas as pd
 import pinocchio as pin
 from tests.oracle import Array
-from tests.robots.test_trees import joint_text, link_text
+from tests.robots.urdf import joint_text, link_text, robot_of
 
-from expdesign.mechanics.robots.robot_file import read_robot
 from expdesign.mechanics.robots.serial import SerialRobot
 
 HANDS = ("right_hand", "left_hand")
@@ -45,11 +44,7 @@ FILE = (
 
 
 def read_torso(folder: Path, text: str = FILE) -> SerialRobot:
-    (folder / "robot.urdf").write_text(URDF, encoding="utf-8")
-    (folder / "robot.yaml").write_text(text, encoding="utf-8")
-    robot = read_robot(folder / "robot.yaml")
-    assert isinstance(robot, SerialRobot)
-    return robot
+    return robot_of(folder, URDF, text)
 
 
 @dataclass(frozen=True)
