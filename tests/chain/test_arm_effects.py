@@ -98,7 +98,6 @@ def test_the_change_of_geometry_is_that_of_the_equilibrium() -> None:
     found = predicted((ArmGeometricStiffness.from_text(ARM, "geometry"),), [1.0])
     base = predicted((), [])
     payload = points().payload
-    assert payload is not None
     for row in range(0, len(points()), 4):
         q, gravity, (mass, *centre) = points().configurations[row], points().gravity[row], payload[row]
 

@@ -121,7 +121,6 @@ def test_one_orientation_is_said_and_only_the_same_orientation_is_predicted(arm:
     arm.markers = {"ball": PLACE}
     try:
         given = reading_of(arm, known)
-        assert given is not None
         assert not given.degeneracies
     finally:
         arm.markers = {}
@@ -207,7 +206,6 @@ def test_markers_read_at_one_configuration_are_no_replicates_of_each_other(arm: 
     assert noise_from_replicates(apart, 3) is None
     alike = replace(empty, deviations=None)
     level = noise_from_replicates(alike, 3)
-    assert level is not None
     # 36 degrees of freedom: the standard error of a deviation is 1/√72 of it.
     assert level.deviations[0, 0] == pytest.approx(DEVIATION, rel=4.0 / np.sqrt(72.0))
 

@@ -61,7 +61,6 @@ def test_the_largest_number_of_measurements_fits_and_one_more_does_not() -> None
 def test_random_designs_are_brought_within_the_budget(shared: bool) -> None:
     case = limited(90.0, **{SHARED: shared})
     space, settings = case.space, case.space.settings
-    assert settings is not None
     drawn = space.sample(60 * space.measurements, np.random.default_rng(1)).reshape(60, space.measurements, -1)
     drawn[::2, ::3, settings.gene] = 0.0
     designs = space.canonical(drawn)

@@ -34,7 +34,6 @@ def test_legs_are_as_far_apart_as_their_axes_less_two_radii() -> None:
     robot = problem(HEXAPOD).loaded.robot
     pose = np.array([0.02, -0.01, 0.01, 0.1, -0.05, 0.0])
     drawing = robot.drawing(pose)
-    assert drawing is not None
     legs = [drawing.points[[leg, leg + 6]] for leg in range(6)]
     expected = min(segment_distance(legs[i], legs[j]) for i in range(6) for j in range(i))
     radius, clearance = 0.004, 0.001
@@ -77,8 +76,6 @@ def test_no_design_collides_and_a_colliding_plan_is_refused() -> None:
     stated = collisions(payload={"cylinder_m": [0.162, 0.01], "at_m": [0.0, 0.0, -0.05]})
     free = problem(HEXAPOD, {"optimiser": FEW})
     bound = problem(HEXAPOD, {"optimiser": FEW, "experiment.constraints": {"collisions": stated}})
-    assert bound.constraints is not None
-    assert bound.constraints.collisions is not None
     poses = bound.space.decode(free.space.sample(300, np.random.default_rng(0)))[0]
     hits = bound.constraints.collisions.excess(bound.loaded.robot, poses) > 0.0
     assert 0.02 < hits.mean() < 0.98

@@ -73,7 +73,6 @@ def test_joints_stay_within_their_effort() -> None:
     jacobians = case.loaded.robot.jacobians(poses)
     wrenches = case.loaded.load.wrenches(jacobians.rotation, loads)
     forces = np.einsum("ijk,ij->ik", jacobians.forward, wrenches) + case.loaded.robot.own_weight(poses, loads[:, -3:])
-    assert case.constraints is not None
     expected = (np.abs(forces) / effort).max(axis=1) - 1.0
     np.testing.assert_allclose(case.constraints.measurements(case.loaded, poses, loads)[:, 1], expected, rtol=1e-9)
     front = search(case)

@@ -117,8 +117,6 @@ def test_plans_keep_reflectors_in_sight(tmp_path: Path, listed: bool) -> None:
         document["experiment"]["poses"] = {"candidates": poses.tolist()}
         config.write_text(yaml.safe_dump(document), encoding="utf-8")
     problem = problem_of(config)
-    assert problem.constraints is not None
-    assert problem.constraints.visibility is not None
     seen = problem.constraints.visibility.excess(problem.loaded.robot, poses).max(axis=-1) <= 0.0
     assert 0.05 < seen.mean() < 0.9
     chosen = xd.run(config).plan[["q1_rad", "q2_rad", "q3_rad"]].to_numpy()

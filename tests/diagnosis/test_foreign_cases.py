@@ -54,7 +54,6 @@ def require_found(case: Case, result: Diagnosis) -> None:
     if finding.physics != case.physics:
         assert case.physics in finding.indistinguishable
         assert finding.probability < 0.5
-        assert finding.rival is not None
         (other,) = finding.rival.effects
         assert other.physics == case.physics
         assert str(other.component) in case.components

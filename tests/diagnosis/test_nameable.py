@@ -142,7 +142,6 @@ def test_clear_effects_are_named_by_every_nine_tenths() -> None:
     search = bipod_search(None, FRICTION, PLAY, parameters=[60.0, 2e-5])
     model = search.model()
     found = stability(search.known_names, model)
-    assert found is not None
     assert (found.refits, found.same, found.shares) == (OPTIONS.refits, 1.0, (1.0, 1.0))
 
 
@@ -152,7 +151,6 @@ def test_refits_on_reduced_normal_equations_name_what_searches_on_the_rows_name(
     model = search.model()
     assert model.keys == (PLAY.key,)
     found = stability(search.known_names, model)
-    assert found is not None
     assert 0.0 < found.same < 1.0
     names = search.known_names
     blocks, named = blocks_of(names.sample, OPTIONS.refits), []

@@ -28,7 +28,6 @@ def script() -> ModuleType:
 def section(title: str) -> str:
     """The text below a heading."""
     found = re.search(rf"^## {re.escape(title)}\n(.*?)(?=^## |\Z)", PAGE, flags=re.DOTALL | re.MULTILINE)
-    assert found is not None
     return found[1]
 
 

@@ -27,7 +27,6 @@ PAGE = (Path(__file__).parents[2] / "docs/theory.md").read_text(encoding="utf-8"
 
 def vectors(name: str) -> dict[str, Any]:
     found = re.search(rf'```json title="{name}"\n(.*?)```', PAGE, flags=re.DOTALL)
-    assert found is not None
     content: dict[str, Any] = json.loads(found[1])
     return content
 

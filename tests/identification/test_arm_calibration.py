@@ -48,13 +48,11 @@ def identified() -> IdentificationResult:
 
 def geometry(found: IdentificationResult) -> Array:
     frame = found.geometry
-    assert frame is not None
     return np.asarray(frame["estimate"], dtype=float)
 
 
 def test_what_is_held_out_is_predicted_to_the_noise(identified: IdentificationResult) -> None:
     arm = identified.result.arm
-    assert arm is not None
     assert identified.result.calibration == "both"
     held_out = arm.accuracy["held out", "position"]
     assert held_out.before.rms > 1e-3
@@ -72,7 +70,6 @@ def test_compliances_are_those_of_the_truth(identified: IdentificationResult) ->
     assert (np.abs(interval.estimate - truth)[1:5] < 2.0 * half[1:5]).all()
     assert half[1] < 0.05 * truth[1]
     arm = identified.result.arm
-    assert arm is not None
     assert arm.told_apart[1:4].all()
     assert not arm.told_apart[0]
 
@@ -80,7 +77,6 @@ def test_compliances_are_those_of_the_truth(identified: IdentificationResult) ->
 def test_eighteen_parameters_of_six_revolute_axes_with_three_parallel_ones(identified: IdentificationResult) -> None:
     """4 per revolute axis, of which instrument and markers stand for the first and the last ones."""
     arm = identified.result.arm
-    assert arm is not None
     first = next(each for each in arm.redundant if each.name == "joint 1's zero")
     assert first.sentence.startswith("joint 1's zero cannot be told apart from the instrument")
     assert len(arm.redundant) == 18
@@ -210,7 +206,6 @@ def mixed(count: int = 90, seed: int = 1) -> pd.DataFrame:
 def test_poses_and_positions_with_empty_cells_and_without_loads() -> None:
     found = xd.identify(ROBOT, mixed())
     arm = found.result.arm
-    assert arm is not None
     assert arm.accuracy["held out", "position"].after.rms < 1.5 * NOISE * np.sqrt(3.0)
     assert arm.accuracy["held out", "orientation"].after.rms < 1.5 * 1e-4 * np.sqrt(3.0)
     levels = {group.name: group.deviation for group in found.result.noise.groups}
@@ -233,7 +228,6 @@ def test_geometry_alone_needs_no_stiffness(tmp_path: Path) -> None:
     found = xd.identify(tmp_path / "robot.yaml", measured(180, faults=faults))
     assert found.result.calibration == "geometric"
     arm = found.result.arm
-    assert arm is not None
     assert arm.accuracy["held out", "position"].after.rms < 1.3 * NOISE * np.sqrt(3.0)
     found.save(tmp_path / "out")
     assert xd.predict(tmp_path / "out/model.yaml", measured(6)).frame["spx_m"].max() < NOISE

@@ -25,7 +25,6 @@ def found(frame: pd.DataFrame, *further: Further) -> IdentificationResult:
 
 def held_out(result: IdentificationResult) -> float:
     """RMS length of the errors of held-out positions, in that of their noise."""
-    assert result.result.arm is not None
     return result.result.arm.accuracy["held out", "position"].after.rms / (NOISE * np.sqrt(3.0))
 
 

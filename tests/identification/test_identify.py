@@ -146,7 +146,6 @@ def test_replicates_show_the_noise_whatever_the_model(shared: bool) -> None:
     expected = [np.sqrt((made.deviation[part] ** 2).mean()) for part in (slice(0, 3), slice(3, 6))]
     levels = [group.deviation for group in found.noise.groups]
     np.testing.assert_allclose(levels, expected, rtol=4.0 * 1.3 / np.sqrt(2 * 600))
-    assert found.goodness.lack_of_fit is not None
     assert found.goodness.lack_of_fit.p_value < 1e-6
 
 
@@ -159,7 +158,6 @@ def test_the_tests_have_the_level_that_they_state(shared: bool) -> None:
     for _ in range(600):
         recordings = replace(exact, deflections=made.noisy(generator, shared_reference=shared))
         goodness = identify(made.robot, recordings).goodness
-        assert goodness.lack_of_fit is not None
         chance.append(goodness.p_value)
         lack.append(goodness.lack_of_fit.p_value)
     for values in (chance, lack):

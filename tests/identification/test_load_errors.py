@@ -33,7 +33,6 @@ def test_chi2_is_that_of_generalised_least_squares(name: str, shared_reference: 
     train = result.recordings.rows(result.fitted)
     whitening = Whitening(result.noise.deviations, references=train.references)
     errors = case.load_errors
-    assert errors is not None
     fell = errors.explained(result.fit, train, whitening)
 
     # The covariance of all readings written out, and the same model fitted with it.

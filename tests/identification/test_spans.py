@@ -52,7 +52,6 @@ def test_held_out_distances_are_predicted_to_their_noise(positions: bool, tmp_pa
     frame = measured(positions=positions)
     found = xd.identify(ROBOT, frame)
     arm = found.result.arm
-    assert arm is not None
     entries = arm.accuracy
     assert entries["held out", "distance"].before.rms > 20.0 * DISTANCE
     assert entries["held out", "distance"].after.rms < 1.5 * DISTANCE
@@ -102,7 +101,6 @@ def test_a_diagnosis_says_what_it_leaves_out(caplog: pytest.LogCaptureFixture) -
 def test_two_coordinates_of_every_position_calibrate_an_arm_and_are_too_few_for_a_diagnosis() -> None:
     frame = recordings(FAULTS, 90, 11, markers=1).drop(columns=["pz_m", "spz_m"])
     arm = xd.identify(ROBOT, frame).result.arm
-    assert arm is not None
     assert arm.accuracy["held out", "position"].after.rms < 2.0 * PLACE * np.sqrt(2.0)
     assert np.all(np.diag(arm.fit.covariance)[arm.minimal.kept] > 0.0)
     with pytest.raises(InputError, match="none of 90 rows has all three coordinates") as refused:

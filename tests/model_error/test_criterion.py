@@ -92,7 +92,6 @@ def test_a_plan_without_degrees_of_freedom_notices_nothing(tmp_path: Path) -> No
     here = problem(tmp_path, {"model_error": {}})
     designs = starting_designs(here, 1, np.random.default_rng(0))
     hidden = hidden_by_plan(here, here.assess(*here.space.decode(designs)), "this plan")
-    assert hidden is not None
     assert hidden.freedom == 0
     assert "this plan cannot show missing physics" in hidden.sentence
     assert all(each.noticed == np.inf for each in hidden.physics)

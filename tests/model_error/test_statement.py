@@ -39,7 +39,6 @@ def plan(problem: DesignProblem) -> pd.DataFrame:
 
 def test_of_a_plan(problem: DesignProblem, evaluation: xd.EvaluationResult) -> None:
     stated = evaluation.accuracy
-    assert stated is not None
     record = evaluation.record
     assert (stated.noise, stated.load_errors, stated.total, stated.hidden.meir) == pytest.approx(
         (record["duir"], record["feir"], record["total"], record["meir"])
@@ -54,9 +53,7 @@ def test_of_recordings(problem: DesignProblem, evaluation: xd.EvaluationResult, 
     recordings = xd.simulate(problem, plan(problem), seed=3).frame
     robot = CONFIGS / "robots" / "bipod.yaml"
     identified = xd.identify(robot, recordings, targets=problem)
-    assert identified.at_targets.accuracy is not None
     planned = evaluation.accuracy
-    assert planned is not None
     assert identified.at_targets.accuracy.noise == pytest.approx(planned.noise, rel=1e-6)
     assert identified.at_targets.accuracy.load_errors == pytest.approx(planned.load_errors, rel=1e-2)
     assert identified.at_targets.accuracy.hidden.meir == pytest.approx(planned.hidden.meir, rel=1e-6)

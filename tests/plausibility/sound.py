@@ -126,6 +126,5 @@ def concealing(recordings: Recordings, robot: Robot, generator: np.random.Genera
 
 def read_out(recordings: Recordings) -> Recordings:
     """Readings in steps of a power of ten of at most a standard deviation, as an instrument's display has them."""
-    assert recordings.deviations is not None
     step = 10.0 ** np.floor(np.log10(recordings.deviations.min(axis=0)))
     return replace(recordings, deflections=np.round(recordings.deflections / step) * step)

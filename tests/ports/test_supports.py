@@ -100,7 +100,6 @@ def test_a_column_whose_guides_have_clearance_is_predicted_at_stations_that_were
 def test_the_guides_are_among_what_is_found_and_end_where_they_do() -> None:
     group = next(one for one in found().found if one.group.form == "guide")
     overlap = group.laws[0].form.channels[0].amplitude
-    assert overlap is not None
     assert overlap.setting[0] == pytest.approx(_ENDS, abs=0.3)
     assert guide().component == str(BASE)
     assert "the moment about x" in guide().sentence
@@ -109,7 +108,6 @@ def test_the_guides_are_among_what_is_found_and_end_where_they_do() -> None:
 def test_the_drawn_law_has_the_play_within_its_band() -> None:
     """Of the laws of the load together at the median height, relative to the load of the reference, along mx."""
     curve = guide().curve
-    assert curve is not None
     chosen = (np.array(curve.output) == "drx_rad") & (np.array(curve.varied) == 0)
     moment = curve.inputs[chosen, 0]
     truth = tilt(moment, 0.5 * (_HEIGHTS[1] + _HEIGHTS[2]), 30.0) - _SOFT * moment

@@ -177,7 +177,6 @@ def test_repeated_poses_scatter_as_predicted_after_the_correction() -> None:
     noise = generator.standard_normal((2 * visits, 6)) * POSE_NOISE
     poses = read(measured(frame, robot, drift(2 * visits, 3), noise), robot)
     found = repeatability(poses, correct_poses(robot, poses))
-    assert found is not None
     assert found.noise_after is not None
     assert found.noise_before is not None
     np.testing.assert_allclose(found.after, found.noise_after, rtol=4.0 / np.sqrt(2 * visits))

@@ -141,7 +141,6 @@ def test_the_time_of_the_plan_is_among_the_cards(hexapod: Any) -> None:
     assert "Time of the plan" not in hexapod.html
     problem = replace(hexapod.problem, costs=Costs(pose_change=2.0, mass_change=10.0, reading=0.5))
     minutes = design_minutes(problem, hexapod.front)
-    assert minutes is not None
     page = render(design_report(problem, hexapod.front, hexapod.run))
     card = page.split("Time of the plan", 1)[1][:200]
     assert f">{words.number(float(minutes[hexapod.front.recommended]))}<" in card

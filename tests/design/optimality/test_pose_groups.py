@@ -22,7 +22,6 @@ def test_a_pose_set_anew_has_a_reference_of_its_own(base: dict[str, object]) -> 
     """As good as a step away, and not what one series there would be; the plan says which is meant."""
     here = problem(base, SHARED)
     space, settings = here.space, here.space.settings
-    assert settings is not None
     pose = settings.poses
     design = starting_designs(here, 1, np.random.default_rng(3))
     design[..., pose] = design[:, :1, pose]
@@ -46,7 +45,6 @@ def test_a_pose_set_anew_has_a_reference_of_its_own(base: dict[str, object]) -> 
 def test_settings_are_numbered_whatever_the_order() -> None:
     here = problem(HEXAPOD, SHARED)
     space, settings = here.space, here.space.settings
-    assert settings is not None
     generator = np.random.default_rng(4)
     designs = starting_designs(here, 30, generator)
     designs[..., settings.poses] = designs[:, :1, settings.poses]
