@@ -1,6 +1,5 @@
 """Maps of the error to expect: at every point they are what a target at that point would have."""
 
-from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -29,29 +28,22 @@ def test_a_point_of_the_map_is_a_target_there(content: dict[str, Any]) -> None:
         known = np.argwhere(np.isfinite(rms[0]))
         assert len(known)
         for up, across in known[:: max(1, len(known) // 4)]:
-            moved = deepcopy(content)
-            target = moved["targets"][chart.target]
             pose = case.targets.configurations[chart.target].copy()
             pose[list(chart.axes)] = chart.across[across], chart.up[up]
-            moved["targets"] = [{**target, "pose": pose.tolist()}]
-            there = problem(moved)
+            there = problem(content, {"targets": [content["targets"][chart.target] | {"pose": pose.tolist()}]})
             expected = Total().values(there.assess(*there.space.decode(decisions)))
             np.testing.assert_allclose(rms[:, up, across], expected, rtol=1e-8)
 
 
 def test_the_map_spans_where_measurements_may_be_taken_and_the_targets() -> None:
-    content = deepcopy(HEXAPOD)
-    content["experiment"]["poses"]["bounds"]["x_m"] = [-0.01, 0.01]
-    content["targets"][0]["pose"] = [0.02, 0, 0, 0, 0, 0]
-    chart = accuracy_maps(problem(content), points=3)[0]
+    changes = {"experiment.poses.bounds.x_m": [-0.01, 0.01], "targets.0.pose": [0.02, 0, 0, 0, 0, 0]}
+    chart = accuracy_maps(problem(HEXAPOD, changes), points=3)[0]
     assert chart.axes == (0, 1)
     np.testing.assert_allclose(chart.across, [-0.01, 0.005, 0.02])
 
 
 def test_poses_beyond_the_limits_are_blank() -> None:
-    content = deepcopy(HEXAPOD)
-    content["experiment"]["poses"]["bounds"]["x_m"] = [-0.2, 0.2]  # far beyond what the legs allow
-    case = problem(content)
+    case = problem(HEXAPOD, {"experiment.poses.bounds.x_m": [-0.2, 0.2]})  # far beyond what the legs allow
     chart = accuracy_maps(case, points=5)[0]
     blank = np.isnan(chart.weight).any(axis=(-2, -1))
     assert blank[:, 0].all()
@@ -59,11 +51,8 @@ def test_poses_beyond_the_limits_are_blank() -> None:
 
 
 def test_a_plane_in_which_nothing_varies_is_left_out() -> None:
-    content = deepcopy(HEXAPOD)
-    del content["experiment"]["poses"]["bounds"]["y_m"]
-    content["targets"] = content["targets"][:1]
-    content["targets"][0]["pose"][1] = 0.0
-    assert [chart.axes for chart in accuracy_maps(problem(content), points=2)] == [(0, 2)]
+    case = problem(HEXAPOD, {"experiment.poses.bounds.y_m": ..., "targets.1": ..., "targets.0.pose.1": 0.0})
+    assert [chart.axes for chart in accuracy_maps(case, points=2)] == [(0, 2)]
 
 
 def test_an_actuator_that_nothing_determines_and_nothing_needs_leaves_the_map_known() -> None:

@@ -1,5 +1,7 @@
 """Two finished runs, and a browser to look at their reports."""
 
+import html
+import re
 import shutil
 import textwrap
 from collections.abc import Iterator
@@ -21,6 +23,12 @@ ROOT = Path(__file__).parents[2]
 
 # Everything that a page could mistake for markup.
 EVIL_NAME = "bi<b>pod</b> </script><script>document.title='broken'</script> <!-- & \"co\" {{ 7 * 7 }}"
+
+
+def text_of(page: str) -> str:
+    """What a person reads: the page without markup and scripts, with one space wherever there is any."""
+    bare = re.sub(r"<(script|style)\b.*?</\1>", " ", page, flags=re.DOTALL)
+    return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", bare)).split())
 
 
 @dataclass(frozen=True)
@@ -46,9 +54,9 @@ def _case(problem: DesignProblem, bound_share: float | None, folder: Path) -> Ca
         "duir_lower_bound_certified_on": "40 candidates",
     }
     path = folder / "report.html"
-    html = render(design_report(problem, front, run))
-    path.write_text(html, encoding="utf-8")
-    return Case(problem, front, run, html, path)
+    page = render(design_report(problem, front, run))
+    path.write_text(page, encoding="utf-8")
+    return Case(problem, front, run, page, path)
 
 
 @pytest.fixture(scope="session")

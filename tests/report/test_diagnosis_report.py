@@ -1,6 +1,5 @@
 """The page of a diagnosis says what the diagnosis says, and shows foreign text as text."""
 
-import html
 import io
 import json
 import re
@@ -13,7 +12,7 @@ import pytest
 from tests.cases import robot
 from tests.chain.places import rows
 from tests.identification.experiments import read
-from tests.report.conftest import EVIL_NAME
+from tests.report.conftest import EVIL_NAME, text_of
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.transmission import LegBacklash
@@ -55,9 +54,7 @@ def page(kind: str) -> str:
 
 
 def text(kind: str) -> str:
-    """What a person reads: the page without markup and scripts."""
-    bare = re.sub(r"<(script|style)\b.*?</\1>", " ", page(kind), flags=re.DOTALL)
-    return plain(html.unescape(re.sub(r"<[^>]+>", " ", bare)))
+    return text_of(page(kind))
 
 
 def plain(shown: str) -> str:

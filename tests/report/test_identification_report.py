@@ -3,7 +3,6 @@
 import io
 import json
 import re
-import time
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from tests.commands.calls import ROBOT, call, recordings_file
+from tests.report.test_in_browser import until
 
 from expdesign.report import words
 from expdesign.report.page import content_of
@@ -54,10 +54,7 @@ def test_it_opens_in_a_browser_without_an_error(browser: Any, folder: Path) -> N
     browser.get_log("browser")
     browser.get((folder / "report.html").as_uri())
     drawn = "return [...document.querySelectorAll('.plot')].map(plot => plot.querySelectorAll('.main-svg').length > 0)"
-    end = time.monotonic() + 30.0
-    while not all(browser.execute_script(drawn)):
-        assert time.monotonic() < end
-        time.sleep(0.05)
+    until(lambda: all(browser.execute_script(drawn)))
     assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
 
 

@@ -5,6 +5,7 @@ import itertools
 import json
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -121,6 +122,17 @@ def assert_quiet(browser: Any) -> None:
     messages = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
     asked = [entry["params"]["request"]["url"] for entry in messages if entry["method"] == "Network.requestWillBeSent"]
     assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []
+
+
+@contextmanager
+def emulated(browser: Any, system: str) -> Iterator[None]:
+    """The colours that the system asks for."""
+    features = [{"name": "prefers-color-scheme", "value": system}]
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+    try:
+        yield
+    finally:
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
 
 
 def another(case: Any) -> int:
@@ -310,27 +322,22 @@ def test_no_chart_can_be_sent_to_a_server(hexapod_screen: Screen) -> None:
 
 
 def test_the_look_follows_the_system_and_the_button(browser: Any, hexapod: Any) -> None:
-    def look(system: str) -> None:
-        features = [{"name": "prefers-color-scheme", "value": system}]
-        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
-
     colours = """
         return [getComputedStyle(document.body).backgroundColor,
                 document.getElementById('front')._fullLayout.paper_bgcolor];
     """
     try:
-        look("light")
-        screen = Screen(browser, hexapod)
-        light = screen.run(colours)
-        look("dark")
-        dark = until(lambda: (now := screen.run(colours)) != light and now[1] != light[1] and now)
-        screen.click("#theme")
-        until(lambda: screen.run(colours) == light)
-        screen.click("#theme")
-        until(lambda: screen.run(colours) == dark)
+        with emulated(browser, "light"):
+            screen = Screen(browser, hexapod)
+            light = screen.run(colours)
+        with emulated(browser, "dark"):
+            dark = until(lambda: (now := screen.run(colours)) != light and now[1] != light[1] and now)
+            screen.click("#theme")
+            until(lambda: screen.run(colours) == light)
+            screen.click("#theme")
+            until(lambda: screen.run(colours) == dark)
     finally:
         browser.execute_script("try { localStorage.clear(); } catch { /* none for files */ }")
-        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
 
 
 def test_nothing_is_wider_than_a_phone(browser: Any, hexapod: Any) -> None:
@@ -349,10 +356,7 @@ def test_printing_turns_the_figures_light_and_narrow_and_back(browser: Any, bipo
         return [...document.querySelectorAll('.plot')].map(
             plot => [plot._fullLayout.width, plot._fullLayout.paper_bgcolor]);
     """
-    browser.execute_cdp_cmd(
-        "Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": "dark"}]}
-    )
-    try:
+    with emulated(browser, "dark"):
         screen = Screen(browser, bipod)
         before = screen.run(state)
         screen.run("window.dispatchEvent(new Event('beforeprint'))")
@@ -360,8 +364,6 @@ def test_printing_turns_the_figures_light_and_narrow_and_back(browser: Any, bipo
         assert any(width > 660 for width, _ in before)
         screen.run("window.dispatchEvent(new Event('afterprint'))")
         until(lambda: screen.run(state) == before)
-    finally:
-        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
 
 
 def test_the_printed_page_leaves_out_what_only_a_screen_can_use(browser: Any, hexapod: Any) -> None:

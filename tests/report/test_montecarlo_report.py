@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from tests.cases import ALL_ERRORS, setup
-from tests.report.conftest import EVIL_NAME
+from tests.report.conftest import EVIL_NAME, text_of
 from tests.report.test_in_browser import until
 
 from expdesign.assurance.validation.plants import PLANTS
@@ -34,13 +34,8 @@ def page(plant: str = "explicit", errors: bool = True) -> str:
     return render(montecarlo_report(repeated(plant, errors)))
 
 
-def text(shown: str) -> str:
-    bare = re.sub(r"<(script|style)\b.*?</\1>", " ", shown, flags=re.DOTALL)
-    return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", bare)).split())
-
-
 def test_criteria_and_their_prediction_are_there() -> None:
-    result, shown = repeated(), text(page())
+    result, shown = repeated(), text_of(page())
     for cause in ("duir", "feir", "total"):
         found, predicted = result.criteria[cause]
         assert words.with_error(float(found.value), float(found.standard_error)) in shown
@@ -55,14 +50,14 @@ def test_what_differs_is_said() -> None:
     wrong.__dict__["deviations"] = {
         cause: (estimate, predicted / 2.0) for cause, (estimate, predicted) in result.deviations.items()
     }
-    shown = text(render(montecarlo_report(wrong)))
+    shown = text_of(render(montecarlo_report(wrong)))
     assert "The prediction holds" not in shown
     assert "differ by more than three standard errors" in shown
 
 
 def test_a_mean_error_is_named_where_the_plant_is_not_linear() -> None:
-    assert "Nowhere is the mean error a larger part" in text(page("equilibrium"))
-    assert "mean error a larger part" not in text(page())
+    assert "Nowhere is the mean error a larger part" in text_of(page("equilibrium"))
+    assert "mean error a larger part" not in text_of(page())
 
 
 def test_without_load_errors_they_are_not_drawn() -> None:
