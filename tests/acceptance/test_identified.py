@@ -15,10 +15,9 @@ from expdesign.app.api.at_targets import AtTargets
 from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.acceptance.left_out import LeftOutOptions, left_out_by, left_out_risk
 from expdesign.assurance.acceptance.said import acceptance_record, sentences
-from expdesign.assurance.model_error.left_out import left_out, offsets
-from expdesign.assurance.model_error.recorded import shown_by
+from expdesign.assurance.model_error.left_out import offsets
+from expdesign.assurance.model_error.recorded import Shown
 from expdesign.assurance.model_error.settings import Assumptions
-from expdesign.chain.models.effect_entry import effect_classes
 from expdesign.errors import InputError
 from expdesign.estimation.whitening import Whitening
 from expdesign.planning.plan import plan_frame
@@ -157,13 +156,9 @@ def test_the_odds_of_what_is_hidden_are_those_of_integrating_over_its_size() -> 
     hidden = identified.acceptance.left_out
     assert hidden is not None
     fit, rows = identified.result.fit, identified.result.recordings
-    effects = [
-        e for kind in effect_classes() for e in kind.candidates(fit.chain.robot, rows) if e.physics == "leg_coupling"
-    ]
-    physics = left_out(effects, rows, Assumptions())
     whitening = Whitening(identified.result.noise.deviations, references=rows.references)
-    found = shown_by(case, rows, whitening, Assumptions(physics=frozenset({"leg_coupling"})))
-    base, shown = found.base, found.directions
+    found = Shown(case, rows, whitening, Assumptions(physics=frozenset({"leg_coupling"})))
+    base, shown, physics = found.base, found.directions, found.meir.physics
     shown = shown - base @ np.linalg.lstsq(base, shown, rcond=None)[0]
     residuals, start = fit.residuals.ravel(), offsets(physics)
     generator = np.random.default_rng(1)
@@ -184,7 +179,7 @@ def test_friction_is_integrated_over_its_size() -> None:
     recorded = xd.simulate(case, plan_frame(plan_for(case, 2), case.loaded, False), load_errors=False).frame
     found = AtTargets.identified(case, xd.identify(HEXAPOD["robot"], recorded).result)
     dense = LeftOutOptions(sizes=tuple(np.linspace(0.05, 9.0, 200)))
-    shown = left_out_by(case, found.model, dense)
+    shown = left_out_by(case, found.model)
     assert shown is not None
     exact = replace(found.decision, left_out=left_out_risk(case, found.model, shown, dense))
     assert found.decision.left_out is not None
@@ -201,8 +196,7 @@ def test_physics_of_several_prior_sizes_is_believed() -> None:
     recorded = xd.simulate(case, frame, conceal=hidden, seed=0, load_errors=False).frame
     found = AtTargets.identified(case, xd.identify(HEXAPOD["robot"], recorded).result)
     narrow = LeftOutOptions(scales=(1.0,), sizes=())
-    shown = left_out_by(case, found.model, narrow)
+    shown = left_out_by(case, found.model)
     assert shown is not None
-    assert not shown.at_sizes
     before = replace(found.decision, left_out=left_out_risk(case, found.model, shown, narrow))
     assert found.decision.whole_risk > 1.5 * before.whole_risk

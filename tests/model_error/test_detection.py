@@ -12,9 +12,8 @@ from scipy.stats import chi2
 from tests.model_error.problems import assessed, plans, problem
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.model_error.hidden import VISIBLE
 from expdesign.assurance.model_error.left_out import Omitted, plan_points
-from expdesign.assurance.model_error.meir import Meir
+from expdesign.assurance.model_error.meir import VISIBLE, Meir
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
@@ -76,7 +75,7 @@ def simulate(
         axis=1
     )
     if entry.step:
-        mean = chain.predict(rows, np.concatenate([np.ones(n_p), entry.stepped])) - chain.predict(rows, neutral)
+        mean = chain.predict(rows, np.concatenate([np.ones(n_p), entry.at(entry.step)])) - chain.predict(rows, neutral)
         directions = white(mean[..., None])
     else:
         directions = white(chain.predict_with_sensitivities(rows, neutral)[1][:, :, n_p:][:, :, entry.free])
@@ -115,8 +114,8 @@ def finite_over_first_order(
     neutral = np.concatenate([np.ones(n_p), entry.start])
     moved = chain.predict(rows, np.concatenate([np.ones(n_p), values])) - chain.predict(rows, neutral)
     index = next(i for i, other in enumerate(meir.physics) if other is entry)
-    start = sum(other.columns for other in meir.physics[:index])
-    first = meir.directions.at(rows)[1][..., start : start + entry.columns]
+    start = sum(len(other.free) for other in meir.physics[:index])
+    first = meir.directions.at(rows)[..., start : start + len(entry.free)]
     white = meir.problem.assess(configurations[None], loads[None]).white
     seen, expected = (white(array[None, ..., None]) for array in (moved, first @ (values - entry.start)[entry.free]))
     return float(np.linalg.norm(seen - expected) / np.linalg.norm(expected))
@@ -129,15 +128,15 @@ def check(name: str, physics: tuple[str, ...] | None, count: int) -> list[tuple[
     configurations, loads = plans(name, 1, seed=11)
     found = meir.hidden(assessed(meir, configurations, loads))
     results: list[tuple[str, float, float]] = []
-    start = np.cumsum([0, *(entry.columns for entry in meir.physics)])
+    start = np.cumsum([0, *(len(entry.free) for entry in meir.physics)])
     n_p = len(case.loaded.robot.stiffness)
     base, directions = meir.whitened(assessed(meir, configurations, loads))
 
     def just_noticed(index: int) -> tuple[FloatArray, FloatArray]:
         """Parameters of an entry, and those that are not shapes, at which it is just noticed."""
         entry, columns = meir.physics[index], slice(start[index], start[index + 1])
-        noticed = found.sizes[index][0] * meir.deviations[columns] / np.sqrt(found.visible[0, index])
-        if entry.columns == 1:
+        noticed = found.sizes[0, columns] * meir.deviations[columns] / np.sqrt(found.visible[0, index])
+        if len(entry.free) == 1:
             noticed = np.abs(noticed)  # gaps and friction are not negative
         values = entry.start.copy()
         values[entry.free] += noticed
@@ -151,7 +150,7 @@ def check(name: str, physics: tuple[str, ...] | None, count: int) -> list[tuple[
         entry, columns = meir.physics[index], slice(start[index], start[index + 1])
         values, noticed = just_noticed(index)
         rate, mean, deviation = simulate(case, entry, values, configurations[0], loads[0], seed=index)
-        taken = np.linalg.pinv(base[0], rcond=1e-9) @ (directions[0][:, columns] @ noticed)
+        taken = np.linalg.pinv(base[0], rcond=1e-9) @ (directions[0][:, columns] / meir.deviations[columns] @ noticed)
         predicted = meir.errors[0][:, n_p:][:, columns] @ noticed - meir.errors[0][:, :n_p] @ taken
         scale = np.linalg.norm(predicted)
         away = np.abs(mean - predicted) / (deviation + 1e-12 * scale)

@@ -6,11 +6,10 @@ from tests.model_error.problems import ROBOTS, plans, problem
 
 from expdesign.assurance.model_error.left_out import (
     Directions,
-    effects_of_problem,
     left_out,
     offsets,
     plan_points,
-    with_steps,
+    sampled_points,
 )
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.chain import Chain
@@ -22,21 +21,20 @@ from expdesign.chain.row import row_data
 def test_every_effect_as_alone_on_the_chain(name: str, instrument: bool) -> None:
     few = frozenset({"joint_position_error", "friction_hysteresis", "encoder_periodic_error", "instrument_scale"})
     loaded = problem(name).loaded
-    assumptions = Assumptions(physics=few)
-    physics = with_steps(problem(name), left_out(*effects_of_problem(problem(name)), assumptions), assumptions)
+    physics = left_out(problem(name), sampled_points(problem(name)), Assumptions(physics=few))
     configurations, loads = (array[0] for array in plans(name, 1))
     n_p = len(loaded.robot.stiffness)
     directions = Directions(Chain(loaded.robot), np.ones(n_p), physics)
     rows = row_data(plan_points(loaded, configurations, loads), loaded.robot)
-    found = directions.at(rows)[1] if instrument else directions.of_platform(rows)
+    found = directions.at(rows, platform=not instrument)
     for entry, start in zip(physics, offsets(physics)[:-1], strict=True):
         chain = Chain(loaded.robot, (entry.effect,), instrument=instrument)
         values = np.concatenate([np.ones(n_p), entry.start])
         if entry.step:
-            ends = [chain.predict(rows, np.concatenate([np.ones(n_p), v])) for v in (entry.stepped, entry.start)]
+            ends = [chain.predict(rows, np.concatenate([np.ones(n_p), v])) for v in (entry.at(entry.step), entry.start)]
             assert np.allclose(found[..., start], (ends[0] - ends[1]) / entry.step, rtol=1e-7, atol=1e-15)
             continue
         alone = chain.predict_with_sensitivities(rows, values)[1][:, :, n_p:][:, :, entry.free]
-        mine = found[..., start : start + entry.columns]
+        mine = found[..., start : start + len(entry.free)]
         size = np.abs(alone).max(axis=(0, 1), keepdims=True)
         assert np.allclose(mine / (size + 1e-30), alone / (size + 1e-30), atol=1e-7), entry.key

@@ -1,14 +1,14 @@
 """MEIR: invariances and limits with known answers."""
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from tests.model_error.problems import FEW, assessed, impact, plans, problem
 
-from expdesign.assurance.model_error.hidden import Hidden, hidden_errors
-from expdesign.assurance.model_error.meir import Meir
-from expdesign.assurance.model_error.settings import Assumptions, noncentrality
+from expdesign.assurance.model_error.meir import Hidden, Meir
+from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.models.effect_entry import effect_classes
 from expdesign.planning.problem import DesignProblem
 
@@ -17,16 +17,14 @@ def test_the_parameters_of_an_effect_may_be_named_in_any_units() -> None:
     meir = impact("hexapod-h1")
     configurations, loads = plans("hexapod-h1", 3)
     base, directions = meir.whitened(assessed(meir, configurations, loads))
-    scaled, errors = directions * meir.deviations, meir.errors.copy()
-    errors[..., base.shape[2] :] *= meir.deviations
-    given = hidden_errors(base, scaled, errors, meir.physics, meir.assumptions).squares
+    given = meir.hidden_from(base, directions).squares
     generator = np.random.default_rng(0)
     turn = np.linalg.qr(generator.normal(size=(base.shape[1],) * 2))[0]
-    other = errors.copy()
+    other, errors = copy(meir), meir.errors.copy()
     factors = np.array([3.0, 0.01, 7.0, 1.0, 50.0, 2.0])
-    other[..., : base.shape[2]] *= factors
-    turned = hidden_errors(turn @ (base * factors), turn @ scaled, other, meir.physics, meir.assumptions).squares
-    assert np.allclose(given, turned, rtol=1e-7)
+    errors[..., : base.shape[2]] *= factors
+    other.errors = errors
+    assert np.allclose(given, other.hidden_from(turn @ (base * factors), turn @ directions).squares, rtol=1e-7)
 
 
 def test_repeated_measurements_hide_less_but_take_up_the_same() -> None:
@@ -36,7 +34,7 @@ def test_repeated_measurements_hide_less_but_take_up_the_same() -> None:
     twice = meir.hidden(assessed(meir, np.repeat(configurations, 2, axis=1), np.repeat(loads, 2, axis=1)))
     assert (twice.squares <= once.squares * (1.0 + 1e-9)).all()
     # Where detection alone binds and one direction shows, the variance halves.
-    single = [i for i, entry in enumerate(meir.physics) if entry.columns == 1]
+    single = [i for i, entry in enumerate(meir.physics) if len(entry.free) == 1]
     bound = (once.visible[:, single] > 1.0 - 1e-9) & (twice.visible[:, single] > 1.0 - 1e-9)
     assert bound.any()
     assert np.allclose(twice.squares[:, single][bound], 0.5 * once.squares[:, single][bound])
@@ -47,13 +45,14 @@ def test_one_parameter_in_closed_form() -> None:
     configurations, loads = plans("hexapod-h1", 2)
     base, directions = meir.whitened(assessed(meir, configurations, loads))
     index = next(i for i, entry in enumerate(meir.physics) if entry.effect.physics == "leg_coupling")
-    column = sum(entry.columns for entry in meir.physics[:index])
+    column = sum(len(entry.free) for entry in meir.physics[:index])
     size = meir.deviations[column]
     for design in range(2):
-        solution, *_ = np.linalg.lstsq(base[design], directions[design, :, column], rcond=None)
-        remaining = directions[design, :, column] - base[design] @ solution
+        unit = directions[design, :, column] / size
+        solution, *_ = np.linalg.lstsq(base[design], unit, rcond=None)
+        remaining = unit - base[design] @ solution
         missed = meir.errors[0, :, 6 + column] - meir.errors[0, :, :6] @ solution
-        largest = min(size, np.sqrt(noncentrality(1)) / np.linalg.norm(remaining))
+        largest = min(size, np.sqrt(meir.assumptions.noncentrality(1)) / np.linalg.norm(remaining))
         expected = (largest * np.linalg.norm(missed)) ** 2
         assert meir.hidden(assessed(meir, configurations, loads)).squares[design, index] == pytest.approx(
             expected, rel=1e-9
@@ -65,17 +64,16 @@ def test_without_degrees_of_freedom_the_prior_size_alone_counts() -> None:
     configurations, loads = plans("bipod", 3, measurements=1)
     found = meir.hidden(assessed(meir, configurations, loads))
     assert (found.freedom == 0).all()
-    assert (found.rank == 0).all()
     assert not found.visible.any()
     base, directions = meir.whitened(assessed(meir, configurations, loads))
     for design in range(3):
         taken = np.linalg.solve(base[design], directions[design])
-        missed = (meir.errors[0, :, 2:] - meir.errors[0, :, :2] @ taken) * meir.deviations
+        missed = meir.errors[0, :, 2:] * meir.deviations - meir.errors[0, :, :2] @ taken
         start = 0
         for index, entry in enumerate(meir.physics):
-            block = missed[:, start : start + entry.columns]
+            block = missed[:, start : start + len(entry.free)]
             assert found.squares[design, index] == pytest.approx(np.linalg.norm(block, 2) ** 2, rel=1e-8)
-            start += entry.columns
+            start += len(entry.free)
 
 
 def test_a_plan_that_does_not_identify_the_stiffness_has_no_meir() -> None:
@@ -101,7 +99,7 @@ def test_larger_effects_and_stricter_tests_hide_more() -> None:
     sizes: dict[str, float | dict[str, float]] = {
         name: {size.parameter: 3.0 * size.value for physics, size in declared if physics == name} for name in few
     }
-    larger = usual.with_sizes(sizes)
+    larger = replace(usual, sizes=sizes)
     reference = Meir(problem("bipod"), usual).values(assessed(Meir(problem("bipod"), usual), configurations, loads))
     assert (
         Meir(problem("bipod"), larger).values(assessed(Meir(problem("bipod"), larger), configurations, loads))

@@ -9,9 +9,9 @@ from tests.model_error.problems import FEW, ROBOTS, assessed, impact, plans, pro
 
 from expdesign.assurance.model_error.left_out import plan_points
 from expdesign.assurance.model_error.meir import Meir
-from expdesign.assurance.model_error.recorded import shown_by
+from expdesign.assurance.model_error.recorded import Shown
 from expdesign.assurance.model_error.settings import Assumptions
-from expdesign.assurance.model_error.statement import WhatIsHidden, hidden_physics
+from expdesign.assurance.model_error.statement import WhatIsHidden
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.whitening import Whitening
 from expdesign.planning.problem import DesignProblem
@@ -36,7 +36,7 @@ def recorded(name: str, **changes: Any) -> tuple[Recordings, np.ndarray]:
 def hidden_by(
     case: DesignProblem, recordings: Recordings, deviations: np.ndarray, assumptions: Assumptions
 ) -> WhatIsHidden:
-    return shown_by(case, recordings, Whitening(deviations), assumptions).hidden()
+    return Shown(case, recordings, Whitening(deviations), assumptions).hidden()
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -49,7 +49,7 @@ def test_as_planned(name: str) -> None:
     assert found.meir == pytest.approx(float(meir.values(assessed(meir, *plans(name, 1)))[0]), rel=1e-7)
     listed = {(p.physics, p.component, p.variant): p for p in found.physics}
     # Where masses may be any, what weights may be wrong depends on the weights at hand.
-    for each in hidden_physics(planned, meir.physics, meir.deviations):
+    for each in WhatIsHidden.of(meir, planned, "this plan").physics:
         same = listed.get((each.physics, each.component, each.variant))
         if same is not None:
             assert same.error == pytest.approx(each.error, rel=1e-6)
@@ -103,13 +103,14 @@ def test_drift_is_sought_where_there_is_time() -> None:
 
 def test_worst_combination_is_what_it_says() -> None:
     meir: Meir = impact("hexapod-h1")
-    configurations, loads = plans("hexapod-h1", 2)
-    found = hidden_physics(meir.hidden(assessed(meir, configurations, loads)), meir.physics, meir.deviations, design=1)
+    assessment = assessed(meir, *plans("hexapod-h1", 2))
+    found = WhatIsHidden.of(meir, meir.hidden(assessment), "this plan").physics
     assert [p.error for p in found] == sorted((p.error for p in found), reverse=True)
-    assert found[0].error == pytest.approx(float(meir.values(assessed(meir, configurations, loads))[1]))
+    assert found[0].error == pytest.approx(float(meir.values(assessment)[0]))
     for each in found:
         assert each.noticed >= 1.0 - 1e-6
         assert each.limited_by in ("size", "detection")
+        assert each.parameters[each.parameter] >= 0.0
         assert each.error == 0.0 or each.tolerable * each.error == pytest.approx(1.0)
 
 

@@ -10,7 +10,7 @@ from tests.chain.bodies import BODY
 from tests.chain.kinds import KINDS
 from tests.model_error.problems import problem
 
-from expdesign.assurance.model_error.left_out import effects_of_problem, left_out
+from expdesign.assurance.model_error.left_out import left_out, sampled_points
 from expdesign.assurance.model_error.meir import Meir
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.declaration import TYPICAL, Declaration, Size
@@ -43,6 +43,10 @@ def test_every_shipped_effect_declares_itself_with_sizes_on_every_kind_of_robot(
                 assert effect.acts_at in port_classes()
 
 
+def _left_out(assumptions: Assumptions) -> None:
+    left_out(problem("bipod"), sampled_points(problem("bipod")), assumptions)
+
+
 class _Nameless(LegBacklash):
     """As somebody else would add it: it declares nothing."""
 
@@ -59,7 +63,7 @@ def test_physics_that_declares_nothing_is_as_large_as_its_parameters_are_typical
     found = Meir(problem("bipod"), Assumptions())
     sizes = dict(zip([entry.key[0] for entry in found.physics], found.deviations, strict=True))
     assert sizes["wear"] == 1e-6 != sizes["leg_backlash"]
-    stated = Meir(problem("bipod"), Assumptions().with_sizes({"wear": {"gap_m": 3e-6}}))
+    stated = Meir(problem("bipod"), Assumptions(sizes={"wear": {"gap_m": 3e-6}}))
     assert dict(zip([entry.key[0] for entry in stated.physics], stated.deviations, strict=True))["wear"] == 3e-6
     assert _Nameless.from_text(robot("bipod"), "leg 1", "middle").phrase == "wear (leg 1)"
 
@@ -71,26 +75,26 @@ def test_a_declared_size_is_a_positive_number() -> None:
 
 def test_a_size_of_zero_is_refused_with_its_place() -> None:
     with pytest.raises(InputError, match=r"model_error\.sizes\.leg_backlash.*prior size 0.*without"):
-        Assumptions().with_sizes({"leg_backlash": 0.0})
+        Assumptions(sizes={"leg_backlash": 0.0})
 
 
 def test_unknown_names_are_refused_with_the_nearest() -> None:
     with pytest.raises(InputError, match="leg_backlash"):
-        Assumptions().with_sizes({"leg_backlsh": 1e-6})
+        Assumptions(sizes={"leg_backlsh": 1e-6})
     with pytest.raises(InputError, match="gap_m"):
-        Assumptions().with_sizes({"leg_backlash": {"gap": 1e-6}})
+        Assumptions(sizes={"leg_backlash": {"gap": 1e-6}})
     with pytest.raises(InputError, match=r"model_error\.physics.*joint_backlash"):
-        left_out(*effects_of_problem(problem("bipod")), Assumptions(physics=frozenset({"joint_backlash"})))
+        _left_out(Assumptions(physics={"joint_backlash"}))
 
 
 def test_nothing_left_to_consider() -> None:
-    only = Assumptions(physics=frozenset({"leg_backlash"}), without=frozenset({"leg_backlash"}))
+    only = Assumptions(physics={"leg_backlash"}, without={"leg_backlash"})
     with pytest.raises(InputError, match=r"no physics is left"):
-        left_out(*effects_of_problem(problem("bipod")), only)
+        _left_out(only)
 
 
 def test_a_size_of_the_configuration_replaces_that_of_the_table() -> None:
-    changed = Assumptions().with_sizes({"leg_backlash": 5e-6})
+    changed = Assumptions(sizes={"leg_backlash": 5e-6})
     effect = LegBacklash.from_text(robot("bipod"), "leg 1", "middle")
     assert changed.size(effect, effect.parameters[0]).value == 5e-6
     assert not changed.size(effect, effect.parameters[0]).assumed

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.model_error.hidden import Largest, largest_along_axes
+from expdesign.assurance.model_error.two_ellipsoids import Largest, largest_along_axes
 
 
 def largest(forms: FloatArray, visible: FloatArray) -> Largest:

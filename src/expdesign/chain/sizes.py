@@ -22,23 +22,27 @@ class PhysicalSizes:
         forces: in its actuators (N, N·m), shape (N, n_p).
         pose_compliance: √ of its squares are sizes of compliances of the platform and the base: the diagonal of D at
             some pose, or its mean over several, shape (n,).
-        springs: what springs yield in what is compared, per compliance in units of 1/apK, shape (M, n_p).
+        springs: what springs yield in what is compared, per compliance in units of 1/apK, shape (M, n_p); None where
+            no parameter is compared with them.
     """
 
-    def __init__(self, robot: Robot, forces: FloatArray, pose_compliance: FloatArray, springs: FloatArray) -> None:
-        self.robot, self.springs, self.pose_compliance = robot, springs, pose_compliance
+    def __init__(
+        self, robot: Robot, forces: FloatArray, pose_compliance: FloatArray, springs: FloatArray | None = None
+    ) -> None:
+        self.robot, self.pose_compliance = robot, pose_compliance
+        self.springs = np.zeros((0, len(robot.stiffness))) if springs is None else springs
         self.force: FloatArray = np.abs(forces).max(axis=0)
 
-    def of(self, size: Size, effect: Effect, parameter: Parameter, moved: FloatArray) -> float:
+    def of(self, size: Size, effect: Effect, parameter: Parameter, moved: FloatArray | None = None) -> float:
         """σ of a parameter.
 
         Args:
             size: as it is declared, or as a person states it.
             effect: that has the parameter.
             parameter: of it.
-            moved: what one unit of the parameter moves in what is compared, shape (M,).
+            moved: what one unit of the parameter moves in what is compared, shape (M,); None where it is not known.
         """
-        return size.value * self._unit(size, effect, parameter.name, moved)
+        return size.value * self._unit(size, effect, parameter.name, np.zeros(0) if moved is None else moved)
 
     def _unit(self, size: Size, effect: Effect, parameter: str, moved: FloatArray) -> float:
         """What one unit of a size is, in the parameter's unit."""

@@ -14,7 +14,7 @@ from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.acceptance.fitted import FittedModel
 from expdesign.assurance.acceptance.left_out import decided_by, left_out_by
 from expdesign.assurance.acceptance.said import acceptance_record, sentences
-from expdesign.assurance.model_error.recorded import Shown, shown_by
+from expdesign.assurance.model_error.recorded import Shown
 from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.whitening import Whitening
@@ -120,7 +120,7 @@ class AtTargets:
         if not hidden:
             return StatedAtTargets(self.problem.source, self.decision)
         shown = None if self.model.fit.chain.effects else self._left_out
-        found = (shown or shown_by(self.problem, self.model.recordings, self.model.whitening)).hidden()
+        found = (shown or Shown(self.problem, self.model.recordings, self.model.whitening)).hidden()
         accuracy = _accuracy(self.problem, self.decision.budget, found)
         return StatedAtTargets(self.problem.source, self.decision, found, accuracy)
 

@@ -15,7 +15,7 @@ from expdesign.app.api.inputs import purpose_of
 from expdesign.app.api.result import PAGE, FolderResult, PathLike
 from expdesign.assurance.acceptance.planned import recommended_acceptance
 from expdesign.assurance.acceptance.said import acceptance_record, sentences
-from expdesign.assurance.model_error.statement import accuracy_of_plan
+from expdesign.assurance.model_error.statement import AccuracyStatement, hidden_by_plan
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
 from expdesign.io.output import csv_text, output_folder, write_file
@@ -229,7 +229,7 @@ def _result(
     record = run_record(problem, front, duir, total)
     record["acceptance"] = acceptance_record(recommended_acceptance(problem, front))
     recommended = problem.assessed(front.decisions[[front.recommended]])
-    accuracy = accuracy_of_plan(problem, recommended, "the recommended plan")
+    accuracy = AccuracyStatement.of(recommended, hidden_by_plan(problem, recommended, "the recommended plan"))
     if accuracy is not None:
         record["accuracy"] = accuracy.record
     minutes = design_minutes(problem, front)

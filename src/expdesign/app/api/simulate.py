@@ -17,8 +17,7 @@ from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import TableInput, TruthInput, purpose_of, require_seed, table_of, truth_of
 from expdesign.app.api.result import TableResult, filled
 from expdesign.arrays import FloatArray
-from expdesign.assurance.model_error.left_out import PriorSizes
-from expdesign.assurance.model_error.settings import Assumptions
+from expdesign.assurance.model_error.left_out import sizes_at_targets
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import component_from_text
 from expdesign.chain.effect import Effect, Parameter
@@ -267,8 +266,10 @@ def _value(parameter: Parameter, effect: Effect, wanted: _Wanted, problem: Desig
     text = wanted.named.get(parameter.name)
     if text is None and not parameter.shape:
         text = wanted.unnamed
+    if text is None and parameter.shape:
+        return parameter.neutral
     if text is None:
-        return parameter.neutral if parameter.shape else PriorSizes(problem, Assumptions()).of(effect, parameter)
+        return sizes_at_targets(problem).of(effect.size(parameter), effect, parameter)
     where = f"{WHERE}, {parameter.name}"
     if NUMBER.fullmatch(text):
         value = float(text)

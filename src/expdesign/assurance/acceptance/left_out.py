@@ -24,7 +24,7 @@ from expdesign.arrays import FloatArray, as_matrix
 from expdesign.assurance.acceptance.decision import Basis, Decision, LeftOutRisk
 from expdesign.assurance.acceptance.fitted import FittedModel, fitted_budget, places_tip, target_sensitivities
 from expdesign.assurance.model_error.left_out import Omitted, offsets
-from expdesign.assurance.model_error.recorded import AtSizes, Shown, shown_by
+from expdesign.assurance.model_error.recorded import Shown
 from expdesign.errors import InputError
 from expdesign.planning.problem import DesignProblem
 
@@ -68,7 +68,7 @@ def decided_by(
     return Decision(budget, left_out=None if shown is None else left_out_risk(problem, model, shown))
 
 
-def left_out_by(problem: DesignProblem, model: FittedModel, options: LeftOutOptions | None = None) -> Shown | None:
+def left_out_by(problem: DesignProblem, model: FittedModel) -> Shown | None:
     """What recordings show of physics that may be left out of a model; None where nothing can be.
 
     None as well where geometry is calibrated: sizes and motions of physics are those of deflections (MEIR's).
@@ -76,9 +76,8 @@ def left_out_by(problem: DesignProblem, model: FittedModel, options: LeftOutOpti
     if places_tip(model.fit) or not problem.loaded.regressor.referenced:
         return None
     known = {effect.slot for effect in model.fit.chain.effects}
-    sizes = (options or LeftOutOptions()).sizes
     try:
-        return shown_by(problem, model.recordings, model.whitening, known=known, sizes=sizes)
+        return Shown(problem, model.recordings, model.whitening, known=known)
     except InputError:  # the configuration leaves nothing over to consider
         return None
 
@@ -113,9 +112,9 @@ def left_out_risk(
         kinds = (entry.effect.parameters[i] for i in entry.free)
         assumed = any(meir.assumptions.size(entry.effect, parameter).assumed for parameter in kinds)
         scales = options.scales if assumed else (1.0,)
-        if index in found.at_sizes:
+        if entry.step and options.sizes:
             weights = np.log(_of_sizes(options.sizes, scales))
-            listed += rest.known(entry.effect.phrase, prior + weights, found.at_sizes[index])
+            listed += rest.known(entry.effect.phrase, prior + weights, *found.at_sizes(index, options.sizes))
         else:
             shown, moved = found.directions[:, columns], meir.motions[..., columns] * meir.deviations[columns]
             prior -= np.log(len(scales))
@@ -161,13 +160,13 @@ class _Rest:
         values, vectors = np.linalg.eigh(0.5 * (covariance + covariance.T))
         return _Alternative(phrase, log, errors @ size, errors @ (vectors * np.sqrt(np.maximum(values, 0.0))))
 
-    def known(self, phrase: str, priors: FloatArray, there: AtSizes) -> list[_Alternative]:
-        """Physics at each of its sizes, of prior log odds (K,)."""
-        shown = there.shown[:, : self._residuals.size]
+    def known(self, phrase: str, priors: FloatArray, shown: FloatArray, moved: FloatArray) -> list[_Alternative]:
+        """Physics at each of its sizes, of prior log odds (K,): changes (K, M) of readings and (K, t, n) of targets."""
+        shown = shown[:, : self._residuals.size]
         taken = shown @ self._gain.T
         remaining = shown - taken @ self._sensitivities.T
         logs = priors + remaining @ self._residuals - 0.5 * (shown * remaining).sum(axis=1)
-        means = there.motions - np.einsum("tnp,kp->ktn", self._targets, taken)
+        means = moved - np.einsum("tnp,kp->ktn", self._targets, taken)
         nothing = np.zeros((*means.shape[1:], 1))
         return [_Alternative(phrase, float(log), mean, nothing) for log, mean in zip(logs, means, strict=True)]
 

@@ -9,10 +9,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
-from expdesign.assurance.model_error.hidden import Hidden
-from expdesign.assurance.model_error.left_out import Omitted, offsets
-from expdesign.assurance.model_error.meir import meir_of_problem
+from expdesign.assurance.model_error.left_out import offsets
+from expdesign.assurance.model_error.meir import Hidden, Meir, meir_of_problem
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.targets import TargetVariances
 from expdesign.planning.problem import DesignProblem
@@ -30,7 +28,6 @@ class HiddenPhysics:
         parameter: the one that is largest against its prior size.
         noticed: by which factor that combination has to grow until it is noticed with the required power; 1 where it
             just is, infinite where the readings do not show it at all.
-        rank: independent directions in which the effect shows in the residuals.
     """
 
     physics: str
@@ -41,7 +38,6 @@ class HiddenPhysics:
     parameters: dict[str, float]
     parameter: str
     noticed: float
-    rank: int
 
     @property
     def tolerable(self) -> float:
@@ -61,39 +57,6 @@ class HiddenPhysics:
         return {name: None if value == float("inf") else value for name, value in values.items()}
 
 
-def hidden_physics(
-    hidden: Hidden, physics: tuple[Omitted, ...], deviations: FloatArray, design: int = 0
-) -> tuple[HiddenPhysics, ...]:
-    """Every effect of one design at the worst of its starts, the largest error first.
-
-    Args:
-        hidden: of b designs.
-        physics: its entries.
-        deviations: prior sizes of all columns, shape (D,).
-        design: index of the design.
-    """
-    start = offsets(physics)
-    worst: dict[tuple[str, str, str], HiddenPhysics] = {}
-    for index, entry in enumerate(physics):
-        error = float(np.sqrt(hidden.squares[design, index]))
-        known = worst.get(entry.key)
-        if known is not None and known.error >= error:
-            continue
-        values, size = entry.start.copy(), hidden.sizes[index][design]
-        values[entry.free] += size * deviations[start[index] : start[index + 1]]
-        visible = float(hidden.visible[design, index])
-        worst[entry.key] = HiddenPhysics(
-            *entry.key,
-            entry.effect.phrase,
-            error=error,
-            parameters={p.name: float(v) for p, v in zip(entry.effect.parameters, values, strict=True)},
-            parameter=entry.effect.parameters[entry.free[int(np.abs(size).argmax())]].name,
-            noticed=1.0 / float(np.sqrt(visible)) if visible > 0.0 else float("inf"),
-            rank=int(hidden.rank[design, index]),
-        )
-    return tuple(sorted(worst.values(), key=lambda each: -each.error))
-
-
 @dataclass(frozen=True)
 class WhatIsHidden:
     """What a plan or recordings hide.
@@ -107,6 +70,29 @@ class WhatIsHidden:
     physics: tuple[HiddenPhysics, ...]
     freedom: int
     readings: str
+
+    @classmethod
+    def of(cls, meir: Meir, hidden: Hidden, readings: str) -> Self:
+        """What the first of some designs hides: every effect at the worst of its starts."""
+        start = offsets(meir.physics)
+        worst: dict[tuple[str, str, str], HiddenPhysics] = {}
+        for index in map(int, np.argsort(-hidden.squares[0], kind="stable")):
+            entry, columns = meir.physics[index], slice(start[index], start[index + 1])
+            if entry.key in worst:
+                continue
+            size, visible = hidden.sizes[0, columns], float(hidden.visible[0, index])
+            largest = int(np.abs(size).argmax())
+            size = size * np.sign(size[largest])  # its opposite is as bad
+            values = entry.at(size * meir.deviations[columns])
+            worst[entry.key] = HiddenPhysics(
+                *entry.key,
+                entry.effect.phrase,
+                error=float(np.sqrt(hidden.squares[0, index])),
+                parameters={p.name: float(v) for p, v in zip(entry.effect.parameters, values, strict=True)},
+                parameter=entry.effect.parameters[entry.free[largest]].name,
+                noticed=1.0 / float(np.sqrt(visible)) if visible > 0.0 else float("inf"),
+            )
+        return cls(tuple(worst.values()), int(hidden.freedom[0]), readings)
 
     @property
     def meir(self) -> float:
@@ -199,11 +185,4 @@ def hidden_by_plan(problem: DesignProblem, assessment: Assessment, plan: str) ->
     if meir is None:
         return None
     found = meir.hidden(assessment)
-    if not np.isfinite(found.squares[0]).all():
-        return None
-    return WhatIsHidden(hidden_physics(found, meir.physics, meir.deviations), int(found.freedom[0]), plan)
-
-
-def accuracy_of_plan(problem: DesignProblem, assessment: Assessment, plan: str) -> AccuracyStatement | None:
-    """What the first design of an assessment promises and hides; None as of `hidden_by_plan`."""
-    return AccuracyStatement.of(assessment, hidden_by_plan(problem, assessment, plan))
+    return WhatIsHidden.of(meir, found, plan) if np.isfinite(found.squares[0]).all() else None

@@ -38,6 +38,16 @@ class Targets:
     aggregate: Aggregate = "mean"
     axes: FloatArray | None = None
 
+    def blocks(self, rows: FloatArray) -> FloatArray:
+        """√(w_t/Σw)·W_t^½·T_t of rows T (t, n, p) in blocks of which the worst counts, shape (blocks, q, p): one of all
+        axes that matter where the mean over targets counts, or W_t^½·T_t of every target where the largest does.
+        """
+        weighted = np.sqrt(self.importance)[..., None] * rows
+        if self.aggregate == "max":
+            return weighted
+        weighted = np.sqrt(self.weights / self.weights.sum())[:, None, None] * weighted
+        return weighted[self.importance > 0.0][None]
+
 
 PIECES = 6
 """Largest number of pieces of a maximum that are looked at at a time."""

@@ -62,10 +62,9 @@ class MeasurementMaps:
     def relaxation(self, count: int | None = None) -> Relaxation:
         """The convex problem for plans of `count` measurements (those of the configuration where left out)."""
         targets = self.problem.targets
-        rows = np.sqrt(targets.importance)[..., None] * targets.observation * self._scale
+        rows = targets.blocks(targets.observation) * self._scale
         if targets.aggregate == "mean":
-            rows = np.sqrt(targets.weights / targets.weights.sum())[:, None, None] * rows
-            rows = np.linalg.qr(rows.reshape(-1, rows.shape[-1]))[1].reshape(1, -1, rows.shape[-1])
+            rows = np.linalg.qr(rows[0])[1][None]
         nuisance = int(self.common.sum())
         padded = np.concatenate([rows, np.zeros((*rows.shape[:2], nuisance))], axis=2)
         prior = np.diag(np.concatenate([np.zeros(rows.shape[-1]), np.ones(nuisance)]))
