@@ -1,28 +1,18 @@
 """Study 1 against the closed form of one measurement (theory.md 4.2) and against the reconstruction's figures."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from tests import oracle
+from tests.studies.kept import kept, problem_of
 
 from expdesign.mechanics.robots.parallel import ParallelRobot
-from expdesign.planning.problem_file import problem_from_document
 from thesis_studies.bipod_duir import BipodDuir
-from thesis_studies.making import prepare, read_frame
 from thesis_studies.position_maps import plan_at
-from thesis_studies.study import Tables
 
-ROOT = Path(__file__).parents[2]
-
-
-@pytest.fixture(scope="module")
-def tables() -> Tables:
-    folder = ROOT / "results" / "studies" / BipodDuir.name()
-    return {path.stem: read_frame(path.read_text(encoding="utf-8")) for path in folder.glob("*.csv")}
+STUDY = BipodDuir.name()
 
 
-def test_map_is_the_closed_form(tables: Tables) -> None:
+def test_map_is_the_closed_form() -> None:
     """U = Θ·Θᵀ with Θ = J_D·diag(τ_D/τ_M)·J_M⁻¹."""
     base, load = np.array([[-0.5, 0.0], [0.5, 0.0]]), np.array([0.0, -1000.0])
 
@@ -31,27 +21,27 @@ def test_map_is_the_closed_form(tables: Tables) -> None:
         return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
     target = np.linalg.inv(legs(np.array([0.10, 0.60])))
-    for row in tables["map"].iloc[::37].itertuples():
+    for row in kept(STUDY, "map").iloc[::37].itertuples():
         inverse = legs(np.array([row.x_m, row.y_m + 0.65]))
         ratio = (target.T @ load) / (np.linalg.inv(inverse).T @ load)
         theta = target @ np.diag(ratio) @ inverse
         assert row.u11 == pytest.approx((theta @ theta.T)[0, 0], rel=1e-4)
 
 
-def test_figures_of_the_reconstruction(tables: Tables) -> None:
-    u11 = tables["best"].set_index("criterion")["u11"]
+def test_figures_of_the_reconstruction() -> None:
+    u11 = kept(STUDY, "best").set_index("criterion")["u11"]
     assert u11["u11"] == pytest.approx(0.679, abs=5e-4)
     assert [round(u11[name], 3) for name in ("o1", "o3", "o5")] == [0.884] * 3
     assert [round(u11[name], 3) for name in ("o2", "o4")] == [1.002] * 2
     assert u11["o_tp"] == u11["o_mv"] == pytest.approx(0.885, abs=6e-4)
-    stated = tables["montecarlo"].dropna(subset="theory_um")
+    stated = kept(STUDY, "montecarlo").dropna(subset="theory_um")
     assert len(stated) == 4
     np.testing.assert_allclose(stated["std_um_predicted"], stated["theory_um"], atol=6e-4)
 
 
 def test_oracle_agrees_at_a_position() -> None:
     """The assessment of the study's problem beside the dense oracle of the tests."""
-    problem = problem_from_document(prepare(BipodDuir.name(), ROOT / "configs" / "studies").document.part("problem"))
+    problem = problem_of(STUDY)
     plan = plan_at(problem, np.array([-0.2, -0.1]))
     robot = problem.loaded.robot
     assert isinstance(robot, ParallelRobot)

@@ -1,28 +1,20 @@
 """Study 3: the two fronts agree within the grid's step, the compromises lie on them, lengths have their moments."""
 
-from pathlib import Path
-
 import numpy as np
-import pandas as pd
 import pytest
+from tests.studies.kept import kept
 
 from thesis_studies.bipod_pareto import BipodPareto, behind
 from thesis_studies.error_norm import planar_norm_moments
-from thesis_studies.making import read_frame
 
-ROOT = Path(__file__).parents[2]
-
-
-def table(name: str) -> pd.DataFrame:
-    path = ROOT / "results" / "studies" / BipodPareto.name() / f"{name}.csv"
-    return read_frame(path.read_text(encoding="utf-8"))
+STUDY = BipodPareto.name()
 
 
 def test_fronts_agree_within_the_grids_step() -> None:
-    row = table("agreement").iloc[0]
+    row = kept(STUDY, "agreement").iloc[0]
     assert 0.0 < row["nsga2_behind_um"] <= row["grid_step_um"]
     assert row["grid_behind_um"] <= row["grid_step_um"]
-    front, levels = table("front"), table("front-nsga2")
+    front, levels = kept(STUDY, "front"), kept(STUDY, "front-nsga2")
     # A step of the grid is a few per cent of the front's own range: the agreement says something.
     assert row["grid_step_um"] < 0.05 * np.ptp(front["feir"])
     for duir, feir in levels.itertuples(index=False):
@@ -34,10 +26,10 @@ def test_fronts_agree_within_the_grids_step() -> None:
 
 
 def test_front_is_not_dominated() -> None:
-    front = table("front")
+    front = kept(STUDY, "front")
     assert (np.diff(front["duir"]) > 0.0).all()
     assert (np.diff(front["feir"]) < 0.0).all()
-    best = table("montecarlo").set_index("best_by")
+    best = kept(STUDY, "montecarlo").set_index("best_by")
     assert best.loc["duir", "duir"] == front["duir"].min() <= best["duir"].min()
     assert best.loc["feir", "feir"] == front["feir"].min() <= best["feir"].min()
     total = np.hypot(front["duir"], front["feir"])

@@ -1,21 +1,18 @@
 """Appendices E and F: the identity by its own algebra, and what the trace is of."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from tests.studies.kept import CONFIGURATIONS, kept
 
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.planning.problem_file import read_problem
 from thesis_studies.error_rms import ErrorRms, Settings, _plans
-from thesis_studies.making import prepare, read_frame
-
-ROOT = Path(__file__).parents[2]
+from thesis_studies.making import prepare
 
 
 def test_trace_is_that_of_u_and_of_z() -> None:
     """√tr(tA_D·M⁻¹·tA_Dᵀ) and √tr(tZ·Σ_F·tZᵀ) from the matrices of the evaluation, beside the kept table."""
-    here = prepare(ErrorRms.name(), ROOT / "configs" / "studies")
+    here = prepare(ErrorRms.name(), CONFIGURATIONS)
     assert isinstance(here.settings, Settings)
     problem = read_problem(here.document.folder / here.settings.configuration)
     plan = _plans(problem, here.settings)[1]
@@ -37,19 +34,19 @@ def test_trace_is_that_of_u_and_of_z() -> None:
             same = np.kron(np.eye(len(plan)), np.ones((6, 6)))
             block = block * same
         spread += block
-    rows = read_frame((ROOT / "results" / "studies" / ErrorRms.name() / "rms.csv").read_text(encoding="utf-8"))
-    kept = rows[rows["plan"] == 2].set_index(["cause", "part"])["rms_predicted"]
+    rows = kept(ErrorRms.name(), "rms")
+    table = rows[rows["plan"] == 2].set_index(["cause", "part"])["rms_predicted"]
     for part, axes in (("translation", slice(0, 3)), ("rotation", slice(3, 6))):
         noise = 1e6 * np.sqrt(np.trace(covariance[axes, axes]))
         load = 1e6 * np.sqrt(np.trace((z @ spread @ z.T)[axes, axes]))
-        assert kept["noise", part] == pytest.approx(noise, rel=1e-5)
-        assert kept["normal load errors", part] == pytest.approx(load, rel=1e-5)
-        assert kept["uniform load errors", part] == kept["normal load errors", part]
+        assert table["noise", part] == pytest.approx(noise, rel=1e-5)
+        assert table["normal load errors", part] == pytest.approx(load, rel=1e-5)
+        assert table["uniform load errors", part] == table["normal load errors", part]
 
 
 def test_identity_holds_for_every_set_of_errors() -> None:
     """mean ‖e‖² = tr Cov + ‖mean‖² exactly, so that RMS and trace differ by the mean alone."""
-    here = prepare(ErrorRms.name(), ROOT / "configs" / "studies")
+    here = prepare(ErrorRms.name(), CONFIGURATIONS)
     assert isinstance(here.settings, Settings)
     problem = read_problem(here.document.folder / here.settings.configuration)
     errors = simulate(problem, _plans(problem, here.settings)[0], 2000, 3).errors[:, 1, :3]

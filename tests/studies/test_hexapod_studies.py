@@ -1,16 +1,8 @@
 """Figures that the reconstruction knows, in the kept results of the studies on hexapods."""
 
-from pathlib import Path
-
 import numpy as np
-import pandas as pd
 import pytest
-
-KEPT = Path(__file__).parents[2] / "results" / "studies"
-
-
-def kept(study: str, table: str) -> pd.DataFrame:
-    return pd.read_csv(KEPT / study / f"{table}.csv")
+from tests.studies.kept import kept
 
 
 def test_centre_of_mass_of_120_kg() -> None:

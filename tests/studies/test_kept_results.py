@@ -6,19 +6,17 @@ others must agree within their standard errors. Figures and pages are made again
 
 import json
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 from matplotlib import __version__ as matplotlib_version
+from tests.studies.kept import CONFIGURATIONS, KEPT, kept, kept_text
 
 from thesis_studies.making import Prepared, digest, prepare, presentation, read_frame, scores, sha256, table_text
 from thesis_studies.page import index_text
 from thesis_studies.study import known_studies
 
-ROOT = Path(__file__).parents[2]
-CONFIGURATIONS, KEPT = ROOT / "configs" / "studies", ROOT / "results" / "studies"
 FEW = 4000
 STUDIES = list(known_studies())
 
@@ -29,13 +27,8 @@ def prepared(name: str) -> Prepared:
 
 
 @cache
-def kept(name: str) -> dict[str, pd.DataFrame]:
-    record = json.loads((KEPT / name / "study.json").read_text(encoding="utf-8"))
-    return {table: read_frame(kept_text(name, f"{table}.csv")) for table in record["tables_sha256"]}
-
-
-def kept_text(name: str, file: str) -> str:
-    return (KEPT / name / file).read_text(encoding="utf-8")
+def tables_of(name: str) -> dict[str, pd.DataFrame]:
+    return {table: kept(name, table) for table in json.loads(kept_text(name, "study.json"))["tables_sha256"]}
 
 
 def test_every_configuration_is_of_a_study() -> None:
@@ -45,7 +38,11 @@ def test_every_configuration_is_of_a_study() -> None:
 
 def test_the_index_lists_them_all() -> None:
     found = [
-        score for name in STUDIES for frame in kept(name).values() for each in scores(frame).values() for score in each
+        score
+        for name in STUDIES
+        for frame in tables_of(name).values()
+        for each in scores(frame).values()
+        for score in each
     ]
     assert (KEPT / "README.md").read_text(encoding="utf-8") == index_text(found), "run `expdesign study all`"
     # Scores of predictions that hold are standard normal; many share their draws, so that the limits are wide.
@@ -66,9 +63,9 @@ def test_tables_follow_from_the_configuration(name: str) -> None:
     samples = min(here.settings.samples, FEW)
     quick = Prepared(here.study, here.settings.model_copy(update={"samples": samples, "seed": 77}), here.document)
     tables = quick.tables()
-    assert set(tables) == set(kept(name))
+    assert set(tables) == set(tables_of(name))
     for table, content in tables.items():
-        compare(f"{name}/{table}.csv", kept(name)[table], read_frame(table_text(content)), content.digits)
+        compare(f"{name}/{table}.csv", tables_of(name)[table], read_frame(table_text(content)), content.digits)
 
 
 def compare(where: str, old: pd.DataFrame, new: pd.DataFrame, digits: int) -> None:
@@ -90,18 +87,18 @@ def compare(where: str, old: pd.DataFrame, new: pd.DataFrame, digits: int) -> No
 
 @pytest.mark.parametrize("name", STUDIES)
 def test_predictions_are_within_three_standard_errors(name: str) -> None:
-    for table, frame in kept(name).items():
+    for table, frame in tables_of(name).items():
         for column, found in scores(frame).items():
             assert max(map(abs, found)) <= 3.0, f"{name}/{table}.csv: {column}: {found}"
 
 
 @pytest.mark.parametrize("name", STUDIES)
 def test_figures_and_page_follow_from_the_tables(name: str) -> None:
-    files = presentation(prepared(name), kept(name))
+    files = presentation(prepared(name), tables_of(name))
     assert kept_text(name, "README.md") == files["README.md"]
     for file, text in files.items():
         # Another version of the plotting library draws the same figure with other text.
         if file.endswith(".svg") and f"Matplotlib v{matplotlib_version}" in kept_text(name, file):
             assert kept_text(name, file) == text, file
     kept_files = {path.name for path in (KEPT / name).iterdir()}
-    assert kept_files == {*files, "study.json", *(f"{table}.csv" for table in kept(name))}
+    assert kept_files == {*files, "study.json", *(f"{table}.csv" for table in tables_of(name))}

@@ -1,38 +1,30 @@
 """Appendix B: what G_C makes of errors, whatever root of the covariance is taken."""
 
-from pathlib import Path
-
 import numpy as np
-import pandas as pd
 import pytest
+from tests.studies.kept import CONFIGURATIONS, kept, problem_of
 
-from expdesign.planning.problem_file import problem_from_document
-from thesis_studies.making import prepare, read_frame
+from thesis_studies.making import prepare
 from thesis_studies.scaled_errors import ScaledErrors, corrected_limit
 
-ROOT = Path(__file__).parents[2]
-
-
-def table(name: str) -> pd.DataFrame:
-    path = ROOT / "results" / "studies" / ScaledErrors.name() / f"{name}.csv"
-    return read_frame(path.read_text(encoding="utf-8"))
+STUDY = ScaledErrors.name()
 
 
 def test_correlations_are_the_expected_ones() -> None:
-    rows = table("correlations")
+    rows = kept(STUDY, "correlations")
     score = (rows["correlation"] - rows["correlation_expected"]) / rows["correlation_se"]
     assert np.abs(score).max() < corrected_limit(len(rows))
     assert 0.8 < score.std() < 1.2
     white = rows[rows["scaling"] == "G_C"]
     assert (white["correlation_expected"] == 0.0).all()
     # The whole set at once: N·Σr² of independent components is χ² with one degree of freedom per pair.
-    samples = prepare(ScaledErrors.name(), ROOT / "configs" / "studies").settings.samples
+    samples = prepare(STUDY, CONFIGURATIONS).settings.samples
     statistic = samples * (white["correlation"] ** 2).sum()
     assert abs(statistic - len(white)) < 3.0 * np.sqrt(2.0 * len(white))
 
 
 def test_standard_deviations_alone_leave_the_correlations_of_shared_readings() -> None:
-    rows = table("correlations").query("scaling == 'G_U'").set_index(["first", "second"])["correlation_expected"]
+    rows = kept(STUDY, "correlations").query("scaling == 'G_U'").set_index(["first", "second"])["correlation_expected"]
     for axis in ("dx", "dy", "dz", "drx", "dry", "drz"):
         assert rows[f"{axis} 1", f"{axis} 2"] == pytest.approx(0.5, abs=1e-4)  # half the variance is common
         assert rows[f"{axis} 1", f"{axis} 3"] == 0.0
@@ -41,7 +33,7 @@ def test_standard_deviations_alone_leave_the_correlations_of_shared_readings() -
 
 def test_any_root_gives_the_same_estimate() -> None:
     """G is defined up to a rotation: GᵀG = V⁻¹ is all that the estimator sees (theory.md 3, remark i)."""
-    problem = problem_from_document(prepare(ScaledErrors.name(), ROOT / "configs" / "studies").document.part("problem"))
+    problem = problem_of(STUDY)
     pose = np.array([0.01, -0.02, 0.0, 0.1, -0.05, 0.1])
     whitener = problem.noise.whitener_at(problem.loaded.robot.jacobians(pose).pose)
     covariance = np.linalg.inv(whitener.T @ whitener)

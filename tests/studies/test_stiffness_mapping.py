@@ -1,24 +1,16 @@
 """Chapter 1: the loads at which the mappings differ by the repeatability, with hand-derived kinematics."""
 
-from pathlib import Path
-
 import numpy as np
-import pandas as pd
 import pytest
 from tests import oracle
+from tests.studies.kept import ROOT, kept
 
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
-from thesis_studies.making import read_frame
 from thesis_studies.stiffness_mapping import StiffnessMapping
 from thesis_studies.tables import rows_of
 
-ROOT = Path(__file__).parents[2]
-
-
-def table(name: str) -> pd.DataFrame:
-    path = ROOT / "results" / "studies" / StiffnessMapping.name() / f"{name}.csv"
-    return read_frame(path.read_text(encoding="utf-8"))
+STUDY = StiffnessMapping.name()
 
 
 def robot(name: str) -> ParallelRobot:
@@ -44,7 +36,7 @@ def conservative_difference(machine: ParallelRobot, pose: np.ndarray, mass: floa
 
 
 def test_differences_are_the_repeatability_at_the_loads_found() -> None:
-    for row in rows_of(table("reached").query("against == 'mapping'")):
+    for row in rows_of(kept(STUDY, "reached").query("against == 'mapping'")):
         pose = np.array([float(value) for value in row.pose.split()])
         machine = robot(row.robot)
         moved = conservative_difference(machine, pose, row.translation_kg)
@@ -54,7 +46,7 @@ def test_differences_are_the_repeatability_at_the_loads_found() -> None:
 
 
 def test_differences_grow_with_the_square_of_light_loads() -> None:
-    rows = table("differences").set_index(["robot", "pose", "mass_kg"])
+    rows = kept(STUDY, "differences").set_index(["robot", "pose", "mass_kg"])
     for name, pose in {(robot, pose) for robot, pose, _ in rows.index}:
         for column in rows.columns:
             light, heavier = rows.loc[(name, pose, 5.0), column], rows.loc[(name, pose, 50.0), column]
@@ -64,7 +56,7 @@ def test_differences_grow_with_the_square_of_light_loads() -> None:
 
 def test_at_the_rated_load_the_simplification_is_sound() -> None:
     """The thesis leaves the term out: far below the repeatability where the robots are used."""
-    table_of = table("differences")
+    table_of = kept(STUDY, "differences")
     for name, rated in (("hexapod-h1", 26.5), ("hexapod-120kg", 120.0)):
         rows = table_of[(table_of["robot"] == name) & (table_of["mass_kg"] == rated)]
         assert len(rows) == 5
