@@ -118,14 +118,6 @@ def test_what_is_not_determined_is_said() -> None:
     assert not np.isfinite(expected_total(one, here.targets))
 
 
-def test_known_numbers_of_the_bipod() -> None:
-    """The test vectors of the theory: U and Z of one measurement."""
-    observation = np.array([[-371.0909090909, 547.5454545455], [-472.2975206612, -298.6611570248]])
-    target = np.array([[[-480.0, 520.0], [-320.0, -520.0]]])
-    noise, _ = Information.of_measurements(observation[None]).variances(target)
-    np.testing.assert_allclose(noise[0], [1.1442042521, 1.1581359476], rtol=1e-9)
-
-
 @pytest.mark.parametrize("sources", [[], ERRORS])
 @pytest.mark.parametrize("shared_reference", [False, True])
 def test_the_best_linear_estimator_is_the_dense_one_of_aitken(

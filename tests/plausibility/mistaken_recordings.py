@@ -114,10 +114,6 @@ def exchanged(first: int, second: int) -> Frame:
     return change
 
 
-def deviations(factor: float, *names: str) -> Frame:
-    return lambda frame: frame.assign(**{name: frame[name] * factor for name in names})
-
-
 _CENTRE = ("com_x_m", "com_y_m", "com_z_m")
 _READINGS = (*LINEAR, *ANGULAR, *_DEVIATIONS)
 _POSE = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
@@ -166,10 +162,10 @@ OF_PAYLOADS: dict[str, tuple[str, Frame, str]] = {
     "a rotation rounded to 10 µrad": (_L, rounded("drx_rad", 1e-5), "drx_rad is rounded to 1e-05"),
     "a column of zeros": (_H, constant("dz_m", 0.0), "dz_m is 0 in every row"),
     "a column that stands still": (_L, constant("dx_m", 1.2e-5), "dx_m is 1.2e-05 in every row"),
-    "deviations ten times too large": (_H, deviations(10.0, *_DEVIATIONS), "scatter 1?[0-9].* times less"),
-    "one deviation ten times too large": (_H, deviations(10.0, "sz_m"), "dz_m scatter .* times less"),
-    "deviations ten times too small": (_H, deviations(0.1, *_DEVIATIONS), "10 times too small"),
-    "deviations of an arm in mm": (_A, deviations(1e3, "sx_m", "sy_m", "sz_m"), "times less|no instrument|cannot be"),
+    "deviations ten times too large": (_H, times(10.0, *_DEVIATIONS), "scatter 1?[0-9].* times less"),
+    "one deviation ten times too large": (_H, times(10.0, "sz_m"), "dz_m scatter .* times less"),
+    "deviations ten times too small": (_H, times(0.1, *_DEVIATIONS), "10 times too small"),
+    "deviations of an arm in mm": (_A, times(1e3, "sx_m", "sy_m", "sz_m"), "times less|no instrument|cannot be"),
     "a deviation without its reading": (_H, lambda frame: frame.drop(columns="dx_m"), "sx_m .*without its reading"),
     "weights in N": (_H, times(9.80665, "mass_kg"), "in N in the column mass_kg"),
     "masses in lb": (_H, times(1.0 / 0.45359237, "mass_kg"), "lb"),

@@ -101,14 +101,7 @@ CONFIGURATIONS: dict[str, tuple[str, Change, str]] = {
 
 Frame = Callable[[pd.DataFrame], pd.DataFrame]
 LINEAR, ANGULAR = ("dx_m", "dy_m", "dz_m"), ("drx_rad", "dry_rad", "drz_rad")
-_DEVIATIONS = {
-    "dx_m": "sx_m",
-    "dy_m": "sy_m",
-    "dz_m": "sz_m",
-    "drx_rad": "srx_rad",
-    "dry_rad": "sry_rad",
-    "drz_rad": "srz_rad",
-}
+_DEVIATIONS = {name: f"s{name[1:]}" for name in (*LINEAR, *ANGULAR)}
 
 
 def times(factor: float, *names: str) -> Frame:

@@ -10,6 +10,8 @@ from scipy.spatial.transform import Rotation
 from tests.identification.experiments import table_of
 from tests.identification.test_arm_calibration import mixed, recordings_of
 from tests.plant import recordings, usual_faults
+from tests.plausibility.mistaken_recordings import cell, shifted
+from tests.plausibility.mistakes import Frame, swapped, times
 from tests.robots.torso import FILE, LIFTED, STIFFNESS, Torso, read_torso
 
 from expdesign.assurance.plausibility.finding import Implausibility, say
@@ -22,7 +24,6 @@ from expdesign.mechanics.robots.robot_file import read_robot
 ARM = Path(__file__).parents[2] / "configs" / "robots" / "ur5.yaml"
 READ = ["px_m", "py_m", "pz_m"]
 JOINTS = [f"q{k}_rad" for k in range(1, 7)]
-Change = Callable[[pd.DataFrame], pd.DataFrame]
 
 
 @pytest.fixture(scope="module")
@@ -36,24 +37,7 @@ def positions() -> pd.DataFrame:
     return recordings(usual_faults(3), 120, 5)
 
 
-def scaled(names: list[str], factor: float) -> Change:
-    return lambda frame: frame.assign(**{name: factor * frame[name] for name in names})
-
-
-def swapped(first: str, second: str) -> Change:
-    return lambda frame: frame.rename(columns={first: second, second: first})
-
-
-def late(rows: int) -> Change:
-    """Readings that stand some rows late."""
-    return lambda frame: frame.assign(**{name: np.roll(frame[name], rows) for name in READ}).iloc[rows:]
-
-
-def slipped(row: int, name: str, factor: float) -> Change:
-    return lambda frame: frame.assign(**{name: np.where(np.arange(len(frame)) == row, factor, 1.0) * frame[name]})
-
-
-def copied(first: int, rows: int) -> Change:
+def copied(first: int, rows: int) -> Frame:
     """Rows once more at the end, under new numbers."""
 
     def change(frame: pd.DataFrame) -> pd.DataFrame:
@@ -75,19 +59,19 @@ def test_sound_positions_are_not_warned_of(arm: Robot, positions: pd.DataFrame, 
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        (scaled(JOINTS, 180.0 / np.pi), "joint coordinates in degrees"),
-        (scaled(["q3_rad"], 180.0 / np.pi), "q3_rad in degrees"),
-        (scaled(["q3_rad"], -1.0), "q3_rad the wrong sign"),
-        (scaled(["py_m"], -1.0), "left-handed"),
+        (times(180.0 / np.pi, *JOINTS), "joint coordinates in degrees"),
+        (times(180.0 / np.pi, "q3_rad"), "q3_rad in degrees"),
+        (times(-1.0, "q3_rad"), "q3_rad the wrong sign"),
+        (times(-1.0, "py_m"), "left-handed"),
         (swapped("q2_rad", "q3_rad"), "q2_rad and q3_rad swapped"),
         (swapped("q2_rad", "q5_rad"), "q2_rad and q5_rad swapped"),
-        (late(1), "readings stand one row too late"),
-        (slipped(30, "px_m", 10.0), "in row 32 10 times too large"),
-        (slipped(31, "py_m", -1.0), "in row 33 of the wrong sign"),
+        (shifted(READ, 1), "readings stand one row too late"),
+        (cell(30, "px_m", lambda v: 10.0 * v), "in row 32 10 times too large"),
+        (cell(31, "py_m", lambda v: -v), "in row 33 of the wrong sign"),
     ],
 )
 def test_commands_and_positions_of_different_frames_are_said(
-    arm: Robot, positions: pd.DataFrame, change: Change, says: str
+    arm: Robot, positions: pd.DataFrame, change: Frame, says: str
 ) -> None:
     (finding,) = recordings_findings(recordings_from_table(table_of(change(positions)), arm), arm)
     assert says in finding.likely
@@ -111,12 +95,12 @@ def test_payloads_that_no_robot_could_hold_are_refused(tmp_path: Path, column: s
 
 
 def test_positions_in_mm_are_refused(arm: Robot, positions: pd.DataFrame) -> None:
-    wrong = recordings_from_table(table_of(scaled(READ, 1e3)(positions)), arm)
+    wrong = recordings_from_table(table_of(times(1e3, *READ)(positions)), arm)
     with pytest.raises(InputError, match=r"column px_m: the positions spread over .* look like mm"):
         say(recordings_findings(wrong, arm), wrong.source)
 
 
-def of_torso(folder: Path, change: Change) -> list[Implausibility]:
+def of_torso(folder: Path, change: Frame) -> list[Implausibility]:
     torso = read_torso(folder)
     recorded = recordings_from_table(table_of(change(Torso().recordings(60, 2, 2e-5))), torso)
     return recordings_findings(recorded, torso)

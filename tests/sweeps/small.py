@@ -5,6 +5,9 @@ from typing import Any
 
 import yaml
 
+from expdesign.app.sweeps.store import TIMES
+from expdesign.io.written import RECORD
+
 CONFIGS = Path(__file__).parents[2] / "configs"
 
 SMALL: dict[str, Any] = yaml.safe_load((CONFIGS / "bipod.yaml").read_text(encoding="utf-8")) | {
@@ -19,3 +22,12 @@ def sweep_file(folder: Path, **content: object) -> Path:
     path = folder / "sweep.yaml"
     path.write_text(yaml.safe_dump({"schema_version": 1, "config": SMALL} | content, sort_keys=False))
     return path
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Every file below a folder but the times, and the record that names the sweep's file."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and path.name not in (TIMES, RECORD)
+    }

@@ -10,24 +10,14 @@ from typing import Any
 import pandas as pd
 import pytest
 from tests.commands.calls import call
-from tests.sweeps.small import sweep_file
+from tests.sweeps.small import contents, sweep_file
 
 import expdesign as xd
 from expdesign.app.sweeps.engine import Engine, Processes, Serial, WorkersError
-from expdesign.app.sweeps.store import TIMES, sole_writer
+from expdesign.app.sweeps.store import sole_writer
 from expdesign.errors import InputError
-from expdesign.io.written import RECORD
 
 VARY = {"experiment.measurements": [1, 2], "optimiser.seed": {"from": 1, "to": 3}}
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    """Every file below a folder but the times, and the record that names the sweep's file."""
-    return {
-        str(path.relative_to(folder)): path.read_bytes()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file() and path.name not in (TIMES, RECORD)
-    }
 
 
 @pytest.fixture(scope="module")
