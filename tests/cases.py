@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
+from typing import Any
 
 import numpy as np
 from tests.oracle import Array
@@ -157,6 +158,18 @@ ROBOTS: dict[str, RobotCase] = {
 def robot(name: str) -> ParallelRobot:
     """The robot of the table, made once."""
     return ROBOTS[name].make()
+
+
+def content_of(here: ParallelRobot) -> dict[str, Any]:
+    """What the file of a robot says."""
+    assert isinstance(here, Bipod | Hexapod)
+    content = {
+        "kind": here.kind, "home": here.home.tolist(), "gravity_m_s2": here.gravity.tolist(),
+        "base_joints": here.base_joints.tolist(), "actuator_stiffness": here.stiffness.tolist(),
+    }  # fmt: skip
+    if isinstance(here, Hexapod):
+        content |= {"platform_joints": here.platform_joints.tolist(), "orientation": here.orientation}
+    return content
 
 
 def load_of(kind: str, coordinates: Coordinates) -> Load:

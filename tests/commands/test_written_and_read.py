@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from tests.cases import ROBOTS, robot
+from tests.cases import ROBOTS, content_of, robot
 from tests.chain.arm_rows import arm_rows, concealed, six_axis
 from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
 from tests.chain.bodies import BODY
@@ -35,8 +35,6 @@ from expdesign.chain.row import row_data
 from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, TOGETHER
 from expdesign.errors import InputError
 from expdesign.io.output import csv_text
-from expdesign.mechanics.robots.bipod import Bipod
-from expdesign.mechanics.robots.hexapod import Hexapod
 
 NAMELESS = frozenset(kind.physics for kind in KINDS)
 """With no physics to name, only laws at ports are left."""
@@ -56,27 +54,18 @@ class Way:
 def parallel(name: str, folder: Path, method: str) -> Way:
     """A leg with play, in a file with what the table of robots says."""
     here, case = robot(name), ROBOTS[name]
-    assert isinstance(here, Bipod | Hexapod)
-    content = {
-        "name": name, "kind": here.kind, "home": here.home.tolist(), "gravity_m_s2": here.gravity.tolist(),
-        "base_joints": here.base_joints.tolist(), "actuator_stiffness": here.stiffness.tolist(),
-    }  # fmt: skip
-    if isinstance(here, Hexapod):
-        content |= {"platform_joints": here.platform_joints.tolist(), "orientation": here.orientation}
     file = folder / "robot.yaml"
-    file.write_text(yaml.safe_dump(content), encoding="utf-8")
+    file.write_text(yaml.safe_dump({"name": name} | content_of(here)), encoding="utf-8")
     frame = rows(name, WRENCH, series=8)
     frame = frame[[c for c in frame if not re.match(r"abs_|g._m_s2|leg\d", str(c))]]
     play = effect(name, "leg_backlash", "leg 1", "middle")
-    exact = Chain(here, (play,)).predict(row_data(read(frame, here), here), np.append(_ones(here), _gap(name)))
+    exact = Chain(here, (play,)).predict(
+        row_data(read(frame, here), here), np.append(np.ones(len(here.stiffness)), _gap(name))
+    )
     noise = np.random.default_rng(3).standard_normal(exact.shape) * case.deviation
     frame[list(here.coordinates.deflection)] = exact + noise
     kept = ["sequence", *here.configuration, *here.coordinates.wrench]
     return Way(file, frame, frame[kept].iloc[[0, 5, 9]], method, NAMELESS if method == LAWS else frozenset())
-
-
-def _ones(here: Bipod | Hexapod) -> Array:
-    return np.ones(len(here.stiffness))
 
 
 def _gap(name: str) -> float:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from tests.cases import ROBOTS, robot
+from tests.cases import ROBOTS, content_of, robot
 from tests.compensation.test_prediction import effect, model_of
 from tests.identification.experiments import experiment
 
@@ -108,14 +108,7 @@ def test_the_virtual_laboratory_attains_what_was_promised() -> None:
     here = robot("H1")
     made, target = experiment("H1", 4, seed=22), experiment("H1", 3, seed=23, loads_per_pose=1)
     stiffness = 1.0 / made.compliance
-    mapping = {
-        "kind": "hexapod",
-        "home": here.home.tolist(),
-        "base_joints": here.base_joints.tolist(),  # type: ignore[attr-defined]
-        "platform_joints": here.platform_joints.tolist(),  # type: ignore[attr-defined]
-        "actuator_stiffness": here.stiffness.tolist(),
-    }
-    real = laboratory.Robot.from_mapping(mapping)
+    real = laboratory.Robot.from_mapping(content_of(here))
     columns = ["sequence", "series", *here.coordinates.pose, *here.coordinates.wrench]
     plan = made.frame(made.exact)[columns]
     rows = target.frame(target.exact)[columns]

@@ -6,10 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from tests import oracle
-from tests.cases import ALL_ERRORS, ROBOTS, Setup, robot, setup
+from tests.cases import ALL_ERRORS, ROBOTS, Setup, content_of, robot, setup
 from tests.oracle import Array
 from tests.robots.arms import ARMS, serial_robot
-from tests.virtual_laboratory.conftest import ROBOTS as HEXAPODS
 
 from expdesign.assurance.validation.compensation import CONVERGENCE, ExactCompensation
 from expdesign.assurance.validation.equilibrium import Equilibrium
@@ -106,13 +105,13 @@ def test_equilibrium_balances_forces(name: str) -> None:
 
 def test_equilibrium_is_that_of_the_virtual_laboratory() -> None:
     """An independent engine at tens of times the rated load, the payload's moment turning with the platform."""
-    machine, content = robot("H1"), HEXAPODS["H1"]
+    machine = robot("H1")
     poses = ROBOTS["H1"].poses(np.random.default_rng(14), 4)
     payload = np.array([500.0, 0.03, 0.02, 0.15])
     rows = pd.DataFrame(poses, columns=list(machine.configuration)).assign(
         **dict(zip(("mass_kg", "com_x_m", "com_y_m", "com_z_m"), payload.tolist()))
     )
-    laboratory = Laboratory(LaboratoryRobot.from_mapping(content), true_stiffness=list(machine.stiffness))
+    laboratory = Laboratory(LaboratoryRobot.from_mapping(content_of(machine)), true_stiffness=list(machine.stiffness))
     loads = np.tile([*payload, *machine.gravity], (4, 1))
     solver = Equilibrium(machine, Payload(machine.coordinates), machine.compliance)
     found = solver.poses(poses, machine.lengths(poses), loads, np.zeros_like(poses))

@@ -18,8 +18,8 @@ BIPOD_POSES = [[0.1, 0.6], [-0.3, 0.35], [0.3, 0.95]]
 CASES = [
     ("H1", 26.5, "fixed-xyz"),
     ("H1", 26.5, "moving-xyz"),
-    ("H_large", 120.0, "fixed-xyz"),
-    ("H_large", 120.0, "moving-xyz"),
+    ("H-large", 120.0, "fixed-xyz"),
+    ("H-large", 120.0, "moving-xyz"),
     ("bipod", 100.0, "fixed-xyz"),
 ]
 COM = np.array([0.03, 0.02, 0.15])
@@ -80,7 +80,7 @@ def test_small_loads_superpose_and_the_rest_grows_with_the_square(bench, name):
     assert errors[2] / errors[1] == pytest.approx(0.25, rel=0.05)
 
 
-@pytest.mark.parametrize("name", ["H1", "H_large", "bipod"])
+@pytest.mark.parametrize("name", ["H1", "H-large", "bipod"])
 def test_leg_forces_balance_the_load(bench, name):
     """Force balance in the loaded geometry, with the deflection found: the residual of Newton's method."""
     robot = bench.robot(name)
@@ -98,7 +98,7 @@ def test_work_of_the_load_is_the_energy_of_the_springs(bench):
     pose, wrench = HEXAPOD_POSES[1], np.array([20.0, -30, -300, 10, 5, -2])
     states = Laboratory(robot).states(bench.frame(pose, **bench.wrenches(wrench)))
     deflection = states.platform[0] - states.unloaded[0]
-    twist = np.concatenate([deflection[:3], bench.euler_rates(pose[3:], robot.orientation) @ deflection[3:]])
+    twist = np.concatenate([deflection[:3], bench.euler_rates(np.array(pose[3:]), robot.orientation) @ deflection[3:]])
     energy = np.sum(states.leg_forces[0] ** 2 / robot.actuator_stiffness) / 2
     assert wrench @ twist / 2 == pytest.approx(energy, rel=3e-4)
 

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from tests.cases import content_of, robot
 
 pytest.importorskip("exudyn", reason="the virtual laboratory needs the engine exudyn")
 import virtual_laboratory
@@ -161,14 +162,7 @@ def test_order_of_rows_in_the_file_does_not_matter(bench):
 
 
 def write_files(tmp_path, bench):
-    robot = bench.robot("H1")
-    content = {
-        "kind": "hexapod",
-        "home": robot.home.tolist(),
-        "base_joints": robot.base_joints.tolist(),
-        "platform_joints": robot.platform_joints.tolist(),
-        "actuator_stiffness": ["5e6"] * 6,
-    }
+    content = content_of(robot("H1")) | {"actuator_stiffness": ["5e6"] * 6}
     (tmp_path / "robot.yaml").write_text(yaml.safe_dump(content))
     truth = """
         true_stiffness: [5.1e6, 5.2e6, 5.3e6, 5.4e6, 5.5e6, 5.6e6]
