@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
+import casadi as ca
 import numpy as np
 import pytest
 from tests.cases import ROBOTS, robot
@@ -11,21 +12,26 @@ from tests.ports.machines import recordings_of
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.component import ALL_LEGS, GEOMETRY
+from expdesign.chain.component import ALL_LEGS, GEOMETRY, passive_joint_turns
 from expdesign.chain.effect import Effect
 from expdesign.chain.effects.legs.geometry import Correction, GeometricStiffness
 from expdesign.chain.effects.legs.passive_joints import PassiveJoints, PassiveJointStiffness
 from expdesign.chain.ports.law import ports_of
-from expdesign.chain.ports.port import Entry
+from expdesign.chain.ports.port import Entry, Port
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.diagnosis.evidence.dictionary import Dictionary, Measured, port_map
+from expdesign.diagnosis.evidence.dictionary import Dictionary, Measured, law_of, port_map
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.symbolic import BatchFunction
 
 NAME = "irregular"
+
+
+def skew(v: FloatArray) -> FloatArray:
+    return np.asarray(np.cross(np.eye(3), v))
 
 
 def _chain(here: Robot, effects: Sequence[Effect], values: FloatArray) -> tuple[Chain, FloatArray]:
@@ -315,3 +321,48 @@ def test_a_loop_that_closes_at_zero_is_a_law_of_the_history_and_the_force() -> N
     loop = stop * (force / force.std()) ** 2
     entry = _best(dictionary, measured, values, _maps("actuators", measured, values)[:, :, 3] * loop[:, None])
     assert (str(entry.component), entry.form, entry.inputs) == ("leg 4", "friction", (Quantity("effort", 3),))
+
+
+def test_a_leg_between_joints_that_stick_bends_as_a_clamped_beam() -> None:
+    """While nothing slips: the stiffness of Euler's and Bernoulli's beam element, with 4EI/q = 1 and GJ = 4EI."""
+    here, (_, measured, _) = robot(NAME), _bench("sticking joints")
+    row, leg = Chain(here).row_symbols(), 2
+    turns = ca.vertcat(*passive_joint_turns(here, row, leg))
+    share = np.eye(7)
+    share[:3, 3:6] = share[3:6, :3] = -0.5 * np.eye(3)
+    direction, arm = row.inverse[leg, :3].T, row.rotation @ ca.SX(here.straight_legs.platform_joints[leg])
+    expressions = [turns.T @ share @ turns, direction, arm, row.lengths[leg]]
+    found = BatchFunction("stiffness", [row.flat()], expressions)(measured.rows.values[:1])
+    (stiffness,), u, lever, length = found[0], found[1].ravel(), found[2].ravel(), float(found[3].item())
+    across = np.eye(3) - np.outer(u, u)
+    # Of the end at the platform: force by displacement 12EI/q³, by rotation 6EI/q², moment by rotation 4EI/q.
+    coupling = 1.5 / length * skew(u)
+    beam = np.block([[3.0 / length**2 * across, coupling], [coupling.T, across + np.outer(u, u)]])
+    moved = np.block([[np.eye(3), -skew(lever)], [np.zeros((3, 3)), np.eye(3)]])
+    np.testing.assert_allclose(stiffness, moved.T @ beam @ moved, rtol=1e-9, atol=1e-9)
+
+
+def test_a_leg_whose_joints_stick_and_slip_is_one_law_of_that_leg_and_the_chain_remembers_as_it_was_found() -> None:
+    dictionary, measured, values = _bench("sticking joints", "passive joints", "actuators", "base", "platform")
+    here = robot(NAME)
+    own = [atom for atom in dictionary.atoms if atom.entry is not None and atom.entry.port == "sticking joints"]
+    (fifth,) = (atom for atom in own if str(atom.component) == "leg 5")
+    weights = np.random.default_rng(3).standard_normal(fifth.width)
+    shown = fifth.directions @ weights
+    entry = _best(dictionary, measured, values, shown.reshape(len(measured.rows), -1))
+    assert (entry.port, str(entry.component)) == ("sticking joints", "leg 5")
+    law, start = law_of(fifth, 1e9, weights, dictionary.sight, here, 1)
+    chain = Chain(here, (law,))
+    changes = chain.predict(measured.rows, np.append(values, start)) - Chain(here).predict(measured.rows, values)
+    np.testing.assert_allclose(measured.whiten(changes).ravel(), shown, atol=1e-8 * np.abs(shown).max())
+
+
+@pytest.mark.parametrize("name", ["irregular", "bipod", "moving-xyz"])
+def test_laws_that_remember_act_where_the_chain_remembers(name: str) -> None:
+    """A law at another port would forget every row before, and say so when it is made."""
+    here = robot(name)
+    sight = _sight(here, recordings_of(None, name))
+    for port in ports_of(here):
+        remember = [entry for entry in port.entries(sight) if any(q.states for q in entry.quantities)]
+        hooks = {hook for hook in ("actuator", "structure") if getattr(type(port), hook) is not getattr(Port, hook)}
+        assert hooks or not remember, port.name

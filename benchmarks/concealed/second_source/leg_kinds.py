@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 
-from .campaigns import POSE, Campaign, Wishes, wrenches
-from .frames import RIGID_SPRING, SLACK, Model, Structure
+from .campaigns import POSE, Campaign, Wishes, base_matrices, wrenches
+from .frames import MICRO, RIGID_SPRING, SLACK, Model, Structure
 from .hexapods import Array, Hexapod, posture
 from .kinds import Concealed, Kind, chosen_leg
 
@@ -229,6 +229,50 @@ def _clamped(hexapod: Hexapod, campaign: Campaign, rng: np.random.Generator) -> 
     return Concealed(parts, ("passive_joint_stiffness",), 1e-4, 1.0, lambda size: ClampedLegs(hexapod, legs, size))
 
 
+class StickingEnds(Structure):
+    """Joints without grease stick: a leg bends with the platform until the moment in a joint exceeds its friction.
+
+    `ratio`: bending stiffness 12EI/l³ over the leg's own; `moment`: what friction holds (N m), about every axis.
+    """
+
+    steps = 25
+
+    def __init__(self, hexapod: Hexapod, legs: tuple[int, ...], ratio: float, moment: float) -> None:
+        super().__init__(hexapod)
+        self._legs, self._ratio, self._moment = legs, ratio, moment
+
+    def leg(self, model: Model, leg: int) -> None:
+        if leg not in self._legs:
+            super().leg(model, leg)
+            return
+        length, stiffness = float(model.place.lengths[leg]), float(model.hexapod.stiffness[leg])
+        bending = self._ratio * stiffness * length**3 / 12.0
+        ends = model.hexapod.base[leg], model.place.joints[leg]
+        start, end = (model.node(model.tag(), place) for place in ends)
+        model.beam(start, end, (model.scaled(leg), bending, bending), np.array([1.0, 0.3, 0.0]))
+        stuck = 30.0 * 4.0 * bending / length * MICRO  # N µm per rad
+        rigid, friction = model.elastic(RIGID_SPRING), model.material("ElasticPP", stuck, self._moment * MICRO / stuck)
+        dry = model.material("Parallel", friction, model.elastic(SLACK * stuck))  # so that equilibrium is definite
+        for joint, node in ((21 + leg, start), (11 + leg, end)):
+            model.opensees.element(
+                "zeroLength", model.tag(), joint, node, "-mat", *[rigid] * 3, *[dry] * 3, "-dir", *range(1, 7)
+            )
+
+
+def _sticking(hexapod: Hexapod, campaign: Campaign, rng: np.random.Generator) -> Concealed[Structure]:
+    leg, _ = chosen_leg(leg_forces(hexapod, campaign), rng)
+    legs, part = ((leg,), f"leg {leg + 1}") if rng.random() < 0.5 else (tuple(range(6)), "all legs")
+    moved = base_matrices(hexapod, campaign.rows) @ (1.0 / hexapod.stiffness)
+    turned = float(np.abs(moved[:, 3:]).max())
+    share, length = float(rng.uniform(0.1, 0.5)), float(np.linalg.norm(hexapod.home))
+
+    def of_size(size: float) -> Structure:
+        clamped = size * float(hexapod.stiffness[leg]) * length**2 / 2.0 * turned  # 6EI/l times the rotation
+        return StickingEnds(hexapod, legs, size, share * clamped)
+
+    return Concealed((part,), ("passive_joint_stiffness", "friction_hysteresis"), 1e-4, 3.0, of_size)
+
+
 class WarmLeg(Structure):
     """One leg follows the room's temperature more than the machine does."""
 
@@ -262,5 +306,6 @@ KINDS: dict[str, Kind[Structure]] = {
     "leg_creep": Kind(Wishes(path="hold", precise=True), _creep),
     "leg_crooked": Kind(Wishes(), _crooked),
     "legs_clamped": Kind(Wishes(), _clamped),
+    "leg_sticking": Kind(Wishes("wrench", "stairs", precise=True), _sticking),
     "leg_warm": Kind(Wishes(temperature=True), _warm),
 }

@@ -218,6 +218,24 @@ def at_tip(robot: Robot, joint: int, velocity: ca.SX, turn: ca.SX, row: Row, poi
     return robot.links.tree.reaches(row.pose, joint) * twist
 
 
+def passive_joint_turns(robot: Robot, row: Row, leg: int) -> list[ca.SX]:
+    """How the joints at the ends of a straight leg turn per twist of the platform.
+
+    With the leg's direction u, its length q and the velocity ṗ of its upper end it turns by ω_l = u×ṗ/q: the base joint
+    by ω_l and the platform joint by (I − u·uᵀ)·ω − ω_l, (3×n) each, and both together by u·ω about the leg, (1×n); in
+    the plane the leg by ω_l, (1×n).
+    """
+    length = row.lengths[leg]
+    if robot.coordinates.rotations == 0:
+        u = row.inverse[leg, :].T
+        return [ca.vertcat(-u[1], u[0]).T / length]
+    u = row.inverse[leg, :3].T
+    joint = row.rotation @ ca.SX(robot.straight_legs.platform_joints[leg])
+    leg_turn = ca.skew(u) @ ca.horzcat(ca.SX.eye(3), -ca.skew(joint)) / length
+    spin = ca.horzcat(ca.SX.zeros(3, 3), ca.SX.eye(3))
+    return [leg_turn, (ca.SX.eye(3) - u @ u.T) @ spin - leg_turn, u.T @ spin]
+
+
 @lru_cache(maxsize=16)
 def long_links(robot: Robot) -> tuple[Component, ...]:
     """Every link that has a length; nothing of robots without links."""

@@ -21,7 +21,8 @@ _AT_START = {"clock": "started", "temperature": "warmth"}
 """What changes slowly, and what the same was at the first row of the series."""
 _JUMPS = 20
 """Times at which something may have jumped, evenly among the rows; the search goes on between them."""
-_THRESHOLDS = (0.05, 0.15, 0.3, 0.6, 1.0)
+SHARES = (0.05, 0.15, 0.3, 0.6, 1.0)
+"""Thresholds of a bank of stop operators, as shares of the largest value that they follow."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +156,7 @@ def look_back(sight: Sight, efforts: Iterable[Quantity]) -> None:
 def stops(sight: Sight, effort: Quantity) -> tuple[Quantity, ...]:
     """A bank of stop operators of an effort."""
     largest = sight.largest(effort)
-    return tuple(Quantity("stop", effort.index, (round(share * largest, 12),)) for share in _THRESHOLDS)
+    return tuple(Quantity("stop", effort.index, (round(share * largest, 12),)) for share in SHARES)
 
 
 def _lags(sight: Sight, effort: Quantity) -> tuple[Quantity, ...]:

@@ -182,6 +182,8 @@ class Law(_AtPort):
         memory = {q for q in every if q.states}
         self._memory = sorted(memory, key=lambda q: (q.kind, q.index, q.setting))
         self.states = sum(q.states for q in self._memory)
+        if self.states and not (self._acts("actuator") or self._acts("structure")):
+            raise TypeError(f"port {self.port.name}: only the hooks `actuator` and `structure` remember")
         names = [f"w{b + 1}_{j + 1}" for b in range(form.blocks) for j in range(form.basis.rank)]
         names += [f"beyond_{output + 1}" for output in self._outputs]
         return tuple(Parameter(name, form.deviation, spread=form.deviation) for name in names)

@@ -7,13 +7,13 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import moment_at, with_links_beyond
+from expdesign.chain.component import moment_at, passive_joint_turns, with_links_beyond
 from expdesign.chain.row import Row, RowData
 from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.symbolic import BatchFunction
 
-_STATES = {"stop": 2, "lag": 2, "latched": 3}
+_STATES = {"stop": 2, "slip": 2, "lag": 2, "latched": 3}
 """Quantities with memory, and how many states each carries: the force of the row before is one of them."""
 _DRIFTS = ("clock", "elapsed", "started", "temperature", "warmth")
 _LEAST_OVERLAP = 1e-3
@@ -25,11 +25,11 @@ class Quantity:
     """One number that a port sees.
 
     Attributes:
-        kind: what (`_EXPRESSIONS`), or `stop` and `lag` for what remembers a force.
+        kind: what (`_VALUES`), or what remembers a force (`stop`, `lag`) or how far a leg bent (`slip`).
         index: of which actuator, axis or coordinate.
-        setting: threshold (N, N·m) of a stop operator, time constant (s) of a lag or of settling, point of a distance
-            (m), end of a guide and the way to it, temperature (°C) from which one counts, index of the other actuator
-            of a pair, time (s) of a jump.
+        setting: threshold (N, N·m, rad) of a stop operator, time constant (s) of a lag or of settling, point of a
+            distance (m), end of a guide and the way to it, temperature (°C) from which one counts, index of the other
+            actuator of a pair, time (s) of a jump.
     """
 
     kind: str
@@ -50,14 +50,16 @@ class Quantity:
         """The quantity in one row and the states after it.
 
         `stop`: s ← clip(s + Δτ, ±r), the stop operator of rate-independent hysteresis (Prandtl and Ishlinskii; Visintin
-        1994). `latched`: the direction of the last force, along the platform's axes (or in its x-y plane), that
-        exceeded a limit. `overlap`: 1/(what is left of a guide until it is drawn out), to which the tilt by its
-        clearance is proportional. `settling`: 1 − exp(−t/T) from the start of the series. `lag`: the slow part y of a
-        force, T·dy/dt = τ − y; τ changes within the interval. `pair`, `pair_sign`: what two actuators carry
-        together, as a bracket on which both stand, and its sign. `after`: 1 in rows after a jump.
+        1994); `slip`: the same of how far a leg is bent whose joints stick. `latched`: the direction of the last force,
+        along the platform's axes (or in its x-y plane), that exceeded a limit. `overlap`: 1/(what is left of a guide
+        until it is drawn out), to which the tilt by its clearance is proportional. `settling`: 1 − exp(−t/T) from the
+        start of the series. `lag`: the slow part y of a force, T·dy/dt = τ − y; τ changes within the interval. `pair`,
+        `pair_sign`: what two actuators carry together, as a bracket on which both stand, and its sign. `after`: 1 in
+        rows after a jump.
         """
-        if self.kind == "stop":
-            force, (limit,) = _effort(row)[self.index], self.setting
+        if self.kind in ("stop", "slip"):
+            follows = _effort(row) if self.kind == "stop" else _bends(row, robot)
+            force, (limit,) = follows[self.index], self.setting
             moved = state[1] + force - state[0]
             stopped = ca.fmax(ca.fmin(moved, limit), -limit)
             return stopped, ca.vertcat(force, stopped)
@@ -122,6 +124,22 @@ def _joint_moments(row: Row, robot: Robot) -> ca.SX:
     return ca.vertcat(*found)
 
 
+def _bends(row: Row, robot: Robot) -> ca.SX:
+    """Moments at the ends of legs whose joints do not turn, as the actuators' springs yield, leg after leg.
+
+    In units of 4EI/q (rad): of a beam that is turned by φ and ψ at its ends φ − ψ/2 and ψ − φ/2, and its torsion.
+    """
+    twist = row.forward @ ((row.forward.T @ row.wrench) / ca.SX(robot.stiffness))
+    found = []
+    for leg in range(len(robot.stiffness)):
+        base, *others = (turn @ twist for turn in passive_joint_turns(robot, row, leg))
+        if others:
+            platform, about = others
+            base, others = base - 0.5 * platform, [platform - 0.5 * base, about]
+        found += [base, *others]
+    return ca.vertcat(*found)
+
+
 def _turned_gravity(row: Row) -> ca.SX:
     """Gravity along the platform's axes."""
     return row.rotation.T @ row.gravity
@@ -155,6 +173,7 @@ _VALUES = {
     "loaded": lambda row, robot: ca.SX(row.payload),
     "gravity": lambda row, robot: row.gravity,
     "carried": lambda row, robot: _carried(row),
+    "bend": _bends,
     "own_gravity": lambda row, robot: _turned_gravity(row),
     "deflection": _own_deflection,
     "joint_moment": _joint_moments,

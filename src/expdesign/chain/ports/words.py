@@ -29,6 +29,7 @@ FORMS = {
     "geometry": "is not as the robot file says",
     "loaded geometry": "changes as the machine yields, depending on",
     "joints": "has joints that resist being turned, depending on",
+    "sticking": "bends until its joints slip, and keeps part of that when the load changes; it remembers",
     "twist": "tilts or shifts, depending on",
 }
 _USUAL = {
@@ -55,11 +56,12 @@ _USUAL = {
     "geometry": "joints that are not where the drawing has them do that",
     "loaded geometry": "legs that turn with large deflections do that",
     "joints": "flexures, preloaded and dry bearings do that",
+    "sticking": "dry or tightened joints at the ends of a leg do that",
     "twist": "bearings, guides and flanges do that",
 }
 _UNITS = {
     "effort": "N", "pair": "N", "ground": "N", "weight": "N", "length": "m", "position": "m",
-    "clock": "s", "elapsed": "s", "started": "s", "settling": "",
+    "clock": "s", "elapsed": "s", "started": "s", "settling": "", "slip": "rad",
     "warming": "K", "temperature": "degC", "warmth": "degC",
 }  # fmt: skip
 
@@ -82,6 +84,7 @@ def quantity_name(quantity: Quantity, robot: Robot) -> str:
     if kind in ("whole", "rest"):
         return _load(index, robot) + (" of the reference" if kind == "rest" else "")
     names = {
+        "slip": "how far it was bent",
         "joint_moment": f"the moment about {'xyz'[index % 3]} of joint {index // 3 + 1}",
         "ground": f"{robot.coordinates.wrench[index % robot.coordinates.n]} about the origin of O",
         "length": f"the {_place(index, robot)} of {robot.actuators[index]}" if index < count else "length",
@@ -141,6 +144,7 @@ def identifier(quantity: Quantity, robot: Robot) -> str:
     names = {
         "pair": "force_of_both",
         "pair_sign": "force_of_both_sign",
+        "slip": "bending_history",
         "joint_moment": f"moment_{'xyz'[index % 3]}",
         "ground": f"{wrench[index % len(wrench)]}_about_O",
         "length": _place(index, robot),

@@ -5,7 +5,7 @@ from enum import StrEnum
 import casadi as ca
 
 from expdesign.chain.actuator import Acting, ActuatorEffect
-from expdesign.chain.component import each_leg, legs_and_all, on
+from expdesign.chain.component import each_leg, legs_and_all, on, passive_joint_turns
 from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.effect import Parameter
 from expdesign.chain.effects.legs.geometry import LegEnd
@@ -80,6 +80,17 @@ class PassiveJoints(StrEnum):
     FLEXURES = "flexures"
 
 
+_SHARES = {
+    PassiveJoints.CARDAN: (1.0, 1.0, 0.5),
+    PassiveJoints.BENDING: (1.0, 1.0, 0.0),
+    PassiveJoints.BASE: (1.0, 0.0, 0.0),
+    PassiveJoints.PLATFORM: (0.0, 1.0, 0.0),
+    PassiveJoints.FLEXURES: (1.0, 1.0, 0.0),
+}
+"""Share of a joint's stiffness with which each variant resists what `passive_joint_turns` gives: joints in series
+resist being turned about the leg with half of it."""
+
+
 class PassiveJointStiffness(TabulatedEffect):
     """Joints or flexures resist rotation, with `joint_Nm_per_rad` at both ends of the legs.
 
@@ -140,26 +151,10 @@ class PassiveJointStiffness(TabulatedEffect):
         """K_J (n×n, twist coordinates) of relaxed joints of unit stiffness."""
         n = self.robot.coordinates.n
         total = ca.SX.zeros(n, n)
+        shares = _SHARES[self.variant] if self.robot.coordinates.rotations else (1.0,)
         for leg in self.actuators:
-            length = row.lengths[leg]
-            if self.robot.coordinates.rotations == 0:
-                u = row.inverse[leg, :].T
-                turning = ca.vertcat(-u[1], u[0]).T / length
-                total += turning.T @ turning
-                continue
-            u = row.inverse[leg, :3].T
-            joint = row.rotation @ ca.SX(self.robot.straight_legs.platform_joints[leg])
-            velocity = ca.horzcat(ca.SX.eye(3), -ca.skew(joint))
-            leg_turn = ca.skew(u) @ velocity / length
-            spin = ca.horzcat(ca.SX.zeros(3, 3), ca.SX.eye(3))
-            across = (ca.SX.eye(3) - u @ u.T) @ spin - leg_turn
-            if self.variant is not PassiveJoints.PLATFORM:
-                total += leg_turn.T @ leg_turn
-            if self.variant is not PassiveJoints.BASE:
-                total += across.T @ across
-            if self.variant is PassiveJoints.CARDAN:
-                about = u.T @ spin
-                total += 0.5 * about.T @ about
+            for turn, share in zip(passive_joint_turns(self.robot, row, leg), shares, strict=True):
+                total += share * turn.T @ turn
         return total
 
     def bent(self, row: Row) -> ca.SX:

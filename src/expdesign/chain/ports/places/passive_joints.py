@@ -1,12 +1,12 @@
-"""Joints at the ends of legs that resist being turned: flexures, preloaded and dry bearings."""
+"""Joints at the ends of legs that resist being turned: flexures, preloaded bearings, and dry ones that stick."""
 
 from collections.abc import Iterator, Sequence
 
 import casadi as ca
 
-from expdesign.chain.component import Component, each_leg, legs_and_all
+from expdesign.chain.component import Component, each_leg, legs_and_all, passive_joint_turns
 from expdesign.chain.effects.legs.passive_joints import PassiveJoints, PassiveJointStiffness
-from expdesign.chain.ports.families import Prior, over_time, smooth_over
+from expdesign.chain.ports.families import SHARES, Prior, over_time, smooth_over
 from expdesign.chain.ports.port import Channel, Entry, Port
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
@@ -58,6 +58,60 @@ class PassiveJointsPort(Port):
         for prior in (_ALWAYS, *over_time(sight, "joints")) if len(legs) > 1 else ():
             channels = tuple(Channel(i, i // len(legs), prior.inputs) for i in range(self.width))
             yield Entry(self.name, self.components[-1], prior.form, channels, prior.kernel, prior.scales, 6)
+
+
+class StickingJoints(Port):
+    """u: moments (N·m) with which the joints at the ends of the legs resist being turned, about every axis of O.
+
+    Dry joints stick. A leg between them bends with the platform, as a beam does, until the moments exceed what friction
+    holds, and a part of the bending stays when the load is taken off: stop operators of the moments at its ends, both
+    alike, and others of its torsion. The wrench −Σ turnᵀ·u is missing from what the legs carry (`passive_joint_turns`).
+    """
+
+    name = "sticking joints"
+
+    def components_of_motion(self) -> int:
+        if not self.robot.on_straight_legs:
+            return 0
+        return len(each_leg(self.robot)) * self._of_each
+
+    @property
+    def _of_each(self) -> int:
+        """Components of u for one leg: three axes at either end and that of the leg, or one in the plane."""
+        return 7 if self.robot.coordinates.rotations == 3 else 1
+
+    @property
+    def outputs(self) -> Sequence[str]:
+        axes = [f"{end}_{axis}" for end in ("base", "platform") for axis in "xyz"]
+        axes = [*axes, "torsion"] if self._of_each > 1 else ["both"]
+        return tuple(f"{axis}_{leg}_Nm" for leg in self.robot.actuators for axis in axes)
+
+    @property
+    def components(self) -> Sequence[Component]:
+        return legs_and_all(self.robot)
+
+    def actuator(self, elongation: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
+        turns = [turn for leg in range(len(each_leg(self.robot))) for turn in passive_joint_turns(self.robot, row, leg)]
+        forces = row.forward.T @ (ca.vertcat(*turns).T @ extra)
+        return elongation - forces / ca.SX(self.robot.stiffness)
+
+    def entries(self, sight: Sight) -> Iterator[Entry]:
+        """Of single legs, and of all legs alike."""
+        if not self.width or int(sight.rows.position.max()) < 1:
+            return
+        sight.look(Quantity("bend", index) for index in range(self.width))
+        largest = max(sight.largest(Quantity("bend", index)) for index in range(self.width))
+        bounds = [round(share * largest, 12) for share in SHARES]
+        slips = [tuple(Quantity("slip", index, (bound,)) for bound in bounds) for index in range(self.width)]
+        sight.look(slip for several in slips for slip in several)
+        scales = tuple(max(sight.spread(several[i]) for several in slips) for i in range(len(bounds)))
+        if min(scales) == 0.0:
+            return
+        for component in self.components:
+            legs = range(len(each_leg(self.robot))) if component.several else (component.index,)
+            own = [(leg * self._of_each + axis, axis // 6) for leg in legs for axis in range(self._of_each)]
+            channels = tuple(Channel(index, torsion, slips[index]) for index, torsion in own)
+            yield Entry(self.name, component, "sticking", channels, "linear", scales, len(bounds))
 
 
 class Flexures(Port):
