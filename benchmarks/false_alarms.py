@@ -21,7 +21,7 @@ from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.evidence.dictionary import Dictionary
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.laws import base_alone, measured_of
-from expdesign.diagnosis.options import EVIDENCE
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.mechanics.robots.robot import Robot
 
 _LOGS = np.linspace(np.log(1e-3), np.log(1e6), 64)
@@ -75,7 +75,7 @@ def main() -> None:
     gains = np.concatenate(every)
     listed = ", ".join(f"{100 * q:g} %: {np.quantile(gains, q):.2f}" for q in (0.5, 0.95, 0.98, 0.99))
     print(f"{len(gains)} repetitions, seed {chosen.seed}: quantiles {listed}; largest {gains.max():.2f}")
-    for limit in (6.0, EVIDENCE.alarm, 10.0):
+    for limit in (6.0, OPTIONS.alarm, 10.0):
         print(f"above {limit:g}: {100.0 * (gains >= limit).mean():.2f} %")
 
 

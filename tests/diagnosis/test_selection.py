@@ -19,7 +19,7 @@ from expdesign.diagnosis.findings import findings, reported, standing
 from expdesign.diagnosis.held_out import held_out
 from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.names import LawsBeside, Names
-from expdesign.diagnosis.options import EVIDENCE, OPTIONS
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Fit, fit
 
@@ -39,7 +39,7 @@ def test_the_search_keeps_what_it_needs_and_nothing_else() -> None:
     search = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]))
     model = search.model()
     assert [effect.physics for effect in model.effects] == ["leg_backlash"]
-    assert search.known_names.base.misfit - model.misfit > 2.0 * EVIDENCE.alarm
+    assert search.known_names.base.misfit - model.misfit > 2.0 * OPTIONS.alarm
     assert model.fit.values[-1] == pytest.approx(1.5e-5, rel=0.2)
     kept = [entry for entry in search.known_names.log.entries if entry["kept"]]
     assert kept
@@ -105,7 +105,7 @@ def test_the_standing_of_an_effect() -> None:
     assert "leg_backlash" not in stands.indistinguishable
     alone = standing(model, 0, without, [])
     assert alone.probability == pytest.approx(
-        OPTIONS.most / (1.0 + np.exp(-0.5 / OPTIONS.temperature * (without.misfit - model.misfit)))
+        OPTIONS.surest / (1.0 + np.exp(-0.5 / OPTIONS.temperature * (without.misfit - model.misfit)))
     )
     assert alone.probability >= stands.probability
 
@@ -118,7 +118,7 @@ def test_two_names_for_one_thing_share_the_probability() -> None:
     search = search_of(recordings, effects=[base, mount])
     model = search.model()
     (finding,) = findings(search, model)
-    assert finding.probability == pytest.approx(0.5 * OPTIONS.most, abs=0.01)
+    assert finding.probability == pytest.approx(0.5 * OPTIONS.surest, abs=0.01)
     assert len(finding.indistinguishable) == 1
     assert {finding.physics, *finding.indistinguishable} == {"base_compliance", "platform_compliance"}
     assert finding.rival is not None
@@ -209,7 +209,7 @@ def test_a_fit_far_from_the_noise_stops_early() -> None:
     chain = sample.chain(robot(NAME), [effect(NAME, "passive_joint_compliance", "leg 2", "base"), FRICTION])
     exact = fit(chain, sample, enough=OPTIONS.settled)
     evaluations = len(sample.calls)
-    early = fit(chain, sample, enough=OPTIONS.settled, rough=OPTIONS.rough)
+    early = fit(chain, sample, enough=OPTIONS.settled, rough=0.1 * OPTIONS.settled)
     assert len(sample.calls) - evaluations < evaluations
     assert exact.chi2 <= early.chi2 <= exact.chi2 + 0.01 * (exact.chi2 - sample.readings)
 

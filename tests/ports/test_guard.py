@@ -5,7 +5,7 @@ import pytest
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.diagnosis.cross_validation import LeftOut
-from expdesign.diagnosis.options import EVIDENCE
+from expdesign.diagnosis.options import OPTIONS
 
 BLOCKS: IntArray = np.repeat(np.arange(20), 12)
 
@@ -34,8 +34,10 @@ def test_a_law_that_leaves_most_of_the_misfit_does_not() -> None:
 def test_a_gain_in_noise_alone_passes_as_often_as_the_level_says() -> None:
     """Of 400 comparisons of independent noise, 5 % ± 3 standard errors have a p-value below the level."""
     p_values = [LeftOut(_noise(2 * seed), _noise(2 * seed + 1), BLOCKS).p_value for seed in range(400)]
-    share = float(np.mean(np.array(p_values) < EVIDENCE.level))
-    assert share == pytest.approx(EVIDENCE.level, abs=3.0 * np.sqrt(EVIDENCE.level * (1.0 - EVIDENCE.level) / 400))
+    share = float(np.mean(np.array(p_values) < OPTIONS.gain_level))
+    assert share == pytest.approx(
+        OPTIONS.gain_level, abs=3.0 * np.sqrt(OPTIONS.gain_level * (1.0 - OPTIONS.gain_level) / 400)
+    )
 
 
 def test_squares_of_a_few_blocks_do_not_make_a_sure_gain_uncertain() -> None:

@@ -148,8 +148,8 @@ def _kept(model: NamedModel, terms: list[_Term]) -> list[_Term]:
         weight = term.weight + (best[slot].weight if slot in best else 0.0)
         likelier = slot not in best or term.weight > best[slot].weight
         best[slot] = replace(term if likelier else best[slot], weight=weight)
-    chosen = sorted(best.values(), key=lambda term: -term.weight)[: OPTIONS.averaged]
-    chosen = [term for term in chosen if term.weight >= OPTIONS.averaged_share * total]
+    chosen = sorted(best.values(), key=lambda term: -term.weight)
+    chosen = [term for term in chosen if term.weight >= OPTIONS.slight * total]
     rest = 1.0 + sum(term.weight for term in chosen)
     return [replace(term, weight=term.weight / rest) for term in chosen]
 

@@ -126,7 +126,7 @@ class PlacedRobot(BaseModel):
             for parameter, variance in zip(fitted.chain.parameters, np.diag(fitted.covariance), strict=True)
             if np.isfinite(parameter.spread)
             and parameter.spread > 1e-5
-            and variance > (OPTIONS.unknown * parameter.spread) ** 2
+            and variance > (OPTIONS.half * parameter.spread) ** 2
         ]
 
 

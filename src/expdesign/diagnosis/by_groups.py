@@ -58,16 +58,16 @@ class ByGroups:
         if not self.frame.robot.on_support:
             return True
         sample = self.frame.names.sample
-        alike = dispersion(self.groups.fit.residuals, sample).correlation > OPTIONS.alike
-        return self.groups.noise > OPTIONS.noteworthy and alike
+        alike = dispersion(self.groups.fit.residuals, sample).correlation > OPTIONS.correlated
+        return self.groups.noise > OPTIONS.predicts and alike
 
     def beats(self, named: NamedModel) -> bool:
         """Whether left-out blocks are predicted better than by named effects (linear about their fit)."""
-        return self.groups is not None and self._ratio(self.groups, named) < OPTIONS.better
+        return self.groups is not None and self._ratio(self.groups, named) * OPTIONS.alike < 1.0
 
     def out_of_reach(self, named: NamedModel) -> bool:
         """Whether few groups predict what the best named effects do not: without some of these nothing is explained."""
-        return self.few is not None and self._ratio(self.few, named) * OPTIONS.few < 1.0
+        return self.few is not None and self._ratio(self.few, named) * OPTIONS.clearly < 1.0
 
     def _ratio(self, groups: Groups, named: NamedModel) -> float:
         """Of the errors of left-out blocks by groups and by named effects."""
@@ -98,7 +98,7 @@ class ByGroups:
             before=frame.before,
             after=frame.stated(groups.fit, sample),
             location=locate(base, sample, frame.robot, frame.entries, 1.0 if frame.noise.known else groups.noise**2),
-            findings=(*found, *set_aside(names.sample, groups.aside, OPTIONS.most)),
+            findings=(*found, *set_aside(names.sample, groups.aside, OPTIONS.surest)),
             errors=errors,
             names=names,
             laws=None,
@@ -121,10 +121,10 @@ def by_groups(frame: Frame, report: Callable[[str], None]) -> ByGroups:
 
     if not (many or robot.on_support):
         return one_at_a_time("deflections are measured, to which only what yields contributes")
-    if excess < OPTIONS.all_excess:
+    if excess < OPTIONS.noticeable:
         return one_at_a_time(f"the base model leaves {excess:.3g} standard deviations, too little to tell groups apart")
-    if count < OPTIONS.all_rows:
-        return one_at_a_time(f"{count} rows are too few for groups of effects ({OPTIONS.all_rows} are needed)")
+    if count < (least := OPTIONS.groups * OPTIONS.fewest_rows):
+        return one_at_a_time(f"{count} rows are too few for groups of effects ({least} are needed)")
     report("all effects at once")
     library = groups_of(robot, sample, base, frame.entries)
     found = grouped(robot, sample, base, library)
@@ -140,7 +140,7 @@ def by_groups(frame: Frame, report: Callable[[str], None]) -> ByGroups:
     if many and found.few:
         few = one_at_a_time(f"one or two groups of effects do nearly what all do together ({errors})")
         return replace(few, few=found)
-    if found.after > OPTIONS.all_gains * found.before or judged.test_after >= judged.test_before:
+    if OPTIONS.clearly * found.after > found.before or judged.test_after >= judged.test_before:
         return one_at_a_time(f"groups of effects predict no better ({errors})")
     why = f"{len(found.found)} groups of effects together predict best ({errors})"
     return ByGroups(frame, Method(TOGETHER, why), found, judged)

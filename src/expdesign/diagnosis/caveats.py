@@ -33,9 +33,9 @@ def caveats(sample: Sample, model: NamedModel, spread: Dispersion, errors: HeldO
     if aliased:
         found.append(AliasedParameters(tuple(aliased)))
     found += _without_moment(sample, model)
-    if errors.test_after > OPTIONS.explodes * max(errors.train_after, 1.0):
+    if errors.test_after**2 > OPTIONS.most_inflated * max(errors.train_after, 1.0) ** 2:
         found.append(Extrapolation(errors.test_after, errors.train_after))
-    if spread.correlation > OPTIONS.alike:
+    if spread.correlation > OPTIONS.correlated:
         found.append(SerialCorrelation(spread.correlation, spread.rows, spread.effective_rows))
     return tuple(found)
 

@@ -22,7 +22,7 @@ from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.names import NamedModel, Names, hierarchical
-from expdesign.diagnosis.options import EVIDENCE, OPTIONS
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Fit
 
@@ -65,7 +65,7 @@ def confirmed(names: Names, model: NamedModel, test: BoolArray) -> NamedModel:
         order = sorted(range(len(found)), key=lambda i: -found[i].p_value)
         dropped = False
         for index in order:
-            if found[index].p_value < EVIDENCE.level:
+            if found[index].p_value < OPTIONS.gain_level:
                 break
             smaller = names.without(model, index)
             if hierarchical(smaller.effects):
@@ -93,7 +93,7 @@ def pruned(names: Names, model: NamedModel, base: Fit, test: BoolArray) -> tuple
             if hierarchical(other.effects)
         ]
         best = min(trials, key=lambda trial: (trial[0].refuted, trial[0].test_after))
-        if not errors.refuted and best[0].test_after > OPTIONS.better * errors.test_after:
+        if not errors.refuted and best[0].test_after > errors.test_after / OPTIONS.alike:
             break
         gone = next(iter(set(model.keys) - set(best[1].keys)))
         errors, model = best
@@ -107,7 +107,7 @@ def pruned(names: Names, model: NamedModel, base: Fit, test: BoolArray) -> tuple
 
 def _blocks(sample: Sample) -> IntArray | None:
     """Block of every row that counts; None where there are too few."""
-    most = min(OPTIONS.refits, int(sample.counts.sum()) // OPTIONS.shortest_block)
+    most = min(OPTIONS.refits, int(sample.counts.sum()) // OPTIONS.groups)
     return blocks_of(sample, most)[sample.counts] if most >= OPTIONS.groups else None
 
 
@@ -139,7 +139,7 @@ def stability(names: Names, model: NamedModel) -> Stability | None:
     blocks = blocks_of(sample, OPTIONS.refits)
     if len(np.unique(blocks[sample.counts])) < OPTIONS.refits:
         return None
-    prices = [names.price(candidate) + EVIDENCE.alarm for candidate in model.candidates]
+    prices = [names.price(candidate) + OPTIONS.alarm for candidate in model.candidates]
     refits = named_without_tenths(names.state(model), readings_of(blocks, names.sample), prices)
     return shares_of(range(len(model.candidates)), refits)
 

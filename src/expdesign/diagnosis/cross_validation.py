@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 from scipy.stats import t as t_distribution
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.diagnosis.options import EVIDENCE, OPTIONS
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample, rms
 
 Values = TypeVar("Values", IntArray, BoolArray)
@@ -104,7 +104,7 @@ class LeftOut:
             priors: p, the prior variance by all laws, shape (M,).
         """
         own, squares = np.maximum(variances - 1.0, 0.0), self.after**2
-        logs, shares = np.linspace(0.0, np.log(EVIDENCE.most_inflated), 14), np.logspace(-6.0, 0.0, 19)
+        logs, shares = np.linspace(0.0, np.log(OPTIONS.most_inflated), 14), np.logspace(-6.0, 0.0, 19)
         fit = np.empty((len(logs), len(shares)))
         for i, k in enumerate(np.exp(logs)):
             total = 1.0 + k * own + shares[:, None] * priors
@@ -129,7 +129,7 @@ class LeftOut:
 
         if excess(1.0) <= 0.0:
             return 1.0
-        most = EVIDENCE.most_inflated
+        most = OPTIONS.most_inflated
         return most if excess(most) >= 0.0 else float(brentq(excess, 1.0, most))
 
     def surprise(self, variances: FloatArray, inflation: float) -> float:
@@ -160,18 +160,18 @@ class LeftOut:
     @property
     def better(self) -> float:
         """Share of the blocks with a visible change that are predicted better; 0 where there is none."""
-        visible = self._gains[np.abs(self._gains) > EVIDENCE.visible]
+        visible = self._gains[np.abs(self._gains) > OPTIONS.listed]
         return float((visible > 0.0).mean()) if visible.size else 0.0
 
     @property
     def doubt(self) -> str:
         """Why the base model predicts instead; empty where laws may."""
         left = max(self.rms_after**2 - 1.0, 0.0) / max(self.rms_before**2 - 1.0, 1e-9)
-        if left > EVIDENCE.remains:
+        if left > OPTIONS.half:
             return f"they leave {100.0 * left:.0f} % of the excess of left-out rows"
-        if self.better < (EVIDENCE.mostly if left <= EVIDENCE.little else EVIDENCE.nearly_all):
+        if self.better < (OPTIONS.half if left <= 1.0 - OPTIONS.nearly else OPTIONS.nearly):
             return f"only {100.0 * self.better:.0f} % of the blocks that were left out are predicted better"
-        if self.p_value > EVIDENCE.level:
+        if self.p_value > OPTIONS.gain_level:
             return f"the gain does not stand out of its scatter over blocks that were left out (p = {self.p_value:.2g})"
         return ""
 

@@ -22,7 +22,7 @@ from expdesign.diagnosis.library import OUTLIER
 from expdesign.diagnosis.locate import drivers, locate
 from expdesign.diagnosis.nameable import Nameable, nameable
 from expdesign.diagnosis.names import NamedModel, Names
-from expdesign.diagnosis.options import EVIDENCE, OPTIONS
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.remarks import Averaged
 from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, Diagnosis, Method
@@ -79,7 +79,7 @@ def _so_far(frame: Frame, doing: str) -> Diagnosis:
     names = frame.names
     possible = [model for model in names.models if not at_limits(model)]
     best = min(possible, key=lambda model: model.misfit, default=names.base)
-    if names.base.misfit - best.misfit < 2.0 * EVIDENCE.alarm:
+    if names.base.misfit - best.misfit < 2.0 * OPTIONS.alarm:
         best = names.base
     result = _unsought(frame, best, "it was ended")
     return replace(_with_names(frame, result) if best.candidates else result, ended=doing)
@@ -100,7 +100,7 @@ def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -
     frame.names.log.add_text("method", f"{groups.method.name}: {groups.method.reason}")
     if groups.alone:
         return groups.diagnosis()
-    few = None if groups.groups is None else OPTIONS.beside_groups
+    few = None if groups.groups is None else OPTIONS.starts
     named = _named(frame, outliers=outliers, few=few, in_vain=groups.out_of_reach)
     if groups.beats(named.model):
         return groups.diagnosis()
@@ -125,7 +125,7 @@ def _settled(frame: Frame, model: NamedModel) -> bool:
     if not frame.noise.known or len(model.candidates) != 1 or not within_noise(tested(model.fit, kept)):
         return False
     explained = max(names.state(names.base).scatter - names.state(model).scatter, 1.0)
-    most = 0.5 * (explained - np.log(explained)) - EVIDENCE.law - EVIDENCE.contested
+    most = 0.5 * (explained - np.log(explained)) - OPTIONS.price_of_law(len(frame.entries)) - OPTIONS.margin
     return bool(most <= 0.5 * (names.base.misfit - model.misfit))
 
 
@@ -222,7 +222,7 @@ def _with_names(frame: Frame, result: Diagnosis) -> Diagnosis:
     found = findings(frame.search, model, gains(names, model, frame.judged), spread, stable)
     if result.verdict == "unexplained":
         before, after = tested(frame.base, names.sample), tested(model.fit, kept)
-        found = _doubted(found, OPTIONS.fitting if fits(before, after) else OPTIONS.tentative)
+        found = _doubted(found, OPTIONS.doubted if fits(before, after) else OPTIONS.doubted**2)
     return replace(result, findings=found, stability=stable)
 
 
@@ -273,7 +273,7 @@ def _with_laws(frame: Frame, result: Diagnosis, report: Callable[[str], None]) -
             model=model,
             predictive=model,
             errors=errors,
-            findings=_doubted(found, OPTIONS.fitting) if verdict == "unexplained" else found,
+            findings=_doubted(found, OPTIONS.doubted) if verdict == "unexplained" else found,
             method=Method(LAWS, "left-out rows are predicted better with laws at ports than with named effects alone"),
             after=frame.stated(laws.fit, sample),
             verdict=verdict,
@@ -303,7 +303,7 @@ def _checked(
     model, errors = pruned(names, model, base, test)
     # Where more than noise remains, or rows are alike, the penalised misfit trusts what is not so.
     kept = sample.restricted(~model.outliers)
-    alike = dispersion(model.fit.residuals, kept).correlation > OPTIONS.alike
+    alike = dispersion(model.fit.residuals, kept).correlation > OPTIONS.correlated
     trusted = noise.known and within_noise(tested(model.fit, kept)) and not alike
     if model.candidates and not trusted:
         smaller = confirmed(names, model, test)
@@ -315,7 +315,7 @@ def _checked(
 def _predictive(names: Names, model: NamedModel, errors: HeldOut, test: BoolArray) -> tuple[NamedModel, HeldOut]:
     """What to predict with where a model does not explain: it, or the base model, with the errors of that."""
     base = names.base
-    halved = errors.test_after <= OPTIONS.halved * errors.test_before
+    halved = errors.test_after**2 <= OPTIONS.half * errors.test_before**2
     if halved and not errors.refuted and not _guarded(names, model, base.fit):
         return model, errors
     return base, _held_out(names, base.fit, base.fit, test, base.outliers)

@@ -72,10 +72,10 @@ def standing(
             if effect.physics != chosen.physics:
                 gap = (other.misfit - model.misfit) / inflation
                 rivals[effect.physics] = min(gap, rivals.get(effect.physics, np.inf))
-                if gap < OPTIONS.indistinguishable and (nearest is None or other.misfit < nearest.misfit):
+                if gap < 2.0 * OPTIONS.alarm and (nearest is None or other.misfit < nearest.misfit):
                     nearest = other
-    probability = OPTIONS.most * float(weights[np.array(same)].sum() / weights.sum())
-    close = sorted((gap, physics) for physics, gap in rivals.items() if gap < OPTIONS.indistinguishable)
+    probability = OPTIONS.surest * float(weights[np.array(same)].sum() / weights.sum())
+    close = sorted((gap, physics) for physics, gap in rivals.items() if gap < 2.0 * OPTIONS.alarm)
     return Standing(probability, tuple(physics for _, physics in close), nearest)
 
 
@@ -85,7 +85,7 @@ def _idle_elsewhere(model: NamedModel, chosen: Effect, other: NamedModel, extra:
     It includes the chosen effect, and what it adds takes no more from χ² than a parameter that is not there may.
     """
     return (
-        model.fit.chi2 - other.fit.chi2 < OPTIONS.present**2
+        model.fit.chi2 - other.fit.chi2 < OPTIONS.noticeable**2
         and len(extra) == 1
         and extra[0].physics == chosen.physics
         and extra[0].component.several
@@ -145,7 +145,7 @@ def findings(
     if not names.known_noise:
         scale = model.fit.chi2 / max(names.sample.readings - model.fit.rank, 1)
     inflation = 1.0
-    if spread is not None and spread.inflation > OPTIONS.noteworthy:
+    if spread is not None and spread.inflation > OPTIONS.predicts:
         scale = inflation = spread.inflation
     rows = names.sample.restricted(~model.outliers)
     base = names.base.fit.residuals[rows.counts]
@@ -174,7 +174,7 @@ def findings(
     result = [one for one in found if (one.share or 0.0) >= OPTIONS.listed] or found[:1]
     if model.outliers.any():
         gain = names.as_here(model).misfit - model.misfit
-        probability = OPTIONS.most / (1.0 + float(np.exp(-0.5 * gain / OPTIONS.temperature)))
+        probability = OPTIONS.surest / (1.0 + float(np.exp(-0.5 * gain / OPTIONS.temperature)))
         result += set_aside(names.sample, model.outliers, probability)
     return tuple(result)
 

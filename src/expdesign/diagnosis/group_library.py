@@ -144,9 +144,9 @@ def _few_ends(groups: list[Group], present: Present) -> list[Group]:
     They are judged by the evidence of laws of a size that the misfit allows, with noise of a share of it: what matters
     is how a tilt grows with what is drawn out, which no other law can make up for.
     """
-    level = OPTIONS.quiet * rms(present.readings) or 1.0
+    level = OPTIONS.listed * rms(present.readings) or 1.0
     quiet = replace(present, base=present.base / level, readings=present.readings / level, known_noise=True)
-    size = OPTIONS.quiet**-2
+    size = OPTIONS.listed**-2
 
     def with_loads(state: Present) -> tuple[float, Group | None]:
         trials = [(state.beside(group.directions, size).log_evidence, group) for group in loads]
@@ -160,7 +160,7 @@ def _few_ends(groups: list[Group], present: Present) -> list[Group]:
         judged = [(*with_loads(quiet.beside(group.directions, size)), group) for group in guides]
         judged.sort(key=lambda trial: -trial[0])
         best = max([best, *(trial[:2] for trial in judged[:1])], key=lambda trial: trial[0])
-        wanted |= {(where, group.end) for _, _, group in judged[: OPTIONS.ends]}
+        wanted |= {(where, group.end) for _, _, group in judged[: OPTIONS.each]}
     groups = [group for group in groups if group not in loads or group is best[1]]
     return [group for group in groups if group.end is None or (group.component, group.end) in wanted]
 
@@ -248,6 +248,10 @@ def _made(parameter: Parameter) -> bool:
     return bool(np.isfinite(parameter.spread)) and parameter.name.endswith(("_rad", "_m"))
 
 
+_MOST_TYPICAL = 1e3
+"""Typical sizes of a parameter that keep the arithmetic within what numbers hold."""
+
+
 def _deviations(members: Sequence[tuple[Effect, Parameter]], columns: FloatArray, misfit: float) -> FloatArray:
     """Deviations of physical size: what an effect says of itself, else what would show as much as all that shows."""
     shows = np.sqrt((columns**2).mean(axis=0))
@@ -259,7 +263,7 @@ def _deviations(members: Sequence[tuple[Effect, Parameter]], columns: FloatArray
         else:
             # What does not show at all stays where it is.
             shown = misfit / shows[k] if shows[k] > 0.0 else parameter.scale
-            found[k] = min(shown, parameter.spread, OPTIONS.most_typical * parameter.scale)
+            found[k] = min(shown, parameter.spread, _MOST_TYPICAL * parameter.scale)
     typical = OPTIONS.unlike * np.median(found / scales)
     limited: FloatArray = np.minimum(found, typical * scales)
     return limited

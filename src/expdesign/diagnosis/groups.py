@@ -28,7 +28,7 @@ from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.evidence.state import Present, regular
 from expdesign.diagnosis.group_library import Group, GroupLibrary
 from expdesign.diagnosis.laws import base_alone
-from expdesign.diagnosis.options import EVIDENCE, OPTIONS
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import single_mistakes
 from expdesign.diagnosis.sample import Sample, rms
 from expdesign.diagnosis.shared_noise import Settling, settling
@@ -68,7 +68,7 @@ class FoundGroup:
     @property
     def probability(self) -> float:
         """That it is there: that it predicts what was left out."""
-        return OPTIONS.most * (1.0 - self.p_value)
+        return OPTIONS.surest * (1.0 - self.p_value)
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def grouped(robot: Robot, sample: Sample, base: Fit, library: GroupLibrary) -> G
     settled = problem.settled(chosen)
     if settled.ratio:
         moved = problem.chosen(settled)
-        if problem.error(moved, settled) < OPTIONS.better * problem.error(chosen, Settling()):
+        if problem.error(moved, settled) < problem.error(chosen, Settling()) / OPTIONS.alike:
             chosen = moved
         else:
             settled = Settling()
@@ -148,12 +148,9 @@ class _Problem:
         present = settled.of_state(self.present)
         atoms = [_atom(group.component, settled.whitened(group.directions)) for group in self.groups]
         # The prior is that of as many laws as a dictionary has.
-        price = EVIDENCE.law - float(np.log(EVIDENCE.entries / len(atoms)))
-        alarm = max(EVIDENCE.alarm + min(price, 0.0), 1.0)
-        options = replace(
-            EVIDENCE, alarm=alarm, law=max(price, 0.0), most=len(atoms), inexact=0.0, refuted=OPTIONS.better
-        )
-        return self._lasting(Search(Problem(present, atoms, self.blocks, options=options)).run())
+        alarm = max(OPTIONS.alarm + min(float(np.log(len(atoms))) - OPTIONS.overlap, 0.0), 1.0)
+        options = replace(OPTIONS, alarm=alarm, most=len(atoms), slight=0.0)
+        return self._lasting(Search(Problem(present, atoms, self.blocks, options=options)).run(guarded=True))
 
     def _lasting(self, chosen: Chosen) -> Chosen:
         """Without groups of time or memory without which the last rows are predicted clearly better from those before.
@@ -171,7 +168,7 @@ class _Problem:
             going_on = [k for k, index in enumerate(chosen.laws) if self.groups[index].goes_on]
             states = [chosen.state.without(k).refitted() for k in going_on]
             errors = [error(state) for state in states]
-            if OPTIONS.later * min(errors, default=np.inf) >= error(chosen.state):
+            if OPTIONS.clearly * min(errors, default=np.inf) >= error(chosen.state):
                 return chosen
             best = int(np.argmin(errors))
             laws = tuple(index for k, index in enumerate(chosen.laws) if k != going_on[best])
@@ -366,7 +363,7 @@ def _told_apart(chain: Chain, group: Group, columns: IntArray, result: Fit) -> t
 
 def _few_suffice(state: Present, blocks: IntArray) -> bool:
     """Whether one or two groups alone predict left-out blocks nearly as well: then to name what is wrong is better."""
-    goal = OPTIONS.few * max(rms(state.left_out(blocks)), float(np.sqrt(state.noise_variance)))
+    goal = OPTIONS.clearly * max(rms(state.left_out(blocks)), float(np.sqrt(state.noise_variance)))
     current = state.alone
     for _ in range(min(2, len(state.laws))):
         trials = [current.beside(law, size) for law, size in zip(state.laws, state.variances, strict=True)]

@@ -46,7 +46,7 @@ class HeldOut:
 
         Those are few, and what predicts them nearly to the noise is not refuted by them.
         """
-        later = self.later_after > OPTIONS.later * max(self.later_before, OPTIONS.predicts)
+        later = self.later_after > OPTIONS.clearly * max(self.later_before, OPTIONS.predicts)
         return self.test_after > self.test_before or later
 
     def divided_by(self, level: float) -> "HeldOut":
@@ -111,7 +111,7 @@ def held_out(
 
 def _refitted(original: Fit, sample: Sample) -> Fit:
     start = original.values if original.chain.effects else None
-    return fit(original.chain, sample, start, enough=OPTIONS.settled, rough=OPTIONS.rough)
+    return fit(original.chain, sample, start, enough=OPTIONS.settled, rough=0.1 * OPTIONS.settled)
 
 
 def _later(base: Fit, model: Fit, sample: Sample, kept: BoolArray) -> tuple[float, float]:

@@ -58,7 +58,7 @@ def _finding(laws: Laws, index: int, robot: Robot, known: Collection[str]) -> Fi
     effect = part.effect
     if not isinstance(effect, Law):
         beaten = any(isinstance(p.effect, Law) and p.effect.component == effect.component for p in laws.parts)
-        factor = OPTIONS.beside_laws * (OPTIONS.beside_its_law if beaten else 1.0)
+        factor = OPTIONS.doubted ** (2 if beaten else 1)
         values = reported(effect, laws.fit, laws.fit.chain.slices[where], 1.0)
         return Finding(
             effect.physics, str(effect.component), str(effect.variant), values, factor * probability, (),

@@ -27,7 +27,7 @@ from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.evidence.state import Present, regular
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.names import NamedModel, Names
-from expdesign.diagnosis.options import EVIDENCE, OPTIONS
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Fit, fit
 
@@ -54,9 +54,9 @@ def places(gains: Mapping[Component, float]) -> tuple[Place, ...]:
     names = sorted(gains, key=lambda name: -gains[name])
     evidence = np.array([gains[name] for name in names])
     below = evidence.max() - evidence
-    weights = np.exp(-below / EVIDENCE.temperature)
-    weights *= EVIDENCE.place_most / weights.sum()
-    close = max(EVIDENCE.close, EVIDENCE.share * float(evidence.max()))
+    weights = np.exp(-below / OPTIONS.temperature)
+    weights *= OPTIONS.surest_place / weights.sum()
+    close = max(OPTIONS.close, OPTIONS.remainder * float(evidence.max()))
     every = zip(names, evidence, weights, below < close, strict=True)
     return tuple(Place(name, float(e), float(w), bool(near)) for name, e, w, near in every)
 
@@ -121,14 +121,14 @@ class Laws:
         """The same where they leave more than the noise: where they are is less sure."""
 
         def less(place: Place) -> Place:
-            return replace(place, probability=OPTIONS.fitting * place.probability)
+            return replace(place, probability=OPTIONS.doubted * place.probability)
 
         return replace(self, parts=tuple(replace(p, places=tuple(map(less, p.places))) for p in self.parts))
 
     def replaces(self, base: NamedModel, named: NamedModel) -> bool:
         """Whether these may stand in the place of names that explain: with a law among them, and likelier by far."""
         nameless = any(part.named is None for part in self.parts)
-        return nameless and self.gain > 0.5 * (base.misfit - named.misfit) + EVIDENCE.contested
+        return nameless and self.gain > 0.5 * (base.misfit - named.misfit) + OPTIONS.margin
 
     def summary(self, verdict: str) -> str:
         """What was decided, in one sentence."""

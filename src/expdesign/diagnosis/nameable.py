@@ -26,7 +26,7 @@ from expdesign.chain.row import RowData, row_data
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.locate import drivers, orthonormal_basis
 from expdesign.diagnosis.names import NamedModel, Names
-from expdesign.diagnosis.options import EVIDENCE, OPTIONS
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.remarks import ConfoundedTime
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.verdict import at_limits
@@ -83,7 +83,7 @@ def confounded_with(sample: Sample, robot: Robot) -> Confounded | None:
             continue
         variance = float(time[counts].var())
         share = 1.0 - float(((time - predicted)[counts] ** 2).mean()) / variance if variance > 0.0 else 0.0
-        if share >= OPTIONS.confounded and (best is None or share > best.share):
+        if share >= OPTIONS.nearly and (best is None or share > best.share):
             best = Confounded(name, share, predicted)
     return best
 
@@ -175,7 +175,7 @@ def _drift_test(names: Names, model: NamedModel, index: int, other: Confounded) 
     free = np.array([not parameter.shape for parameter in model.candidates[index].effect.parameters])
     whole = (alone[free] * sizes)[shown]
     share = float((within * sizes[shown]) @ whole) / max(float(whole @ whole), 1e-300)
-    return DriftTest(index, p_value < OPTIONS.level and share > OPTIONS.drift_shows, p_value)
+    return DriftTest(index, p_value < OPTIONS.level and share > OPTIONS.half, p_value)
 
 
 @dataclass(frozen=True)
@@ -233,7 +233,7 @@ def nameable(
     else:
         model = search.model(aside=outliers, most=most)
         model = names.restricted(model, {*at_limits(model), *unsupported(names, model, other)})
-    at_limit = limited[1] if limited is not None and limited[0] < model.misfit - 2.0 * EVIDENCE.alarm else ""
+    at_limit = limited[1] if limited is not None and limited[0] < model.misfit - 2.0 * OPTIONS.alarm else ""
     remarks: tuple[Remark, ...] = ()
     if other is not None and (imitations or drift_tests(names, model, other)):
         remarks = (ConfoundedTime(other.name, other.share, tuple(imitations)),)

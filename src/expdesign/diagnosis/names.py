@@ -355,7 +355,7 @@ class Names:
             sample,
             np.concatenate([own, *parts]) if chosen else None,
             enough=OPTIONS.settled,
-            rough=OPTIONS.rough,
+            rough=0.1 * OPTIONS.settled,
         )
         state = linearised(
             self.sample, result, result.residuals, result.sensitivities, known_noise=self.known_noise

@@ -11,6 +11,8 @@ from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Fit
 
 _SHUFFLES = 2000
+_TESTS = 4
+"""Of what rows set aside have in common."""
 _FEWEST = 3
 
 _ROUNDING = 1e-9
@@ -120,22 +122,22 @@ def in_common(residuals: FloatArray, outliers: BoolArray, series: IntArray, driv
     count, rows = chosen.size, len(outliers)
     if count < _FEWEST:
         return ""
-    if binom.sf(count - 1, rows, OPTIONS.usual_mistakes) < OPTIONS.mistakes_level:
+    if binom.sf(count - 1, rows, OPTIONS.usual_mistakes) < OPTIONS.level / _TESTS:
         return "they are too many"
     directions = residuals[chosen] / np.linalg.norm(residuals[chosen], axis=1, keepdims=True)
     width = directions.shape[1]
     resultant = float((directions.sum(axis=0) ** 2).sum()) * width / count
-    if chi2_distribution.sf(resultant, width) < OPTIONS.mistakes_level:
+    if chi2_distribution.sf(resultant, width) < OPTIONS.level / _TESTS:
         return "they point the same way"
     generator = np.random.default_rng(0)
     draws = [generator.permutation(rows)[:count] for _ in range(_SHUFFLES)]
-    if np.mean([_pairs(series[draw]) >= _pairs(series[chosen]) for draw in draws]) < OPTIONS.mistakes_level:
+    if np.mean([_pairs(series[draw]) >= _pairs(series[chosen]) for draw in draws]) < OPTIONS.level / _TESTS:
         return "they are of the same series"
     if drivers:
         scores = _rank_scores(drivers)
         observed = np.abs(scores[:, chosen].sum(axis=1))
         usual = np.abs(scores[:, np.array(draws)].sum(axis=2)).max(axis=0)
-        if np.mean(usual >= observed.max()) < OPTIONS.mistakes_level:
+        if np.mean(usual >= observed.max()) < OPTIONS.level / _TESTS:
             return f"they depend on {list(drivers)[int(np.argmax(observed)) % len(drivers)]}"
     return ""
 

@@ -156,7 +156,7 @@ def settling(chain: Chain, sample: Sample, present: Present) -> Settling:
 def _moving(sample: Sample) -> list[BoolArray]:
     """Rows of every series that was read at several poses, shape (N,) each."""
     poses = sample.recordings.configurations
-    ranges = OPTIONS.same_pose * np.ptp(poses[sample.counts], axis=0)
+    ranges = OPTIONS.slight * np.ptp(poses[sample.counts], axis=0)
     found = []
     for number in np.unique(sample.rows.series[sample.counts]):
         rows: BoolArray = (sample.rows.series == number) & sample.counts

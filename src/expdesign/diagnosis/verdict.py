@@ -62,7 +62,7 @@ def doubt(
         return "so many effects at once imitate something else" if many else ""
     if not fits(before, after):
         return "a mismatch remains"
-    remains = OPTIONS.residual_share * (before[0] / before[1] - 1.0) * after[1]
+    remains = OPTIONS.remainder * (before[0] / before[1] - 1.0) * after[1]
     visible = remains > OPTIONS.shows * np.sqrt(2.0 * after[1])
     if many and not (visible and within_noise(after)):
         return "so many effects at once may imitate something else"
@@ -77,7 +77,7 @@ def within_noise(after: tuple[float, int]) -> bool:
 def fits(before: tuple[float, int], after: tuple[float, int]) -> bool:
     """Whether what remains of a mismatch is within the noise, or a small share of it."""
     remaining, excess = after[0] / after[1] - 1.0, before[0] / before[1] - 1.0
-    return within_noise(after) or remaining <= OPTIONS.residual_share * excess
+    return within_noise(after) or remaining <= OPTIONS.remainder * excess
 
 
 def undetermined(model: NamedModel) -> str:
@@ -94,7 +94,7 @@ def undetermined(model: NamedModel) -> str:
         if not np.isfinite(covariance).all():
             shows = len(away) > 1  # what several axes have in common may be any spring's, and they differ nevertheless
         else:
-            shows = away @ np.linalg.pinv(covariance) @ away >= OPTIONS.present**2
+            shows = away @ np.linalg.pinv(covariance) @ away >= OPTIONS.noticeable**2
         if not shows:
             return effect.key
     return ""

@@ -21,7 +21,7 @@ from expdesign.diagnosis.evidence.screen import Screen
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.names import LawsBeside, NamedModel, Names, hierarchical
-from expdesign.diagnosis.options import EVIDENCE, OPTIONS, EvidenceOptions
+from expdesign.diagnosis.options import OPTIONS, DiagnosisOptions
 from expdesign.diagnosis.sample import rms
 
 _Promise = tuple[float, Candidate, Callable[[], FloatArray]]
@@ -119,12 +119,13 @@ class Problem:
         blocks: IntArray,
         names: Names | None = None,
         made: Callable[[Entry], Atom | None] = lambda entry: None,
-        options: EvidenceOptions = EVIDENCE,
+        options: DiagnosisOptions = OPTIONS,
     ) -> None:
         self.blocks, self.names, self._made, self.options = blocks, names, made, options
         self.atoms = [*(names.atoms if names else ()), *laws]
         self._first = len(names.atoms) if names else 0
         self._listed = len(self.atoms)
+        self._law = self.options.price_of_law(len(laws))
         self._screen = Screen(self.atoms)
         self.prices = np.array([self._price(index) for index in range(len(self.atoms))])
         self._refuted: set[int] = set()
@@ -188,11 +189,11 @@ class Problem:
     def singles(self, rest: Chosen, loss: float) -> list[Chosen]:
         """With one effect or one law more that may bring what the one taken away brought."""
         proposal = self.propose(rest)
-        trials = [one for one in self._named(rest, proposal, OPTIONS.promising * loss) if hierarchical(one.effects)]
+        trials = [one for one in self._named(rest, proposal, self.options.near * loss) if hierarchical(one.effects)]
         gains = proposal.gains[self._first :]
         if gains.size:
             best = int(np.argmax(gains))
-            if gains[best] + self.options.slack > loss + self.options.swap:
+            if gains[best] + self.options.margin > loss + self.options.alarm:
                 index = self._first + best
                 trials.append(self.with_law(rest, index, float(proposal.variances[index])))
         return trials
@@ -263,7 +264,7 @@ class Problem:
         own = [i for i in range(self._first, len(self.atoms)) if self.atoms[i].component == component]
         best = own[int(np.argmax(proposal.gains[own]))]
         grown = self.with_law(current, best, float(proposal.variances[best]))
-        for _ in range(min(self.options.at_one, self.options.most - current.count) - 1):
+        for _ in range(min(self.options.each, self.options.most - current.count) - 1):
             further = self.propose(grown, own)
             if further.gains.max() < self.options.alarm:
                 break
@@ -289,14 +290,14 @@ class Problem:
         ranked.sort(key=lambda item: (-item[0], item[1].effect.key))
         taken: dict[str, int] = {}
         trials: list[Chosen] = []
-        always = OPTIONS.always if self.of_names else 1
+        always = self.options.each if self.of_names else 1
         best_of_all = float(proposal.gains.max(initial=0.0))
         # Where nothing promises to be worth it to first order, what is not linear may be nevertheless.
         if best_of_all >= self.options.alarm or not self.of_names:
             wanted = max(wanted, self.options.near * best_of_all)
         for gain, candidate, start in ranked:
             physics = candidate.effect.physics
-            if taken.get(physics, 0) >= 3 or len(trials) == OPTIONS.fits_per_step:
+            if taken.get(physics, 0) >= self.options.each or len(trials) == self.options.fits:
                 continue
             taken[physics] = taken.get(physics, 0) + 1
             if sum(taken.values()) <= always or gain >= wanted:
@@ -359,7 +360,7 @@ class Problem:
             assert self.names is not None
             return self.names.price(self.names.candidate(index))
         of_each = atom.entry is not None and atom.component.several and atom.entry.blocks > 1
-        return self.options.law + self.options.several * of_each + self.options.wanders * _wanders(atom)
+        return self._law + self.options.uncommon * (of_each + _wanders(atom))
 
 
 def _wanders(atom: Atom) -> bool:

@@ -18,7 +18,10 @@ from expdesign.chain.component import Component
 from expdesign.diagnosis.cross_validation import blocks_of, readings_of
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.names import NamedModel, Names, hierarchical
-from expdesign.diagnosis.options import EVIDENCE
+from expdesign.diagnosis.options import OPTIONS
+
+_TIE = 0.005
+"""Gain of log evidence below which two are the same to rounding."""
 
 
 class Search:
@@ -56,6 +59,7 @@ class Search:
         *,
         aside: bool = False,
         most: int | None = None,
+        guarded: bool = False,
     ) -> Chosen:
         """What is there; nothing where no gain is an alarm.
 
@@ -64,6 +68,7 @@ class Search:
             refuted: what it is not, where there is anything else.
             aside: whether rows may be set aside.
             most: effects that are looked for at most; as many as the options allow if left out.
+            guarded: whether laws go without which left-out blocks are predicted better.
         """
         limit = self.options.most if most is None else most
         firsts = self._starts(seeds, aside=aside, most=limit)
@@ -76,7 +81,7 @@ class Search:
             exchanged = self._swapped(self._exchanged(best))
             if exchanged is not best:
                 best = preferred([best, self.problem.finer(exchanged)])
-        return self._unrefuted(best)
+        return self._unrefuted(best) if guarded else best
 
     def replacements(self, chosen: Chosen, position: int) -> list[Chosen]:
         """With other effects, or another law, in the place of one, where these promise enough to be tried."""
@@ -112,7 +117,7 @@ class Search:
         """The best beginnings, from which the search goes on: the first one need not be right; and seeds like them."""
         trials = sorted(self._grown(self.start, aside=aside, most=most), key=lambda trial: -trial.evidence)
         gains = [trial.evidence - self.start.evidence for trial in trials]
-        least = max(self.options.alarm, self.options.like * max(gains, default=0.0))
+        least = max(self.options.alarm, self.options.nearly * max(gains, default=0.0))
         firsts = [t for t, gain in zip(trials, gains, strict=True) if gain >= least]
         self._note(trials, firsts[:1])
         alike = [seed for seed in seeds if seed.evidence - self.start.evidence >= least]
@@ -126,7 +131,7 @@ class Search:
                 return current
             grown = max(trials, key=lambda trial: trial.evidence)
             gain, explained = grown.evidence - current.evidence, current.evidence - self.start.evidence
-            better = gain >= self.options.alarm + (self.options.inexact * explained if grown.laws else 0.0)
+            better = gain >= self.options.alarm + (self.options.slight * explained if grown.laws else 0.0)
             self._note(trials, [grown] if better else [])
             if not better:
                 return current
@@ -158,7 +163,7 @@ class Search:
         while position < current.count and current.count > 1:
             others = [one for one in self.replacements(current, position) if one.key != current.key]
             best = max(others, key=lambda one: one.evidence, default=current)
-            margin = self.options.swap if set(best.laws) - set(current.laws) else self.options.tie
+            margin = self.options.alarm if set(best.laws) - set(current.laws) else _TIE
             position += 1
             if best.evidence > current.evidence + margin:
                 self._note([best], [best], step="exchange")
@@ -171,7 +176,7 @@ class Search:
         Where rows are alike evidence counts them all as independent, and keeps what only describes the blocks that were
         seen.
         """
-        while self.options.refuted > 0.0:
+        while True:
             current = self._predicting(best)
             if not self.problem.refute(set(best.laws) - set(current.laws)):
                 return current
@@ -186,7 +191,7 @@ class Search:
             if least.error > current.error:
                 break
             refitted = self.problem.resized(least)
-            if refitted.error > self.options.refuted * current.error:
+            if self.options.alike * refitted.error > current.error:
                 break
             current = refitted
         return current
@@ -198,8 +203,8 @@ class Search:
                 smaller = self.problem.without(current, position)
                 worth, possible = 0.0, hierarchical(smaller.effects)
             else:
-                smaller, worth = self.problem.less(current, position), self.options.worth
-                possible = current.evidence - smaller.evidence < worth + self.options.slack
+                smaller, worth = self.problem.less(current, position), -self.options.alarm
+                possible = current.evidence - smaller.evidence < worth + self.options.margin
                 smaller = self.problem.resized(smaller) if possible else smaller
             if possible and current.evidence - smaller.evidence < worth:
                 self._note([smaller], [smaller], step="backward")
@@ -219,5 +224,5 @@ def preferred(trials: Sequence[Chosen]) -> Chosen:
     if len(trials) == 1:
         return trials[0]
     least = min(trial.error for trial in trials)
-    alike = (trial for trial in trials if trial.error <= EVIDENCE.alike * least)
-    return max(alike, key=lambda t: t.evidence - EVIDENCE.alarm * len(t.components) - EVIDENCE.contested * t.nameless)
+    alike = (trial for trial in trials if trial.error <= OPTIONS.alike * least)
+    return max(alike, key=lambda t: t.evidence - OPTIONS.alarm * len(t.components) - OPTIONS.margin * t.nameless)
