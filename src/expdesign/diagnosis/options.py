@@ -109,7 +109,7 @@ class DiagnosisOptions:
     fewest_rows: int = 12
     single_mistakes: float = 0.02
     usual_mistakes: float = 0.05
-    temperature: float = 4.0
+    temperature: float = 3.0
     surest: float = 0.98
     surest_place: float = 0.95
     close: float = 48.0
