@@ -85,7 +85,7 @@ class ByGroups:
         sample = names.sample.restricted(~groups.aside)
         predicted = max(errors.test_surprise, errors.test_after) <= OPTIONS.predicts
         verdict = "modelled" if predicted else "unexplained"
-        names.log.add_text("verdict", f"{len(groups.found)} groups of effects; verdict {verdict}")
+        names.log.add_text("verdict", f"groups of effects: {len(groups.found)}; verdict {verdict}")
         found = group_findings(groups, frame.robot, frame.known)
         return Diagnosis(
             robot=frame.robot,
@@ -142,7 +142,10 @@ def by_groups(frame: Frame, report: Callable[[str], None]) -> ByGroups:
         return replace(few, few=found)
     if OPTIONS.clearly * found.after > found.before or judged.test_after >= judged.test_before:
         return one_at_a_time(f"groups of effects predict no better ({errors})")
-    why = f"{len(found.found)} groups of effects together predict best ({errors})"
+    several = (
+        "1 group of effects predicts" if len(found.found) == 1 else f"{len(found.found)} groups of effects predict"
+    )
+    why = f"{several} best ({errors})"
     return ByGroups(frame, Method(TOGETHER, why), found, judged)
 
 

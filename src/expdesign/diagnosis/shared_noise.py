@@ -101,7 +101,7 @@ class _Sharing(Sample):
 
     def _whitened(self, values: FloatArray) -> FloatArray:
         """Of readings (N, k, ...), of which those that count are whitened."""
-        flat = values.reshape(-1, *values.shape[2:]).copy()
+        flat = values.reshape(values.shape[0] * values.shape[1], *values.shape[2:]).copy()
         kept = np.repeat(self.counts, values.shape[1])
         flat[kept] = self.shared.whitened(flat[kept])
         return flat.reshape(values.shape)

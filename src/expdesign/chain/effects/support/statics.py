@@ -348,15 +348,17 @@ class SupportRocking(SupportEffect):
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
         position = self.robot.position(points.configurations).mean(axis=0)
-        across = 1 - self._axis
-        starts = []
+        across, starts = 1 - self._axis, []
+        # Below the body, and to either side: feet stand about as far apart as a body is high.
         for height in (0.0, 0.5 * position[2]):
-            arm = position - np.array([position[0], position[1], height])
-            moment = (points.absolute[:, 3:] + np.cross(arm, points.absolute[:, :3]))[:, self._axis]
-            spread = float(np.ptp(moment))
-            places = [0.0] if moment.min() < 0.0 < moment.max() else []
-            places += [float(q) for q in np.quantile(moment, (0.3, 0.7))]
-            starts += [np.array([0.0, position[across], height, place, 0.02 * spread]) for place in places]
+            for shift in (0.0, -position[2], position[2]):
+                line = np.array([position[0], position[1], height])
+                line[across] += shift
+                moment = (points.absolute[:, 3:] + np.cross(position - line, points.absolute[:, :3]))[:, self._axis]
+                spread = float(np.ptp(moment))
+                places = [0.0] if moment.min() < 0.0 < moment.max() else []
+                places += [float(q) for q in np.quantile(moment, (0.3, 0.7))]
+                starts += [np.array([0.0, line[across], height, place, 0.02 * spread]) for place in places]
         return starts
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
