@@ -15,12 +15,13 @@ from expdesign.diagnosis import library as library_module
 from expdesign.diagnosis import names as names_module
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.evidence.search import Search
-from expdesign.diagnosis.findings import findings, reported, standing
+from expdesign.diagnosis.findings import findings, reported
 from expdesign.diagnosis.held_out import held_out
 from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.names import LawsBeside, Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.standing import standing
 from expdesign.estimation.fit import Fit, fit
 
 NAME = "bipod-unequal"

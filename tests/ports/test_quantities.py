@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import casadi as ca
 import numpy as np
 from tests.cases import robot
 from tests.ports.machines import BIPOD, recordings_of
@@ -68,3 +69,11 @@ def test_what_follows_the_temperature_counts_from_the_first_row_of_its_series() 
     first = data.position == 0
     np.testing.assert_allclose(seen[first, 1], celsius[first])
     assert all(len(np.unique(seen[data.series == number, 1])) == 1 for number in np.unique(data.series))
+
+
+def test_columns_of_rows_are_found_by_their_names() -> None:
+    """Also beside fixed points, gauges and orientations, which come after what every row has."""
+    row = row_symbols(robot("H1"), 2, 3, oriented=True)
+    flat = row.flat()
+    for name in ("pose", "forward", "number", "reference", "point", "aim"):
+        assert str(flat[row.columns(name)]) == str(ca.vec(getattr(row, name)))

@@ -87,6 +87,16 @@ class Row:
         """All symbols as one column vector, columns of matrices first."""
         return self._flat
 
+    def columns(self, name: str) -> slice:
+        """Where the numbers of one of its symbols are in rows (`RowData.values`)."""
+        start = 0
+        for item in fields(self):
+            width = getattr(self, item.name).numel()
+            if item.name == name:
+                return slice(start, start + width)
+            start += width
+        raise KeyError(name)
+
     @cached_property
     def _flat(self) -> ca.SX:
         return ca.vertcat(*(ca.vec(getattr(self, item.name)) for item in fields(self)))
