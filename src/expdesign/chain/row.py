@@ -11,7 +11,7 @@ from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.mechanics.robots.robot import Robot
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Row:
     """What the links of the chain may use of one row (n coordinates, n_p actuators, d = 2 or 3).
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import casadi as ca
 import numpy as np
@@ -58,13 +59,13 @@ class Quantity:
         rows after a jump.
         """
         if self.kind in ("stop", "slip"):
-            follows = _effort(row) if self.kind == "stop" else _bends(row, robot)
+            follows = _seen("effort" if self.kind == "stop" else "bend", row, robot)
             force, (limit,) = follows[self.index], self.setting
             moved = state[1] + force - state[0]
             stopped = ca.fmax(ca.fmin(moved, limit), -limit)
             return stopped, ca.vertcat(force, stopped)
         if self.kind == "lag":
-            force, (time, applied) = _effort(row)[self.index], self.setting
+            force, (time, applied) = _seen("effort", row, robot)[self.index], self.setting
             slow = state[1] + (state[0] - state[1]) * (1.0 - ca.exp(-(1.0 - applied) * row.interval / time))
             slow = slow + (force - slow) * (1.0 - ca.exp(-applied * row.interval / time))
             return slow, ca.vertcat(force, slow)
@@ -82,13 +83,14 @@ class Quantity:
         if self.kind == "settling":
             return 1.0 - ca.exp(-row.elapsed / self.setting[0]), ca.SX.zeros(0)
         if self.kind in ("pair", "pair_sign"):
-            both = _effort(row)[self.index] + _effort(row)[int(self.setting[0])]
+            efforts = _seen("effort", row, robot)
+            both = efforts[self.index] + efforts[int(self.setting[0])]
             return both if self.kind == "pair" else ca.sign(both), ca.SX.zeros(0)
         if self.kind == "after":
             return ca.if_else(row.clock > self.setting[0], 1.0, 0.0), ca.SX.zeros(0)
         if self.kind == "temperature" and self.setting:
-            return _VALUES[self.kind](row, robot)[self.index] - self.setting[0], ca.SX.zeros(0)
-        value = _VALUES[self.kind](row, robot)
+            return _seen(self.kind, row, robot)[self.index] - self.setting[0], ca.SX.zeros(0)
+        value = _seen(self.kind, row, robot)
         if self.kind in ("distance", "towards"):
             away = value - ca.SX(list(self.setting))
             length = ca.sqrt(ca.sumsqr(away) + 1e-12)
@@ -178,6 +180,12 @@ _VALUES = {
     "deflection": _own_deflection,
     "joint_moment": _joint_moments,
 }
+
+
+@lru_cache(maxsize=256)
+def _seen(kind: str, row: Row, robot: Robot) -> ca.SX:
+    """All quantities of a kind without memory: one expression for all laws that use them."""
+    return _VALUES[kind](row, robot)
 
 
 def evaluate(quantities: Sequence[Quantity], rows: RowData, row: Row, robot: Robot) -> FloatArray:
