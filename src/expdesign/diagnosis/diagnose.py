@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from expdesign.arrays import BoolArray
+from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.naming import LAW
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.averaging import averaged
@@ -16,6 +17,7 @@ from expdesign.diagnosis.confirmation import confirmed, gains, pruned, stability
 from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.frame import Frame, framed
 from expdesign.diagnosis.held_out import HeldOut, held_out
+from expdesign.diagnosis.inexact import inexactness
 from expdesign.diagnosis.law_findings import law_findings
 from expdesign.diagnosis.laws import left_out_alone, sought_laws, without_mistakes
 from expdesign.diagnosis.library import OUTLIER
@@ -113,7 +115,16 @@ def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -
         result = _with_laws(frame, result, report)
     if result.model is named.model:
         result = _with_names(frame, result)
-    return _averaged(frame, result)
+    return _averaged(frame, _inexact(frame, result))
+
+
+def _inexact(frame: Frame, result: Diagnosis) -> Diagnosis:
+    """With predictions that are as sure as left-out rows say of named physics, or of a base model that is refuted."""
+    known = any(isinstance(effect, Law) for effect in result.predictive.fit.chain.effects) or result.verdict == "consistent"
+    few = int(frame.names.sample.counts.sum()) < OPTIONS.fewest_rows
+    if known or few or not frame.kind.contested or not len(result.predictive.fit.values):
+        return result
+    return replace(result, inexact=inexactness(frame.names, result.predictive))
 
 
 def _settled(frame: Frame, model: NamedModel) -> bool:

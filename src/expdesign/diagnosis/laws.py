@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray, as_matrix
+from expdesign.arrays import BoolArray, as_matrix
 from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.curve import Curve, curve_of
@@ -25,6 +25,7 @@ from expdesign.diagnosis.evidence.dictionary import Dictionary, Measured, law_of
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.evidence.state import Present, regular
+from expdesign.diagnosis.inexact import deviations_from_none, with_share
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
@@ -229,8 +230,9 @@ def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
         state.left_out(search.problem.blocks) / noise,
         search.problem.blocks,
     )
+    done = as_matrix(result.sensitivities)[sample.kept] @ deviations_from_none(result)
     inflation, remaining = left_out.widened(
-        state.left_out_variances(search.problem.blocks) / variance, _priors(state, model)
+        state.left_out_variances(search.problem.blocks) / variance, (done**2).sum(axis=1)
     )
     result = replace(_widened(result, inflation, remaining, variance), inflation=inflation * variance)
     parts = []
@@ -250,18 +252,6 @@ def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
     return Laws(tuple(parts), result, left_out, gain, inflation, noise)
 
 
-def _priors(state: Present, model: NamedModel) -> FloatArray:
-    """Prior variance of every reading by the laws that have no name, in variances of the noise, shape (M,)."""
-    nameless = list(zip(state.laws, state.variances, strict=True))[len(model.effects) :]
-    return sum((size * (law**2).sum(axis=1) for law, size in nameless), np.zeros(len(state.readings)))
-
-
 def _widened(result: Fit, inflation: float, remaining: float, variance: float) -> Fit:
-    """The fit with covariance k·s²·C, and q·s²·σ² beside it of every weight of a law (`LeftOut.widened`)."""
-    deviations = np.zeros(len(result.values))
-    for effect, part in zip(result.chain.effects, result.chain.slices, strict=True):
-        if isinstance(effect, Law):
-            deviations[part] = effect.form.deviation
-    known = result.estimable.scaled(inflation * variance)
-    beside = np.diag(remaining * variance * deviations**2)
-    return result.known_as(replace(known, generalised=known.generalised + beside))
+    """The fit with covariance k·s²·C, and beside it the share q of all that is not exact (`inexact`)."""
+    return with_share(result.known_as(result.estimable.scaled(inflation * variance)), remaining * variance)

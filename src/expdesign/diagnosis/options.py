@@ -66,9 +66,10 @@ class DiagnosisOptions:
         single_mistakes: share of the rows that may be single mistakes beside laws.
         usual_mistakes: share of mistakes among recordings beyond which they are no longer single ones.
         temperature: divides differences of log evidence before they become probabilities: models of real mechanisms are
-            never exact. Like the next four set on development sets of `benchmarks/concealed`.
+            never exact. Like the next five set on development sets of `benchmarks/concealed`.
         surest: share that is right of the conclusions for which nothing else comes near.
         surest_place: probability that a law is where it is found, at most.
+        indistinguishable: penalised misfits that differ by less leave two explanations open.
         close: log evidence by which components may differ that are not told apart.
         doubted: factor on probabilities of what something else may imitate: in an unexplained case that is fitted or
             located by laws, beside laws; its square where a mismatch remains.
@@ -112,6 +113,7 @@ class DiagnosisOptions:
     temperature: float = 3.0
     surest: float = 0.98
     surest_place: float = 0.95
+    indistinguishable: float = 7.0
     close: float = 48.0
     doubted: float = 0.5
     averaged_odds: float = 0.1

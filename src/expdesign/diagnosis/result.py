@@ -8,6 +8,7 @@ from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.diagnosis.confirmation import Stability
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.held_out import HeldOut
+from expdesign.diagnosis.inexact import with_share
 from expdesign.diagnosis.laws import Laws
 from expdesign.diagnosis.locate import Location
 from expdesign.diagnosis.names import NamedModel, Names
@@ -50,6 +51,7 @@ class Diagnosis:
         laws: at ports, of a mismatch that named physics does not explain; None where none was sought or found.
         method: the way of working that the data call for, and why.
         caveats: what limits these statements: what cannot be told apart, and readings that are not independent.
+        inexact: share of what named physics does to predictions that is not known; laws have it in their fit.
         left_out: by what blocks that were left out widen the predictions of a model of groups.
         stability: how often nine tenths of the rows name the same; None where nothing, or laws are named.
         ended: what was being done when somebody ended the diagnosis, whose model is the best so far; empty otherwise.
@@ -71,6 +73,7 @@ class Diagnosis:
     laws: Laws | None
     method: Method
     caveats: tuple[Remark, ...] = ()
+    inexact: float = 0.0
     left_out: Widening = NONE
     stability: Stability | None = None
     ended: str = ""
@@ -95,6 +98,8 @@ class Diagnosis:
         frames are as they were found, and these are as uncertain as that leaves them.
         """
         found = widened(self.predictive.fit, self.widening)
+        if self.inexact:
+            found = with_share(found, self.inexact)
         chain = found.chain
         if not isinstance(chain, ChainBeside):
             return found

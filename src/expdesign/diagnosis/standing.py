@@ -60,10 +60,10 @@ def standing(
             if effect.physics != chosen.physics:
                 gap = (other.misfit - model.misfit) / inflation
                 rivals[effect.physics] = min(gap, rivals.get(effect.physics, np.inf))
-                if gap < 2.0 * OPTIONS.alarm and (nearest is None or other.misfit < nearest.misfit):
+                if gap < OPTIONS.indistinguishable and (nearest is None or other.misfit < nearest.misfit):
                     nearest = other
     probability = OPTIONS.surest * float(weights[np.array(same)].sum() / weights.sum())
-    close = sorted((gap, physics) for physics, gap in rivals.items() if gap < 2.0 * OPTIONS.alarm)
+    close = sorted((gap, physics) for physics, gap in rivals.items() if gap < OPTIONS.indistinguishable)
     return Standing(probability, tuple(physics for _, physics in close), nearest)
 
 
