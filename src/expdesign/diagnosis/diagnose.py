@@ -120,7 +120,9 @@ def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -
 
 def _inexact(frame: Frame, result: Diagnosis) -> Diagnosis:
     """With predictions that are as sure as left-out rows say of named physics, or of a base model that is refuted."""
-    known = any(isinstance(effect, Law) for effect in result.predictive.fit.chain.effects) or result.verdict == "consistent"
+    known = (
+        any(isinstance(effect, Law) for effect in result.predictive.fit.chain.effects) or result.verdict == "consistent"
+    )
     few = int(frame.names.sample.counts.sum()) < OPTIONS.fewest_rows
     if known or few or not frame.kind.contested or not len(result.predictive.fit.values):
         return result
