@@ -40,6 +40,17 @@ def test_what_is_rare_stays_within_its_bounds() -> None:
     assert max(above + below) <= found <= float((above + below).sum())
 
 
+def test_it_lies_between_the_likeliest_axis_and_certainty() -> None:
+    """Also where an axis is nearly certain to be beyond, and the sum over axes is more than one."""
+    generator = np.random.default_rng(3)
+    for _ in range(200):
+        root = generator.standard_normal((4, 4))
+        above = ndtr(generator.uniform(-2.0, 4.0, 4))
+        below = generator.uniform(0.0, 1.0, 4) * (1.0 - above)
+        found = any_beyond(above, below, root @ root.T)
+        assert (above + below).max() <= found <= 1.0
+
+
 def test_it_agrees_with_the_integral() -> None:
     generator = np.random.default_rng(2)
     root = generator.standard_normal((3, 3))

@@ -18,6 +18,7 @@ from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.model_error.left_out import offsets
 from expdesign.assurance.model_error.recorded import Shown
 from expdesign.assurance.model_error.settings import Assumptions
+from expdesign.diagnosis.inexact import with_share
 from expdesign.errors import InputError
 from expdesign.estimation.whitening import Whitening
 from expdesign.planning.plan import plan_frame
@@ -200,3 +201,17 @@ def test_physics_of_several_prior_sizes_is_believed() -> None:
     assert shown is not None
     before = replace(found.decision, left_out=left_out_risk(case, found.model, shown, narrow))
     assert found.decision.whole_risk > 1.5 * before.whole_risk
+
+
+def test_what_a_fit_takes_up_does_not_depend_on_how_sure_its_predictions_are() -> None:
+    """A covariance that is widened is for predictions; what is hidden is taken up by the fit as it was made."""
+    case = problem(HEXAPOD, CASE)
+    recorded = xd.simulate(case, plan_frame(plan_for(case, 2), case.loaded, False), load_errors=False).frame
+    model = AtTargets.identified(case, xd.identify(HEXAPOD["robot"], recorded).result).model
+    shown = left_out_by(case, model)
+    assert shown is not None
+    exact, widened = (
+        left_out_risk(case, replace(model, fit=fitted), shown) for fitted in (model.fit, with_share(model.fit, 0.01))
+    )
+    np.testing.assert_allclose(widened.probability, exact.probability, rtol=1e-9)
+    np.testing.assert_allclose(widened.mean, exact.mean, rtol=1e-9)

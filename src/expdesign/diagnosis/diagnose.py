@@ -110,7 +110,9 @@ def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -
     better = "named effects predict as well as groups of effects do together, or better"
     reason = groups.method.reason if groups.groups is None else better
     result = _with_verdict(frame, named, Method(ONE_AT_A_TIME, reason))
-    contested = result.verdict == "explained" and frame.kind.contested and not _settled(frame, result.model)
+    # What a body stands on yields as its platform does, which has no names.
+    contested = result.verdict == "explained" and frame.kind.contested and not frame.robot.on_support
+    contested = contested and not _settled(frame, result.model)
     if result.verdict == "unexplained" or contested:
         result = _with_laws(frame, result, report)
     if result.model is named.model:

@@ -19,6 +19,8 @@ from expdesign.diagnosis.options import OPTIONS
 from expdesign.estimation.fit import Fit
 from expdesign.mechanics.robots.robot import Robot
 
+_PLACES = 3
+"""That a sentence names beside the likeliest."""
 _POINTS = 31
 """Of a curve that is drawn of the change from a reference's load."""
 
@@ -97,7 +99,9 @@ def sentence(part: FoundLaw, robot: Robot, others: tuple[str, ...] = ()) -> str:
         where = f"{quantity_name(curve.quantities[0], robot)} is {curve.inputs[at, 0]:.4g} {unit}"
         text += f": it is {100.0 * abs(relative):.0f} % (±{100.0 * half:.0f}) {how} than usual where {where}"
     text += f"; {usually(effect.form.kind)}." if said else "."
-    if others:
+    if len(others) > _PLACES:
+        text += f" These recordings hardly tell where: {len(others)} other places fit as well."
+    elif others:
         text += f" These recordings also fit {' or '.join(others)}."
     return text
 

@@ -217,7 +217,12 @@ class StatementOfFit:
             ),
             "noise estimated": f"nothing speaks against {model}",
         }
-        return f"{self.tested}: {said[self.verdict]}."
+        if self.chi2 is not None and self.p_value is None:
+            return f"{self.tested}: as many parameters as readings are fitted, so that {model} cannot be tested."
+        exact = self.without_load_errors
+        aside = exact is not None and not self.refuted and not self.options.allows(exact, self.dof)
+        beside = " Intervals of parameters do not include the load errors; U at targets does." if aside else ""
+        return f"{self.tested}: {said[self.verdict]}.{beside}"
 
     @property
     def widened(self) -> str:
@@ -266,7 +271,8 @@ def statement_of_fit(
     p_value = p_value_of(value, dof) if noise.known and dof > 0 else None
     lack = _lack_of_fit(value, dof, recordings, noise)
     worst = None
-    if fit.residuals.size:
+    # Where errors of the loads are in χ², they are in the rows as well, which exact loads would take for mistakes.
+    if fit.residuals.size and (exact is None or (p_value is not None and p_value < FIT.refuted)):
         outlying = outlying_rows(fit, whitening, noise_known=noise.known)
         measured = tuple(columns[axis] for axis in recordings.axes)
         worst = _worst_row(outlying, recordings, measured, noise_known=noise.known)

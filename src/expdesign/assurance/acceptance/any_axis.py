@@ -48,4 +48,5 @@ def any_beyond(
     errors += (score - errors[rows, axis])[:, None] * (root @ root.T)[axis]
     beyond = np.concatenate([errors > -ndtri(above), errors < ndtri(below)], axis=1)
     beyond[rows, drawn] = True
-    return total * float((1.0 / beyond.sum(axis=1)).mean())
+    union = total * float((1.0 / beyond.sum(axis=1)).mean())
+    return float(np.clip(union, (above + below).max(), min(total, 1.0)))

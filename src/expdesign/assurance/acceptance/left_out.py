@@ -19,6 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import pinvh
 
 from expdesign.arrays import FloatArray, as_matrix
 from expdesign.assurance.acceptance.decision import Basis, Decision, LeftOutRisk
@@ -26,6 +27,7 @@ from expdesign.assurance.acceptance.fitted import FittedModel, fitted_budget, pl
 from expdesign.assurance.model_error.left_out import Omitted, offsets
 from expdesign.assurance.model_error.recorded import Shown
 from expdesign.errors import InputError
+from expdesign.estimation.fit import RANK_TOLERANCE, Fit
 from expdesign.planning.problem import DesignProblem
 
 
@@ -144,7 +146,7 @@ class _Rest:
     def __init__(self, problem: DesignProblem, model: FittedModel) -> None:
         fit = model.fit
         self._sensitivities = as_matrix(fit.sensitivities)
-        self._gain = fit.estimable.generalised / fit.inflation @ self._sensitivities.T
+        self._gain = _absorbed(fit)
         self._targets = target_sensitivities(problem, fit)
         self._residuals = fit.residuals.ravel()
 
@@ -154,7 +156,7 @@ class _Rest:
         taken = self._gain @ shown
         errors, remaining = moved - self._targets @ taken, shown - self._sensitivities @ taken
         covariance = np.linalg.inv(np.eye(shown.shape[1]) + shown.T @ remaining)
-        projected = shown.T @ self._residuals
+        projected = remaining.T @ self._residuals
         size = covariance @ projected
         log = prior + 0.5 * float(np.linalg.slogdet(covariance)[1] + projected @ size)
         values, vectors = np.linalg.eigh(0.5 * (covariance + covariance.T))
@@ -169,6 +171,20 @@ class _Rest:
         means = moved - np.einsum("tnp,kp->ktn", self._targets, taken)
         nothing = np.zeros((*means.shape[1:], 1))
         return [_Alternative(phrase, float(log), mean, nothing) for log, mean in zip(logs, means, strict=True)]
+
+
+def _absorbed(fit: Fit) -> FloatArray:
+    """What a change of the readings does to the parameters of a fit, (SᵀS + Λ)⁻¹·Sᵀ, shape (p, M).
+
+    Λ are precisions beforehand. The covariance that predictions have is larger, and would take up more than the fit.
+    """
+    slopes, knowledge = as_matrix(fit.sensitivities), fit.chain.knowledge()
+    precision = np.zeros(slopes.shape[1]) if knowledge is None else knowledge[1] ** -2.0
+    sizes = np.sqrt((slopes**2).sum(axis=0) + precision)
+    scale = np.where(sizes > 0.0, 1.0 / np.where(sizes > 0.0, sizes, 1.0), 0.0)
+    normal = (slopes.T @ slopes + np.diag(precision)) * np.outer(scale, scale)
+    found: FloatArray = scale[:, None] * (pinvh(normal, rtol=RANK_TOLERANCE) @ (slopes * scale).T)
+    return found
 
 
 def _shares(physics: tuple[Omitted, ...]) -> list[float]:

@@ -49,8 +49,8 @@ def reading_deviations(problem: DesignProblem) -> FloatArray:
     return found
 
 
-def check_readings(budget: UncertaintyBudget, deviations: FloatArray) -> int | None:
-    """How many independent readings of every target will prove conformity; None where no number will.
+def check_readings(budget: UncertaintyBudget, deviations: FloatArray) -> int:
+    """How many independent readings of every target will prove conformity; 0 where no number will.
 
     Args:
         budget: of the attained pose.
@@ -62,4 +62,4 @@ def check_readings(budget: UncertaintyBudget, deviations: FloatArray) -> int | N
         needed = np.ceil((2.0 * k * tolerance * deviations / room) ** 2 * (1.0 - 1e-12))
     provable = (room > 0.0) & np.isfinite(deviations)
     most = float(np.where(provable, needed, np.inf)[budget.matters].max(initial=1.0))
-    return int(most) if most <= ACCEPTANCE.most else None
+    return int(most) if most <= ACCEPTANCE.most else 0

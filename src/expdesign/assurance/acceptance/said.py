@@ -28,7 +28,7 @@ def acceptance_record(decision: Decision) -> dict[str, Any]:
         "verdict": decision.verdict,
         "passes": decision.passes if decision.decided else None,
         **_whole(decision),
-        "check_readings": decision.check_readings,
+        "check_readings": decision.check_readings or None,
         "repetitions_until_it_passes": decision.needed,
         "measurements_until_it_passes": None if decision.needed is None else decision.needed * budget.measurements,
         "targets": [
@@ -107,7 +107,7 @@ def sentences(decision: Decision) -> list[str]:
         else:
             texts += [f"{worst}.", *_risk_sentence(decision)]
     texts += _repetitions(decision)
-    if decision.basis is Basis.PLAN and decision.passes:
+    if decision.basis is Basis.PLAN and decision.passes and decision.check_readings is not None:
         texts.append(_check_readings(decision.check_readings))
     return texts
 
@@ -171,8 +171,8 @@ def _repetitions(decision: Decision) -> list[str]:
     ]
 
 
-def _check_readings(count: int | None) -> str:
-    if count is None:
+def _check_readings(count: int) -> str:
+    if count == 0:
         return "No number of check readings with this instrument lets `expdesign verify` prove conformity."
     return (
         f"To prove conformity, `expdesign verify` will need {count} independent check reading"

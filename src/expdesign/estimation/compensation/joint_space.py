@@ -83,7 +83,7 @@ def joint_commands(model: Model, targets: ArmTargets) -> JointCommands:
     else:
         what = f"no command was found in {_ITERATIONS} passes"
         raise ConvergenceError(what, where=points.source, remedy="Is the load far beyond what was identified?")
-    _require_attained(robot, points, residual)
+    _require_attained(robot, points, commands, residual)
     return JointCommands(commands, residual, iterations)
 
 
@@ -130,10 +130,11 @@ def _require_small(robot: Robot, targets: LoadedPoints, corrections: FloatArray,
         raise ConvergenceError(what, where=targets.where(row), remedy="Is the load far beyond what was identified?")
 
 
-def _require_attained(robot: Robot, targets: LoadedPoints, residual: FloatArray) -> None:
+def _require_attained(robot: Robot, targets: LoadedPoints, commands: FloatArray, residual: FloatArray) -> None:
     """Raise where an arm that should reach every pose does not."""
     row = int(np.argmax(residual.max(axis=1)))
-    if len(robot.stiffness) < 6 or residual[row].max() <= ATTAINED:
+    moving = np.abs(robot.jacobians(commands[row]).forward).max(axis=-2) > 0.0  # joints of other tips move none of it
+    if moving.sum() < 6 or residual[row].max() <= ATTAINED:
         return
     what = (
         f"the arm is singular or nearly so there: {residual[row, 0]:.3g} m and {residual[row, 1]:.3g} rad of the "
