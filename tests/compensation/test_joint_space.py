@@ -3,16 +3,19 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
 from tests.chain.arm_rows import arm_rows, six_axis
-from tests.identification.experiments import read
+from tests.identification.experiments import read, table_of
 from tests.oracle import Array
 from tests.robots.arms import ARMS, serial_robot
+from tests.robots.torso import LIFTED, read_torso
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.joints.bearings import JointCompliance
 from expdesign.chain.models.model_file import Model
+from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.errors import ConvergenceError, SingularConfigurationError
@@ -81,6 +84,21 @@ def test_an_arm_with_too_few_joints_keeps_the_position() -> None:
     found = compensate(model, targets)
     position, _ = errors_after(model, targets, found.commands)
     # The origin of the forearm is moved by two joints only; what lies across their plane cannot be undone.
+    assert (np.linalg.norm(position, axis=1) < 0.05 * before).all()
+
+
+def test_a_hand_that_five_of_eight_joints_move_keeps_the_position(tmp_path: Path) -> None:
+    """Joints of the other hand do not make it an arm that reaches every orientation."""
+    torso = read_torso(tmp_path)
+    q = np.random.default_rng(1).uniform(-0.6, 0.6, (4, 8))
+    nothing = dict.fromkeys((*LIFTED, "com_x_m", "com_y_m", "com_z_m"), 0.0)
+    frame = pd.DataFrame(q, columns=list(torso.configuration[:8])).assign(tip="right_hand", mass_kg=2.0, **nothing)
+    points = points_from_table(table_of(frame), torso)
+    model = model_of(torso)
+    before = np.linalg.norm(model.chain.predict(row_data(points, torso), model.values)[:, :3], axis=1)
+    commands = compensate(model, points).commands
+    reached = model.chain.predict(row_data(moved(points, commands), torso), model.values)[:, :3]
+    position = torso.position(commands) + reached - torso.position(points.configurations)
     assert (np.linalg.norm(position, axis=1) < 0.05 * before).all()
 
 
