@@ -63,7 +63,7 @@ class ByGroups:
 
     def beats(self, named: NamedModel) -> bool:
         """Whether left-out blocks are predicted better than by named effects (linear about their fit)."""
-        return self.groups is not None and self._ratio(self.groups, named) * OPTIONS.alike < 1.0
+        return self.groups is not None and self._ratio(self.groups, named) < OPTIONS.better
 
     def out_of_reach(self, named: NamedModel) -> bool:
         """Whether few groups predict what the best named effects do not: without some of these nothing is explained."""

@@ -93,7 +93,7 @@ def pruned(names: Names, model: NamedModel, base: Fit, test: BoolArray) -> tuple
             if hierarchical(other.effects)
         ]
         best = min(trials, key=lambda trial: (trial[0].refuted, trial[0].test_after))
-        if not errors.refuted and best[0].test_after > errors.test_after / OPTIONS.alike:
+        if not errors.refuted and best[0].test_after > OPTIONS.better * errors.test_after:
             break
         gone = next(iter(set(model.keys) - set(best[1].keys)))
         errors, model = best

@@ -121,7 +121,7 @@ def grouped(robot: Robot, sample: Sample, base: Fit, library: GroupLibrary) -> G
     settled = problem.settled(chosen)
     if settled.ratio:
         moved = problem.chosen(settled)
-        if problem.error(moved, settled) < problem.error(chosen, Settling()) / OPTIONS.alike:
+        if problem.error(moved, settled) < OPTIONS.better * problem.error(chosen, Settling()):
             chosen = moved
         else:
             settled = Settling()

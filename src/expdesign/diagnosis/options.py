@@ -36,14 +36,15 @@ class DiagnosisOptions:
             of the visible blocks that laws have to predict better otherwise; of its standard deviation beforehand above
             which a parameter counts as not determined; of a drift, that has to show apart.
         remainder: share that may remain where something is explained, since no library is exact: of the excess of χ²,
-            and of the evidence for components that are not told apart.
+            of the rows as mistakes, and of the evidence for components that are not told apart.
         listed: share below which something is hardly there: of the excess of χ², an effect or a law only predicts;
             changes of a block's mean square error in variances of the noise are not counted; noise, in misfits of the
             base model, at which ends of guides are compared.
         slight: share that is as good as nothing: of the evidence explained so far, which a further component has to
             gain; of a coordinate's range, within which rows of a series are at one pose; of the posterior weight, which
             an effect needs to be averaged over.
-        alike: factor on left-out errors within which two predict alike.
+        better: factor on left-out errors that something further has to go for, or has to reach in the place of names.
+        alike: the same within which evidence decides.
         clearly: the same from which one predicts clearly worse, as of the last rows, which are few.
         predicts: left-out errors, dispersion or noise, in expected ones, above which something is missing.
         refutes: ratio of errors of marked rows and of left-out blocks above which marked rows speak against laws of
@@ -64,7 +65,6 @@ class DiagnosisOptions:
         fewest_rows: below which no law is sought, and predictions are averaged over what may be there; `groups` times
             as many are needed to learn groups of effects.
         single_mistakes: share of the rows that may be single mistakes beside laws.
-        usual_mistakes: share of mistakes among recordings beyond which they are no longer single ones.
         temperature: divides differences of log evidence before they become probabilities: models of real mechanisms are
             never exact. Like the next five set on development sets of `benchmarks/concealed`.
         surest: share that is right of the conclusions for which nothing else comes near.
@@ -95,6 +95,7 @@ class DiagnosisOptions:
     remainder: float = 0.05
     listed: float = 0.03
     slight: float = 0.01
+    better: float = 0.98
     alike: float = 1.05
     clearly: float = 1.1
     predicts: float = 1.3
@@ -109,7 +110,6 @@ class DiagnosisOptions:
     refits: int = 10
     fewest_rows: int = 12
     single_mistakes: float = 0.02
-    usual_mistakes: float = 0.05
     temperature: float = 3.0
     surest: float = 0.98
     surest_place: float = 0.95

@@ -122,7 +122,7 @@ def in_common(residuals: FloatArray, outliers: BoolArray, series: IntArray, driv
     count, rows = chosen.size, len(outliers)
     if count < _FEWEST:
         return ""
-    if binom.sf(count - 1, rows, OPTIONS.usual_mistakes) < OPTIONS.level / _TESTS:
+    if binom.sf(count - 1, rows, OPTIONS.remainder) < OPTIONS.level / _TESTS:
         return "they are too many"
     directions = residuals[chosen] / np.linalg.norm(residuals[chosen], axis=1, keepdims=True)
     width = directions.shape[1]

@@ -191,7 +191,7 @@ class Search:
             if least.error > current.error:
                 break
             refitted = self.problem.resized(least)
-            if self.options.alike * refitted.error > current.error:
+            if refitted.error > self.options.better * current.error:
                 break
             current = refitted
         return current
