@@ -271,8 +271,9 @@ def statement_of_fit(
     p_value = p_value_of(value, dof) if noise.known and dof > 0 else None
     lack = _lack_of_fit(value, dof, recordings, noise)
     worst = None
-    # Where errors of the loads are in χ², they are in the rows as well, which exact loads would take for mistakes.
-    if fit.residuals.size and (exact is None or (p_value is not None and p_value < FIT.refuted)):
+    # Where errors of the loads account for the misfit, they are in the rows as well, and no row is a mistake.
+    loads_alone = exact is not None and p_value is not None and p_value >= FIT.refuted and not FIT.allows(exact, dof)
+    if fit.residuals.size and not loads_alone:
         outlying = outlying_rows(fit, whitening, noise_known=noise.known)
         measured = tuple(columns[axis] for axis in recordings.axes)
         worst = _worst_row(outlying, recordings, measured, noise_known=noise.known)
