@@ -23,13 +23,11 @@ def test_at_the_threshold_all_say_the_same(dof: int) -> None:
 
 
 def test_no_other_module_holds_a_threshold_to_a_p_value_of_its_own() -> None:
-    """`refuted` is a field of one options class, and of those that name mistakes or compare left-out errors."""
+    """`refuted` is a field of one options class, and of that which names mistakes."""
     fields = {
         str(path.relative_to(ROOT))
         for path in ROOT.rglob("*.py")
         for line in path.read_text(encoding="utf-8").splitlines()
         if line.startswith("    refuted: float")
     }
-    assert fields == {
-        "estimation/goodness.py", "assurance/plausibility/options.py", "diagnosis/options.py"
-    }  # fmt: skip
+    assert fields == {"estimation/goodness.py", "assurance/plausibility/options.py"}
