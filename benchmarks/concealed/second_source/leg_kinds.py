@@ -206,6 +206,10 @@ def _crooked(hexapod: Hexapod, campaign: Campaign, rng: np.random.Generator) -> 
     return Concealed((f"leg {leg + 1}",), names, 1e-4, 4e-2, of_size, f"Euler's load {critical:.0f} N")
 
 
+_ACROSS = np.array([1.0, 0.3, 0.0])
+"""Not along any leg."""
+
+
 class ClampedLegs(Structure):
     """Legs without joints: flexures or seized joints that bend with the platform."""
 
@@ -217,9 +221,13 @@ class ClampedLegs(Structure):
         if leg not in self._legs:
             super().leg(model, leg)
             return
-        length, stiffness = float(model.place.lengths[leg]), float(model.hexapod.stiffness[leg])
-        bending = self._ratio * stiffness * length**3 / 12.0
-        model.beam(21 + leg, 11 + leg, (model.scaled(leg), bending, bending), np.array([1.0, 0.3, 0.0]))
+        self.bent(
+            model, leg, self._ratio * float(model.hexapod.stiffness[leg]) * float(model.place.lengths[leg]) ** 3 / 12.0
+        )
+
+    def bent(self, model: Model, leg: int, bending: float) -> None:
+        """The leg as a beam of a bending stiffness (N m²), clamped at both ends."""
+        model.beam(21 + leg, 11 + leg, (model.scaled(leg), bending, bending), _ACROSS)
 
 
 def _clamped(hexapod: Hexapod, campaign: Campaign, rng: np.random.Generator) -> Concealed[Structure]:
@@ -229,7 +237,7 @@ def _clamped(hexapod: Hexapod, campaign: Campaign, rng: np.random.Generator) -> 
     return Concealed(parts, ("passive_joint_stiffness",), 1e-4, 1.0, lambda size: ClampedLegs(hexapod, legs, size))
 
 
-class StickingEnds(Structure):
+class StickingEnds(ClampedLegs):
     """Joints without grease stick: a leg bends with the platform until the moment in a joint exceeds its friction.
 
     `ratio`: bending stiffness 12EI/l³ over the leg's own; `moment`: what friction holds (N m), about every axis.
@@ -238,19 +246,14 @@ class StickingEnds(Structure):
     steps = 25
 
     def __init__(self, hexapod: Hexapod, legs: tuple[int, ...], ratio: float, moment: float) -> None:
-        super().__init__(hexapod)
-        self._legs, self._ratio, self._moment = legs, ratio, moment
+        super().__init__(hexapod, legs, ratio)
+        self._moment = moment
 
-    def leg(self, model: Model, leg: int) -> None:
-        if leg not in self._legs:
-            super().leg(model, leg)
-            return
-        length, stiffness = float(model.place.lengths[leg]), float(model.hexapod.stiffness[leg])
-        bending = self._ratio * stiffness * length**3 / 12.0
+    def bent(self, model: Model, leg: int, bending: float) -> None:
         ends = model.hexapod.base[leg], model.place.joints[leg]
         start, end = (model.node(model.tag(), place) for place in ends)
-        model.beam(start, end, (model.scaled(leg), bending, bending), np.array([1.0, 0.3, 0.0]))
-        stuck = 30.0 * 4.0 * bending / length * MICRO  # N µm per rad
+        model.beam(start, end, (model.scaled(leg), bending, bending), _ACROSS)
+        stuck = 30.0 * 4.0 * bending / float(model.place.lengths[leg]) * MICRO  # N µm per rad
         rigid, friction = model.elastic(RIGID_SPRING), model.material("ElasticPP", stuck, self._moment * MICRO / stuck)
         dry = model.material("Parallel", friction, model.elastic(SLACK * stuck))  # so that equilibrium is definite
         for joint, node in ((21 + leg, start), (11 + leg, end)):

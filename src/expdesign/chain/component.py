@@ -218,6 +218,11 @@ def at_tip(robot: Robot, joint: int, velocity: ca.SX, turn: ca.SX, row: Row, poi
     return robot.links.tree.reaches(row.pose, joint) * twist
 
 
+def sprung_twist(robot: Robot, row: Row) -> ca.SX:
+    """Twist (n,) of the platform by the actuators' springs alone under the load of the moment."""
+    return row.forward @ ((row.forward.T @ row.wrench) / ca.SX(robot.stiffness))
+
+
 def passive_joint_turns(robot: Robot, row: Row, leg: int) -> list[ca.SX]:
     """How the joints at the ends of a straight leg turn per twist of the platform.
 

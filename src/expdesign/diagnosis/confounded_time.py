@@ -60,7 +60,7 @@ class DriftTest:
 
 
 def confounded_with(sample: Sample, robot: Robot) -> Confounded | None:
-    """The quantity that predicts the times of the rows best, where it predicts `confounded` of their variance."""
+    """The quantity that predicts the times of the rows best, where it predicts nearly all of their variance."""
     counts = sample.counts
     time = _times(sample)
     best: Confounded | None = None

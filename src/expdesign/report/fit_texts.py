@@ -45,7 +45,7 @@ def diagnosed_fit_sentences(result: "Diagnosis") -> list[str]:
     if result.after is not result.before:
         texts.append(words.sentence(result.after.sentence("the model that was found")))
     factor = result.widening.parameters
-    if f"{factor:.3g}" not in ("0", "1") and factor > 1.0:
+    if factor > 1.0 and f"{factor:.3g}" != "1":
         texts.append(f"Predicted standard deviations are {factor:.3g} times wider than the stated noise makes them.")
     return texts
 

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import moment_at, passive_joint_turns, with_links_beyond
+from expdesign.chain.component import moment_at, passive_joint_turns, sprung_twist, with_links_beyond
 from expdesign.chain.row import Row, RowData
 from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
 from expdesign.mechanics.robots.robot import Robot
@@ -131,7 +131,7 @@ def _bends(row: Row, robot: Robot) -> ca.SX:
 
     In units of 4EI/q (rad): of a beam that is turned by φ and ψ at its ends φ − ψ/2 and ψ − φ/2, and its torsion.
     """
-    twist = row.forward @ ((row.forward.T @ row.wrench) / ca.SX(robot.stiffness))
+    twist = sprung_twist(robot, row)
     found = []
     for leg in range(len(robot.stiffness)):
         base, *others = (turn @ twist for turn in passive_joint_turns(robot, row, leg))

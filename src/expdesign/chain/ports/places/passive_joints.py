@@ -4,14 +4,13 @@ from collections.abc import Iterator, Sequence
 
 import casadi as ca
 
-from expdesign.chain.component import Component, each_leg, legs_and_all, passive_joint_turns
+from expdesign.chain.component import Component, each_leg, legs_and_all, passive_joint_turns, sprung_twist
 from expdesign.chain.effects.legs.passive_joints import PassiveJoints, PassiveJointStiffness
 from expdesign.chain.ports.families import SHARES, Prior, over_time, smooth_over
 from expdesign.chain.ports.port import Channel, Entry, Port
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
 from expdesign.chain.row import Row
-from expdesign.mechanics.robots.robot import Robot
 
 
 class PassiveJointsPort(Port):
@@ -41,7 +40,7 @@ class PassiveJointsPort(Port):
 
     def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
         kinds = [(end, leg) for end in self._ends for leg in each_leg(self.robot)]
-        moved = _moved(self.robot, row, row.wrench)
+        moved = sprung_twist(self.robot, row)
         for index, (end, leg) in enumerate(kinds):
             wrench = wrench - extra[index] * (PassiveJointStiffness(self.robot, leg, end).relaxed(row) @ moved)
         return wrench
@@ -147,7 +146,7 @@ class Flexures(Port):
         return pose
 
     def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
-        moved = _moved(self.robot, row, row.wrench)
+        moved = sprung_twist(self.robot, row)
         for index, joints in enumerate(self._of_ends):
             wrench = wrench - extra[index] * (joints.bent(row) @ moved)
         return wrench
@@ -160,8 +159,3 @@ class Flexures(Port):
 
 
 _ALWAYS = Prior("joints", "constant", (Quantity("clock"),), (1.0,), 1)
-
-
-def _moved(robot: Robot, row: Row, wrench: ca.SX) -> ca.SX:
-    """Twist of the platform by the legs' own springs under a wrench."""
-    return row.forward @ ((row.forward.T @ wrench) / ca.SX(robot.stiffness))
