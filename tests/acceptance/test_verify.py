@@ -139,8 +139,10 @@ def test_a_robot_whose_truth_fails_passes_at_most_at_the_stated_risk(count: int,
 
 def test_a_robot_that_is_far_off_does_not_conform() -> None:
     frame = measured(commands(2), np.random.default_rng(2), error={"dz_m": 2e-5})
-    found = xd.verify(model(), frame, config=case()).result
+    verified = xd.verify(model(), frame, config=case())
+    found = verified.result
     assert found.verdict == "fail"
+    assert verified.refused  # the command exits with status 3
     assert not found.consistent
     assert {axis.axis: axis.conformity for axis in found.targets[0].axes}["dz_m"] == "does not conform"
 

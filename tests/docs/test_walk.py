@@ -43,7 +43,7 @@ def _holds_the_truth_and_fails_another_robot(folder: Path) -> None:
     given = (folder / "config.yaml", folder / "commands.csv", "--truth", folder / "weak.yaml")
     assert call("simulate", *given, "--out", folder / "weak.csv") == 0
     checked = (folder / "identified" / "model.yaml", folder / "weak.csv", "--config", folder / "config.yaml")
-    assert call("verify", *checked, "--out", folder / "failed") == 0  # a certificate that says fail was made
+    assert call("verify", *checked, "--out", folder / "failed") == 3  # a certificate that says fail was made
     found = json.loads((folder / "failed" / "verification.json").read_text(encoding="utf-8"))
     assert (found["verdict"], found["model_test"]["consistent"]) == ("fail", False)
     assert "Certificate of verification" in (folder / "failed" / "report.html").read_text(encoding="utf-8")

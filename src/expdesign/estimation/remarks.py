@@ -13,11 +13,13 @@ class Implausible(Remark):
         what: what is computed from them.
         likely: the mistake that is probably in them.
         where: row or column, where it concerns one.
+        otherwise: whether they fit only if they are read otherwise.
     """
 
     what: str
     likely: str
     where: str = ""
+    otherwise: bool = False
 
 
 @dataclass(frozen=True)

@@ -80,12 +80,16 @@ def problem_summary(problem: "DesignProblem", found: "Feasibility") -> str:
 
 
 def problem_remarks(problem: "DesignProblem", found: "Feasibility") -> tuple[str, ...]:
-    """What is doubtful about a configuration."""
+    """What is to be known about a configuration before it is run."""
+    remarks = problem_doubts(problem, found)
+    return remarks if problem.found is None else (*remarks, f"{problem.source}: {problem.found.note}")
+
+
+def problem_doubts(problem: "DesignProblem", found: "Feasibility") -> tuple[str, ...]:
+    """What should be looked at before anything is planned."""
     remarks = []
     if found.reachable < SHOWN.few_poses:
         remarks.append("hardly any pose in `experiment.poses` can be reached; check their units (m, rad)")
-    if problem.found is not None:
-        remarks.append(problem.found.note)
     return tuple(f"{problem.source}: {remark}" for remark in remarks)
 
 

@@ -55,6 +55,11 @@ class Checked(FolderResult):
         return ()
 
     @property
+    def doubts(self) -> tuple[str, ...]:
+        """Those of the remarks for which `--strict` refuses it."""
+        return self.remarks
+
+    @property
     def details(self) -> list[str]:
         """What there is to know beside the summary."""
         return []
@@ -162,6 +167,16 @@ class CheckedProblem(Checked):
     def remarks(self) -> tuple[str, ...]:
         """What is doubtful about it."""
         return fit_texts.problem_remarks(self.problem, self.feasibility)
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Those that are no mere statement of what the robot is."""
+        return fit_texts.problem_doubts(self.problem, self.feasibility)
+
+    @property
+    def refused(self) -> bool:
+        """Whether none of the poses drawn at random can be reached."""
+        return self.feasibility.reachable == 0.0
 
     def gradients(self) -> pd.DataFrame:
         """Exact gradients of every criterion against central differences, with a verdict, at two random designs.

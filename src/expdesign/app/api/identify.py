@@ -65,6 +65,11 @@ class IdentificationResult(RecordedResult):
         return identification_warnings(self.result)
 
     @property
+    def refused(self) -> bool:
+        """Whether the recordings fit only if they are read otherwise: then what was identified is of no robot."""
+        return any(isinstance(each, Implausible) and each.otherwise for each in self.result.suspicions)
+
+    @property
     def stiffness(self) -> pd.DataFrame:
         """Estimate and 95 % interval of every actuator's stiffness, by its name."""
         frame = _frame(self.result.stiffness, "actuator", self.result.robot.actuators)
@@ -104,7 +109,7 @@ def _frame(interval: Intervals, name: str, names: tuple[str, ...]) -> pd.DataFra
 def with_doubts(result: Identification) -> Identification:
     """An identification that says, before its own remarks, what physics holds against its recordings."""
     found = recordings_findings(result.recordings, result.robot)
-    doubts = [Implausible(finding.what, finding.likely, finding.where) for finding in found]
+    doubts = [Implausible(finding.what, finding.likely, finding.where, finding.otherwise) for finding in found]
     return replace(result, suspicions=[*doubts, *result.suspicions])
 
 

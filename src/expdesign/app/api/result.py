@@ -53,6 +53,14 @@ class Result(Copied):
         """What the command says beside its results, on standard error."""
         return ()
 
+    @property
+    def refused(self) -> bool:
+        """Whether the work is done and the answer is no: the command then says and keeps all, and exits with status 3.
+
+        A class whose results can fail overrides it, as `verify`'s does (a verdict `fail`).
+        """
+        return False
+
     def __repr__(self) -> str:
         return f"<{type(self).__name__}: {self.summary.splitlines()[0]}>"
 

@@ -62,6 +62,11 @@ class VerificationResult(FolderResult):
         return [f"verdict: {self.result.verdict}", *statement(self.result)]
 
     @property
+    def refused(self) -> bool:
+        """Whether the robot fails."""
+        return self.result.verdict == "fail"
+
+    @property
     def notes(self) -> list[str]:
         """Texts of the certificate that nobody has given."""
         stated = ("remarks", "robot", "load")  # known from the model and the recordings otherwise

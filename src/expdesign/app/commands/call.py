@@ -103,7 +103,7 @@ class Call:
         return path
 
     def say(self, result: Any, path: Path | None = None) -> None:
-        """Print what the result says, and where it is kept."""
+        """Print what the result says, and where it is kept; exit with status 3 where its answer is no (`refused`)."""
         if not isinstance(result, Result):
             print(json_text(result), end="")
             return
@@ -116,3 +116,5 @@ class Call:
             note(self.spelling.said(text))
         if path is not None:
             print(path)
+        if result.refused:
+            raise typer.Exit(3)

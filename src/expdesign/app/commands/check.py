@@ -1,5 +1,7 @@
 """`expdesign check`: what is wrong with a file, or not identifiable."""
 
+import logging
+
 import pandas as pd
 import typer
 
@@ -7,18 +9,38 @@ import expdesign as xd
 from expdesign.app.commands.call import Call, note
 
 
-def command(call: Call, gradients: bool = False) -> None:
+class _Warned(logging.Handler):
+    """Counts what is warned of while a file is read."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.count = 0
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.count += 1
+
+
+def command(call: Call, gradients: bool = False, strict: bool = False) -> None:
     """Check a file, and on request gradients.
 
     Args:
         call: the command.
         gradients: compare every criterion's exact gradient with central differences.
+        strict: exit with status 3 where anything is doubtful.
     """
     call.require_free()
-    checked = call.result()
-    call.say(checked, call.kept(checked))
+    warned, log = _Warned(), logging.getLogger("expdesign")
+    log.addHandler(warned)
+    try:
+        checked = call.result()
+    finally:
+        log.removeHandler(warned)
     if gradients and isinstance(checked, xd.CheckedProblem):
         _print_gradients(checked.gradients())
+    call.say(checked, call.kept(checked))
+    if strict and (warned.count or checked.doubts):
+        note("refused (--strict): see the warnings")
+        raise typer.Exit(3)
 
 
 def _print_gradients(table: pd.DataFrame) -> None:

@@ -17,6 +17,7 @@ from typer.main import get_command
 import expdesign
 from expdesign.app.commands.listed import COMMANDS, listed_commands
 from expdesign.app.commands.spelling import Spelling
+from expdesign.app.commands.terminal import encode_anything, terminated_as_interrupted, unwritable_output
 from expdesign.errors import ExpdesignError, InputError
 
 _USAGE_ERROR: Any = typer.BadParameter.__base__
@@ -126,7 +127,11 @@ def _usage(error: Any) -> str:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the command line and exit: 0 on success, 2 on bad input (one message on standard error), 130 on Ctrl-C."""
+    """Run the command line and exit.
+
+    Status (docs/file-formats.md): 0 done, 1 a defect, 2 bad input (one message on standard error), 3 done and the
+    answer is no (`Result.refused`), 130 on Ctrl-C or SIGTERM.
+    """
     handler, written = _Said(sys.stderr), _Written()  # what was found out about files, and what is there
     handler.setLevel(logging.INFO)
     log, output = logging.getLogger("expdesign"), logging.getLogger("expdesign.io.output")
@@ -134,29 +139,46 @@ def main(arguments: list[str] | None = None) -> None:
     log.setLevel(logging.INFO)
     output.addHandler(written)
     output.setLevel(logging.DEBUG)
+    encode_anything()
     try:
-        sys.exit(app(args=arguments, standalone_mode=False))
-    except _USAGE_ERROR as error:
-        if len(sys.argv if arguments is None else ["", *arguments]) < 2:
-            error.show()  # the list of commands
-        else:
-            print(f"expdesign: {_usage(error)}", file=sys.stderr)
-        sys.exit(2)
-    except ExpdesignError as error:
-        print(f"expdesign: {Spelling().said(error.message)}", file=sys.stderr)
-        sys.exit(2)
-    except MemoryError:
-        print(
-            "expdesign: the problem does not fit into memory. Use fewer measurements, designs or rows.", file=sys.stderr
-        )
-        sys.exit(2)
-    except (KeyboardInterrupt, _InterruptedError):
-        print(f"expdesign: interrupted. {written.sentence}", file=sys.stderr)
-        sys.exit(130)
-    except BrokenPipeError:
-        # The reader of standard output has gone (e.g. `| head`): no message can reach it.
-        sys.stderr.close()
-        sys.exit(1)
+        with terminated_as_interrupted():
+            sys.exit(_ended(arguments, written))
     finally:
         log.removeHandler(handler)
         output.removeHandler(written)
+
+
+def _ended(arguments: list[str] | None, written: _Written) -> int:
+    """Exit status of a command line, after one message where it did not end well."""
+    try:
+        status = app(args=arguments, standalone_mode=False)
+        sys.stdout.flush()
+        return status or 0
+    except _USAGE_ERROR as error:
+        if len(sys.argv if arguments is None else ["", *arguments]) < 2:
+            error.show()  # the list of commands
+            return 2
+        return _bad(_usage(error))
+    except ExpdesignError as error:
+        return _bad(Spelling().said(error.message), written)
+    except MemoryError:
+        return _bad("the problem does not fit into memory. Use fewer measurements, designs or rows.", written)
+    except (KeyboardInterrupt, _InterruptedError):
+        print(f"expdesign: interrupted. {written.sentence}", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        # The reader of standard output has gone (e.g. `| head`): no message can reach it.
+        unwritable_output()
+        return 1
+    except OSError:
+        full = unwritable_output()
+        if full is None:
+            raise
+        return _bad(f"standard output cannot be written ({full.strerror}). {written.sentence}")
+
+
+def _bad(message: str, written: _Written | None = None) -> int:
+    """Exit status of bad input, after one message and what was written all the same."""
+    kept = f" {written.sentence}" if written is not None and written.paths else ""
+    print(f"expdesign: {message}{kept}", file=sys.stderr)
+    return 2

@@ -22,12 +22,14 @@ class Implausibility:
         likely: the unit or the sign that is probably meant.
         where: the key or the column that it concerns.
         impossible: whether it cannot be.
+        otherwise: whether the input fits only if it is read otherwise, so that what follows from it as it is, is wrong.
     """
 
     what: str
     likely: str
     where: str = ""
     impossible: bool = False
+    otherwise: bool = False
 
 
 def say(findings: Sequence[Implausibility], source: str) -> None:

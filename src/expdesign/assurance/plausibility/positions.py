@@ -55,7 +55,7 @@ def positions_findings(recordings: Recordings, robot: Robot) -> list[Implausibil
     if MARKERS.gain * least >= stated:
         return []
     left = f"{100 * stated:.0f} % of the spread of the positions is left after registration"
-    return [Implausibility(f"{left}, where {100 * least:.2g} % would be", text)]
+    return [Implausibility(f"{left}, where {100 * least:.2g} % would be", text, otherwise=True)]
 
 
 def _some(recordings: Recordings) -> IntArray:

@@ -65,7 +65,7 @@ def _named(evidence: Evidence) -> list[Implausibility]:
             else:
                 what += f" ({before} of the readings is left over, and {after})"
             or_else = f" Or: {others[0].alternative.sentence}" if others else ""
-            return [Implausibility(what, best.alternative.sentence + or_else, best.alternative.where)]
+            return [Implausibility(what, best.alternative.sentence + or_else, best.alternative.where, otherwise=True)]
     return []
 
 

@@ -1,0 +1,103 @@
+"""How a command ends: the status that a script reads, outputs that cannot take a text, and signals."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from tests.commands.calls import CONFIG, ROBOT, call, config_file, plan_file
+
+import expdesign as xd
+from expdesign.app.commands.terminal import encode_anything, terminated_as_interrupted
+
+COMMAND = [sys.executable, "-m", "expdesign"]
+
+
+def _run(
+    *arguments: object, stdout: object = subprocess.PIPE, **environment: str
+) -> "subprocess.CompletedProcess[bytes]":
+    return subprocess.run(
+        [*COMMAND, *map(str, arguments)],
+        stdout=stdout,  # type: ignore[call-overload]
+        stderr=subprocess.PIPE,
+        env=os.environ | environment,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "latin-1", "ascii"])
+def test_an_output_that_does_not_know_every_character(encoding: str) -> None:
+    done = _run("check", ROBOT, PYTHONIOENCODING=encoding)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"leg 1" in done.stdout
+
+
+def test_a_minus_stays_a_minus(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    path = tmp_path / "out.txt"
+    with path.open("w", encoding="ascii") as stream:
+        monkeypatch.setattr(sys, "stdout", stream)
+        encode_anything()
+        print("\u22123.1 \u00b5m \u2264 \u03c7\u00b2, r\u00f6bot \u30ed")
+    assert path.read_text(encoding="ascii") == "-3.1 um <= chi2, robot ?\n"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device on this system")
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize("arguments", [("--version",), ("--help",), ("check", ROBOT)])
+def test_standard_output_is_full(arguments: tuple[object, ...], unbuffered: str) -> None:
+    with Path("/dev/full").open("wb") as full:
+        done = _run(*arguments, stdout=full, PYTHONUNBUFFERED=unbuffered)
+    (message,) = done.stderr.decode().splitlines()
+    assert done.returncode == 2
+    assert message.startswith("expdesign: standard output cannot be written (No space left on device).")
+
+
+def test_sigterm_is_an_interruption(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(xd, "simulate", lambda *args, **options: signal.raise_signal(signal.SIGTERM))
+    assert call("simulate", CONFIG, plan_file(tmp_path), "--out", tmp_path / "rows.csv") == 130
+    assert capsys.readouterr().err == "expdesign: interrupted. Nothing was written.\n"
+
+
+def test_sigterm_does_what_ctrl_c_does_there() -> None:
+    heard: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, frame: heard.append(number))
+    try:
+        with terminated_as_interrupted():
+            signal.raise_signal(signal.SIGTERM)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert heard == [signal.SIGINT]
+
+
+def test_check_where_no_pose_can_be_reached(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    far = {f"{axis}_m": [-3.0, 3.0] for axis in "xyz"}
+    path = config_file(tmp_path, {"experiment.poses": {"bounds": far}})
+    assert call("check", path) == 3
+    assert "0% of the poses can be reached" in capsys.readouterr().out
+    assert call("check", CONFIG) == 0
+
+
+def test_strict_refuses_what_is_doubtful(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = ROBOT.read_text(encoding="utf-8").replace("leg_length: [0.25,", "leg_length: [0.35,")
+    path = tmp_path / "robot.yaml"
+    path.write_text(text, encoding="utf-8")
+    assert call("check", path) == 0
+    assert call("check", path, "--strict") == 3
+    assert "at the reference pose" in capsys.readouterr().err
+    assert call("check", ROBOT, "--strict") == 0
+
+
+def test_identify_of_swapped_columns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows, swapped = tmp_path / "rows.csv", tmp_path / "swapped.csv"
+    assert call("simulate", CONFIG, plan_file(tmp_path), "--out", rows) == 0
+    frame = pd.read_csv(rows)
+    frame.rename(columns={"dx_m": "dz_m", "dz_m": "dx_m"}).to_csv(swapped, index=False)
+    assert call("identify", ROBOT, rows, "--out", tmp_path / "right") == 0
+    assert call("identify", ROBOT, swapped, "--out", tmp_path / "wrong") == 3
+    assert "swapped?" in capsys.readouterr().err
+    assert (tmp_path / "wrong" / "model.yaml").is_file()
