@@ -57,6 +57,31 @@ def test_refitted_sizes_leave_no_slope() -> None:
         assert other.log_evidence < best.log_evidence
 
 
+def test_shares_of_causes_that_stand_in_for_each_other_add_up() -> None:
+    """Without either of two laws that are nearly alike, the other explains all the same; half of it is each one's."""
+    alike = LAW + 1e-2 * GENERATOR.standard_normal(LAW.shape)
+    state = present((LAW, 2.0), (alike, 2.0), (OTHER, 0.7))
+    inverse = np.linalg.inv(np.eye(40) + 2.0 * LAW @ LAW.T + 2.0 * alike @ alike.T + 0.7 * OTHER @ OTHER.T)
+    inverse -= inverse @ BASE @ np.linalg.solve(BASE.T @ inverse @ BASE, BASE.T @ inverse)
+    projector = np.eye(40) - BASE @ np.linalg.pinv(BASE)
+    explained = READINGS @ (projector - inverse) @ READINGS
+    taken = [READINGS @ projector @ law @ (s * law.T @ inverse @ READINGS) for law, s in ((LAW, 2.0), (OTHER, 0.7))]
+    np.testing.assert_allclose(state.shares[[0, 2]], np.array(taken) / explained, rtol=1e-6)
+    assert state.shares.sum() == pytest.approx(1.0)
+    assert min(state.shares[:2]) > 0.35
+    assert state.without(0).scatter - state.scatter < 0.03 * explained
+
+
+def test_a_law_against_another_has_a_negative_share() -> None:
+    """What one takes too far the other takes back: 3 − 2 = 1 along one direction."""
+    along, across = np.eye(40)[:, :1], np.eye(40)[:, 1:2]
+    readings = np.zeros(40)
+    readings[:2] = 10.0, -20.0
+    state = Present(np.zeros((40, 0)), np.zeros(0), readings, (along + across, across), (1e3, 1e3))
+    assert state.shares[0] == pytest.approx(-0.2, abs=0.01)
+    assert state.shares[1] == pytest.approx(1.2, abs=0.01)
+
+
 def test_left_out_errors_are_those_of_refits() -> None:
     blocks = np.repeat(np.arange(8), 5)
     errors = present((LAW, 2.0), (OTHER, 0.7)).left_out(blocks)

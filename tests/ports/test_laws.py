@@ -63,14 +63,17 @@ def test_a_law_is_found_beside_noise_that_nobody_states(seed: int) -> None:
 
 
 def test_what_takes_nothing_away_is_not_explained() -> None:
-    """A share of 0 % is not said, nor what usually behaves like that; what fits as well is."""
+    """A share of 0 % is not said, nor what usually behaves like that; what fits as well is, and what compensates."""
     laws = found().laws
     assert laws is not None
     part = laws.parts[0]
-    said, silent = (sentence(replace(part, share=share), robot(BIPOD), ("base",)) for share in (0.4, 0.002))
-    assert "(40 % of the misfit of the base model)" in said
+    said, silent, against = (
+        sentence(replace(part, share=share), robot(BIPOD), ("base",)) for share in (0.4, 0.002, -0.12)
+    )
+    assert "(40 % of what is explained)" in said
+    assert "It compensates other effects, by 12 % of what is explained." in against
     assert said.count("do that") + said.count("does that") == 1
-    assert "misfit" not in silent
+    assert "explained" not in silent
     assert "does that" not in silent
     assert said.endswith(" These recordings also fit base.")
 

@@ -36,7 +36,8 @@ class Finding:
         gain: what the effect by itself does for held-out rows, where enough of them are marked.
         form: name of its parametric form (`Effect.form_name`), or `free` for a law that its declaration covers; empty
             for what has no identifier.
-        share: of the excess of χ², what it takes away, or None where no model has it alone.
+        share: in what all effects explain together (`Present.shares`); a negative one compensates another effect. None
+            for rows that were set aside.
         named_by: share of refits on nine tenths of the rows that name it, or None.
     """
 
@@ -71,10 +72,8 @@ def findings(
     inflation = 1.0
     if spread is not None and spread.inflation > OPTIONS.predicts:
         scale = inflation = spread.inflation
-    rows = names.sample.restricted(~model.outliers)
-    base = names.base.fit.residuals[rows.counts]
-    excess = max(float((base**2).sum()) - (rows.readings - names.base.fit.rank) * scale, 1e-9)
-    for index, candidate in enumerate(model.candidates):
+    shares = names.state(model).shares.tolist()
+    for index, (candidate, share) in enumerate(zip(model.candidates, shares, strict=True)):
         without = names.without(model, index)
         stands = standing(model, index, without, alternatives[index], inflation)
         values = reported(candidate.effect, model.fit, model.fit.chain.slices[index], scale)
@@ -86,21 +85,27 @@ def findings(
             values,
             stands.probability,
             stands.indistinguishable,
-            effect.sentence(values),
+            compensating(effect.sentence(values), share),
             rival=stands.rival,
             gain=None if held is None else held[index],
             form=effect.form_name,
-            share=float(np.clip((without.fit.chi2 - model.fit.chi2) / excess, 0.0, 1.0)),
+            share=share,
             named_by=None if stable is None else stable.shares[index],
         )
         found.append(finding)
     found.sort(key=lambda one: -(one.share or 0.0))
-    result = [one for one in found if (one.share or 0.0) >= OPTIONS.listed] or found[:1]
+    result = [one for one in found if abs(one.share or 0.0) >= OPTIONS.listed] or found[:1]
     if model.outliers.any():
         gain = names.as_here(model).misfit - model.misfit
         probability = OPTIONS.surest / (1.0 + float(np.exp(-0.5 * gain / OPTIONS.temperature)))
         result += set_aside(names.sample, model.outliers, probability)
     return tuple(result)
+
+
+def compensating(sentence: str, share: float) -> str:
+    """The sentence of an effect, with what its share says where that is negative."""
+    said = round(-100.0 * share)
+    return f"{sentence} It compensates other effects, by {said} % of what is explained." if said > 0 else sentence
 
 
 def set_aside(sample: Sample, outliers: BoolArray, probability: float) -> tuple[Finding, ...]:

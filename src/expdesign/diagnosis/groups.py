@@ -53,7 +53,7 @@ class FoundGroup:
         determined: how many of its parameters the readings determine.
         p_value: that left-out blocks are predicted no better with it.
         laws: of the chain, for groups of laws.
-        share: of the excess of χ², what it takes away.
+        share: in what all groups explain together (`Present.shares`); a negative one compensates another group.
         told_apart: members whose 95 % interval does not include what is known beforehand, with values and intervals.
     """
 
@@ -297,7 +297,7 @@ class _Model:
         problem = self.problem
         result, state = self.fitted()
         blocks, count = problem.blocks, len(self.chosen)
-        excess = max(state.alone.scatter - state.freedom * state.noise_variance, 1e-9)
+        shares = state.shares
         errors = self.settled.unwhitened(state.left_out(blocks))
         before = problem.present.left_out(blocks)
         found = []
@@ -314,7 +314,7 @@ class _Model:
                     determined=sum(state.determined(k) for k in own),
                     p_value=LeftOut(without, errors, blocks).p_value,
                     laws=tuple(law for k in own for law in self.laws[k]),
-                    share=float(np.clip((rest.scatter - state.scatter) / excess, 0.0, 1.0)),
+                    share=float(shares[own].sum()),
                     told_apart=_told_apart(self.chain, self.chosen[own[0]], self.columns[own[0]], result),
                 )
             )

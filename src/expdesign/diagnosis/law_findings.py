@@ -12,7 +12,7 @@ from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.naming import FREE, LAW, physics_of
 from expdesign.chain.ports.sight import Sight
 from expdesign.chain.ports.words import FORMS, columns, depends_on, identifier, quantity_name, says, unit_of, usually
-from expdesign.diagnosis.findings import Finding, reported
+from expdesign.diagnosis.findings import Finding, compensating, reported
 from expdesign.diagnosis.groups import FoundGroup, Groups
 from expdesign.diagnosis.laws import FoundLaw, Laws
 from expdesign.diagnosis.options import OPTIONS
@@ -48,7 +48,7 @@ def law_findings(laws: Laws, robot: Robot, known: Collection[str]) -> tuple[Find
         robot: the robot.
         known: identifiers of the physics that was looked for, which laws may have.
     """
-    told = [index for index, part in enumerate(laws.parts) if part.share >= OPTIONS.listed] or [0]
+    told = [index for index, part in enumerate(laws.parts) if abs(part.share) >= OPTIONS.listed] or [0]
     return tuple(_finding(laws, index, robot, known) for index in told)
 
 
@@ -64,7 +64,7 @@ def _finding(laws: Laws, index: int, robot: Robot, known: Collection[str]) -> Fi
         values = reported(effect, laws.fit, laws.fit.chain.slices[where], 1.0)
         return Finding(
             effect.physics, str(effect.component), str(effect.variant), values, factor * probability, (),
-            effect.sentence(values), form=effect.form_name, share=part.share,
+            compensating(effect.sentence(values), part.share), form=effect.form_name, share=part.share,
         )  # fmt: skip
     inputs = effect.form.channels[0].inputs
     every = effect.form.depends_on
@@ -88,7 +88,7 @@ def sentence(part: FoundLaw, robot: Robot, others: tuple[str, ...] = ()) -> str:
     assert curve is not None
     text = f"{effect.subject} {says(effect.form.kind, depends_on(effect.form.depends_on, robot))}"
     said = round(100.0 * part.share)
-    text += f" ({said} % of the misfit of the base model)" if said else ""
+    text += f" ({said} % of what is explained)" if said > 0 else ""
     if curve.meaning == "compliance" and len(curve.quantities) == 1:
         middle = float(np.median(curve.mean))
         at = int(np.argmax(np.abs(curve.mean - middle)))
@@ -98,7 +98,7 @@ def sentence(part: FoundLaw, robot: Robot, others: tuple[str, ...] = ()) -> str:
         how = "softer" if relative > 0.0 else "stiffer"
         where = f"{quantity_name(curve.quantities[0], robot)} is {curve.inputs[at, 0]:.4g} {unit}"
         text += f": it is {100.0 * abs(relative):.0f} % (±{100.0 * half:.0f}) {how} than usual where {where}"
-    text += f"; {usually(effect.form.kind)}." if said else "."
+    text = compensating(f"{text}; {usually(effect.form.kind)}." if said else f"{text}.", part.share)
     if len(others) > _PLACES:
         text += f" These recordings hardly tell where: {len(others)} other places fit as well."
     elif others:
@@ -122,7 +122,7 @@ def curve_file(findings: tuple[Finding, ...], finding: Finding) -> str | None:
 def group_findings(groups: Groups, robot: Robot, known: Collection[str]) -> tuple[Finding, ...]:
     """One finding per group that takes away enough to be one, the largest first; `known` as in `law_findings`."""
     pairs = list(zip(groups.found, groups.stability.shares, strict=True))
-    told = [pair for pair in pairs if pair[0].share >= OPTIONS.listed] or pairs[:1]
+    told = [pair for pair in pairs if abs(pair[0].share) >= OPTIONS.listed] or pairs[:1]
     return tuple(_of_laws(f, s, groups, robot, known) if f.laws else _of_names(f, s) for f, s in told)
 
 

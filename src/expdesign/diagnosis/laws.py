@@ -69,7 +69,7 @@ class FoundLaw:
     Attributes:
         effect: the link of the chain.
         places: where it may be, most probable first.
-        share: of the excess of χ² that it alone takes away.
+        share: in what all parts explain together (`Present.shares`); a negative one compensates another part.
         named: the candidate of the library, or None for a law.
         curve: of a law.
     """
@@ -211,7 +211,6 @@ def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
     assert model is not None
     # Sizes of laws are in units of the noise, as the fit takes it; the covariance gets that of the readings.
     variance, noise = state.noise_variance, float(np.sqrt(state.noise_variance))
-    excess = max(start.scatter - variance * len(start.readings), 1e-9)
     where_of = {c: places(search.weighed(chosen, c)) for c in chosen.components}
     weights, first = state.weights, state.base.shape[1] + sum(law.shape[1] for law in state.laws[: len(model.effects)])
     effects: list[Effect] = [*model.effects]
@@ -235,9 +234,8 @@ def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
         state.left_out_variances(search.problem.blocks) / variance, (done**2).sum(axis=1)
     )
     result = replace(_widened(result, inflation, remaining, variance), inflation=inflation * variance)
-    parts = []
-    for position, (effect, part) in enumerate(zip(effects, chain.slices, strict=True)):
-        share = float(np.clip((state.without(position).scatter - state.scatter) / excess, 0.0, 1.0))
+    parts, shares = [], state.shares.tolist()
+    for position, (effect, part, share) in enumerate(zip(effects, chain.slices, shares, strict=True)):
         where = where_of[effect.component]
         if isinstance(effect, Law):
             seen = np.column_stack([sight.values(q)[sight.counts] for q in effect.form.channels[0].inputs])

@@ -129,6 +129,17 @@ class Present:
         found: FloatArray = self.laws[index] @ self.weights[self._part(index)]
         return found
 
+    @property
+    def shares(self) -> FloatArray:
+        """Share of each law in what all explain together, (P₀y)ᵀΦ_k·w_k/(yᵀP₀y − yᵀPy), shape (number of laws,).
+
+        P₀ is P without laws. P₀·Σ_k Φ_k·w_k = P₀y − Py, so that shares add up to 1, whichever laws stand in for each
+        other; a negative one compensates another law.
+        """
+        taken = np.array([self.alone.projected @ self.moved(index) for index in range(len(self.laws))])
+        found: FloatArray = taken / max(float(taken.sum()), 1e-300)
+        return found
+
     def determined(self, index: int) -> float:
         """How many weights of one law the readings determine, Σ (1 − C_ii/σ²)."""
         return float((1.0 - self.posterior_variances[self._part(index)] / self.variances[index]).sum())
