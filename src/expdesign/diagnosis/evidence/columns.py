@@ -60,7 +60,7 @@ class Dense(Columns):
 
 
 @dataclass(frozen=True)
-class Term:
+class Summand:
     """What one channel of a law adds.
 
     Attributes:
@@ -90,7 +90,7 @@ class Mapped(Columns):
     """
 
     maps: FloatArray
-    terms: Sequence[Term]
+    terms: Sequence[Summand]
     blocks: int
     scale: float = 1.0
 

@@ -17,7 +17,7 @@ from expdesign.chain.ports.port import Channel, Entry, Port
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
 from expdesign.chain.row import RowData
-from expdesign.diagnosis.evidence.columns import Columns, Dense, Mapped, Term
+from expdesign.diagnosis.evidence.columns import Columns, Dense, Mapped, Summand
 from expdesign.mechanics.robots.robot import Robot
 
 MOST_FEATURES = 90
@@ -180,7 +180,9 @@ def _atom(entry: Entry, maps: tuple[FloatArray, FloatArray], sight: Sight, known
                 one if channel.amplitude is None else _inputs(sight, (channel.amplitude,))[:, 0]
             )
         features = known.values[*key, channel.inputs]
-        terms.append(Term(channel.output, channel.block, features, known.amplitudes[channel.amplitude], channel.gain))
+        terms.append(
+            Summand(channel.output, channel.block, features, known.amplitudes[channel.amplitude], channel.gain)
+        )
     columns = Mapped(maps[1], tuple(terms), entry.blocks)
     flat = columns.matrix()
     gram = flat.T @ flat
