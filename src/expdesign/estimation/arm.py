@@ -184,7 +184,7 @@ def _frames(reading: MarkerPosition, robot: Robot) -> LinkFrames:
     """
     base, tips = (
         reading.instrument is not None or bool(reading.gauges),
-        all(name in robot.markers for name in reading.names),
+        all(site in robot.markers for site in reading.sited),
     )
     return {(False, False): LinkFrames.JOINTS, (True, False): LinkFrames.BASE, (False, True): LinkFrames.TIPS,
             (True, True): LinkFrames.BASE_AND_TIPS}[base, tips]  # fmt: skip

@@ -82,16 +82,17 @@ def attached_frames(found: ArmCalibration, recordings: Recordings) -> list[Attac
     unknown = dict(zip((p.name for p in reading.parameters), values[chain.compliances : chain.base], strict=True))
     frames = []
     if reading.instrument is None:
-        frame = np.array([value for name, value in unknown.items() if name.startswith("instrument ")])
-        frames.append(Attached("identified_instrument", tree.base, frame))
+        poses = np.array(list(unknown.values()))[: reading.framed].reshape(-1, 6)
+        for station, pose in zip(reading.standing, poses, strict=True):
+            frames.append(Attached("_".join(("identified_instrument", *station.split())), tree.base, pose))
     tips = chain.robot.tip_numbers(recordings.configurations)
-    for number, name in enumerate(reading.names):
+    for name in dict.fromkeys(reading.sited):
         known = reading.places.get(name)
         place = [unknown[f"marker {name} {axis}_m"] for axis in "xyz"] if known is None else known.tolist()
         turn = [unknown.get(f"marker {name} {axis}_rad", 0.0) for axis in ("rx", "ry", "rz")]
-        rows: BoolArray = np.asarray(recordings.marker) == number
+        rows: BoolArray = np.array([site == name for site in reading.sited])[recordings.marker]
         tip = int(tips[rows][0]) - 1 if len(tree.tips) > 1 and rows.any() else 0
-        frames.append(Attached(f"identified_{name}", tree.tips[tip], np.array([*place, *turn])))
+        frames.append(Attached("_".join(("identified", *name.split())), tree.tips[tip], np.array([*place, *turn])))
     return frames
 
 

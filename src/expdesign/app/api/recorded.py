@@ -16,7 +16,7 @@ from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.models.model_file import Model, ModelSource
 from expdesign.chain.recordings.reader import read_several, recordings_from_table, require_measured
-from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.recordings import SESSION, STATION, Recordings
 from expdesign.chain.recordings.references import Points, Sharing, with_references
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import InputError
@@ -163,6 +163,8 @@ def recorded_model(
 def say_unknown_columns(recordings: Recordings) -> None:
     """Log on level INFO (which commands show) the columns that are kept and not used."""
     unknown = [str(name) for name in recordings.extra.columns if name not in _OF_THE_SHEET]
+    if recordings.marker is not None:
+        unknown = [name for name in unknown if name not in (STATION, SESSION)]
     spatial = [name for name in unknown if name in SPATIAL.pose or name in SPATIAL.deflection]
     if spatial and recordings.configurations.shape[1] < len(SPATIAL.pose):
         what = f"the columns {', '.join(spatial)} are of a robot in space, and this one moves in a plane"

@@ -133,6 +133,8 @@ class _ModelSection(Section):
     fixed: list[str] = Field(default_factory=list)
     gauges: list[str] = Field(default_factory=list)
     unplaced: bool = False
+    sites: list[str] = Field(default_factory=list)
+    stations: list[str] = Field(default_factory=list)
     frames: Literal["known", "unknown"] | None = None
     effects: list[EffectSection]
     parameters: list[str]
@@ -262,7 +264,7 @@ def _reading(section: _ModelSection, robot: Robot, document: YamlDocument) -> Re
         return MeasuredPose(section.frames == "known")
     if not section.markers:
         return DEFLECTION
-    places = {name: place for name, place in robot.markers.items() if name in section.markers}
+    places = {name: place for name, place in robot.markers.items() if name in (section.sites or section.markers)}
     start = np.array(list(section.instrument.values()))
     held = tuple((str(pair[0]), str(pair[-1])) for pair in section.held)
     reading = MarkerPosition(
@@ -275,6 +277,8 @@ def _reading(section: _ModelSection, robot: Robot, document: YamlDocument) -> Re
         tuple(section.fixed),
         tuple(section.gauges),
         section.unplaced,
+        tuple(section.sites),
+        tuple(section.stations),
     )
     expected = [parameter.name for parameter in reading.parameters]
     if list(section.instrument) != expected:

@@ -18,7 +18,9 @@ def _oriented(points: LoadedPoints) -> tuple[str, ...]:
         return ()
     turns = np.flatnonzero((points.axes >= 3) & (points.axes < 6))
     seen = np.isfinite(points.deflections[:, turns]).any(axis=1) & ~points.test
-    return tuple(name for index, name in enumerate(points.markers) if (seen & (points.marker == index)).any())
+    sites = points.sites or points.markers
+    read = [site for index, site in enumerate(sites) if (seen & (points.marker == index)).any()]
+    return tuple(dict.fromkeys(read))
 
 
 def reading_of(robot: Robot, points: LoadedPoints, *, frames_known: bool = True) -> Reading:
@@ -43,7 +45,7 @@ def reading_of(robot: Robot, points: LoadedPoints, *, frames_known: bool = True)
     if robot.coordinates.rotations == 0 and robot.on_legs:
         what = f"marker positions are not supported for a {robot.kind}, whose platform has no orientation"
         raise InputError(what, where=points.source, remedy="Convert them to deflections.")
-    places = {name: place for name, place in robot.markers.items() if name in points.markers}
+    places = {name: place for name, place in robot.markers.items() if name in (points.sites or points.markers)}
     gauged = (
         () if points.along is None or points.point is None else np.unique(points.point[np.any(points.along, axis=1)])
     )
@@ -57,7 +59,12 @@ def reading_of(robot: Robot, points: LoadedPoints, *, frames_known: bool = True)
         fixed=points.fixed,
         gauges=tuple(points.fixed[int(index)] for index in gauged),
         unplaced=unplaced,
+        sites=points.sites,
+        stations=points.stations,
     )
+    if len(reading.standing) > 1 and robot.instrument is not None:
+        what = f"the instrument has {len(reading.standing)} stations, and the robot file gives one pose of it"
+        raise InputError(what, where=points.source, remedy="Take `instrument` out of the robot file.")
     if not isinstance(points, Recordings):
         return replace(reading, start=np.zeros(len(reading.parameters)))
     if reading.instrument is None:

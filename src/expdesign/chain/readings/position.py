@@ -6,7 +6,9 @@ The chain ends with the position of a marker in the instrument's axes,
 
 p and R being the tip's pose as geometry alone has it, (δp, δφ) its deflection, m the marker's place on the tip and
 (t_I, R_I) the instrument's pose in O. Marker and instrument are parameters of every model, the base model included,
-unless the robot file gives them. Where an instrument reads orientations as well (a camera, a T-Mac), the marker is a
+unless the robot file gives them. An instrument that is moved has one pose for each station, a marker that is seated
+anew one place for each session (`names` are then markers as one station sees them in one session).
+Where an instrument reads orientations as well (a camera, a T-Mac), the marker is a
 target with a frame R_m on the tip, and the last three components are the rotation vector, in the instrument's axes, of
 
     R_Iᵀ·Rot(δφ)·R(q; geometry)·R_m·Aᵀ
@@ -81,14 +83,16 @@ class MarkerPosition(Reading):
 
     Attributes:
         names: the markers, in the order of `Row.marker`.
-        places: known places on the tip (m), shape (3,) each, by name.
+        places: known places on the tip (m), shape (3,) each, by site.
         instrument: the instrument's known pose in O (m, rad), shape (6,), or None.
         start: of the unknown parameters, in the order of `parameters`.
         held: coordinates of markers that are held at the tip's origin, e.g. `("prism", "x")`.
-        oriented: markers that are targets with a frame, whose orientation on the tip is estimated.
+        oriented: sites of targets with a frame, whose orientation on the tip is estimated.
         fixed: fixed points and gauges, in the order of `Row.point`.
         gauges: which of these are gauges.
         unplaced: whether no position was read, so that positions are those in O.
+        sites: of `names`, in their order; empty where every marker has its own.
+        stations: of `names`; empty where the instrument stood still.
     """
 
     names: tuple[str, ...]
@@ -100,19 +104,45 @@ class MarkerPosition(Reading):
     fixed: tuple[str, ...] = ()
     gauges: tuple[str, ...] = ()
     unplaced: bool = False
+    sites: tuple[str, ...] = ()
+    stations: tuple[str, ...] = ()
     absolute = True
     linear = False
     compliance_spread = 3.0
 
     @property
+    def sited(self) -> tuple[str, ...]:
+        """Site of every marker."""
+        return self.sites or self.names
+
+    @property
     def unknown(self) -> tuple[str, ...]:
-        """Markers whose places are estimated."""
-        return tuple(name for name in self.names if name not in self.places)
+        """Sites whose places are estimated."""
+        return tuple(site for site in dict.fromkeys(self.sited) if site not in self.places)
+
+    @property
+    def standing(self) -> tuple[str, ...]:
+        """Names of the stations, one of which is empty where the instrument stood still."""
+        return tuple(dict.fromkeys(self.stations)) or ("",)
+
+    @property
+    def framed(self) -> int:
+        """Number of parameters of the instrument's poses, which stand first."""
+        return 6 * len(self.standing) if self.instrument is None else 0
+
+    def frames(self, theta: FloatArray) -> FloatArray:
+        """The instrument's pose in O for every marker, from values of `parameters`, shape (number of markers, 6)."""
+        if self.instrument is not None:
+            return np.tile(self.instrument, (len(self.names), 1))
+        own: FloatArray = theta[: self.framed].reshape(-1, 6)
+        numbers = [self.standing.index(station) for station in self.stations or ("",) * len(self.names)]
+        return own[numbers]
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """The instrument's pose, then the places of the markers, where they are unknown."""
-        frame = () if self.instrument is not None else tuple(Parameter(f"instrument {a}", 1e-2) for a in _AXES)
+        """The instrument's poses, then the places of the markers, where they are unknown."""
+        stations = self.standing if self.instrument is None else ()
+        frame = tuple(Parameter(" ".join(("instrument", *s.split(), a)), 1e-2) for s in stations for a in _AXES)
         return (
             frame
             + tuple(
@@ -139,6 +169,8 @@ class MarkerPosition(Reading):
     def record(self) -> dict[str, object]:
         record: dict[str, object] = {"markers": list(self.names), "held": [list(pair) for pair in self.held]}
         record |= {"oriented": list(self.oriented)} if self.oriented else {}
+        record |= {"sites": list(self.sites)} if self.sites else {}
+        record |= {"stations": list(self.stations)} if self.stations else {}
         if self.fixed:
             record |= {"fixed": list(self.fixed), "gauges": list(self.gauges), "unplaced": self.unplaced}
         return record
@@ -158,7 +190,9 @@ class MarkerPosition(Reading):
                 what = f"the model knows no marker `{name}`"
                 raise InputError(what, where=points.where(row, "marker"), remedy=f"It knows {', '.join(self.names)}.")
         numbers = np.array([self.names.index(name) for name in points.markers])
-        seen = replace(points, marker=numbers[points.marker], markers=self.names)
+        seen = replace(
+            points, marker=numbers[points.marker], markers=self.names, sites=self.sites, stations=self.stations
+        )
         if not self.fixed:
             return replace(seen, point=None, fixed=(), along=None)
         if points.point is None or not set(points.fixed) <= set(self.fixed):
@@ -177,34 +211,42 @@ class MarkerPosition(Reading):
 
         Shape (N, 3, 3); that of the tip for markers without orientation.
         """
-        frame = theta[:6] if self.instrument is None else self.instrument
-        start = (6 if self.instrument is None else 0) + 3 * len(self.unknown)
+        start = self.framed + 3 * len(self.unknown)
         targets = np.tile(np.eye(3), (len(self.names), 1, 1))
         for index, name in enumerate(self.oriented):
-            targets[self.names.index(name)] = rotations_of(theta[start + 3 * index : start + 3 * index + 3])
-        turned: FloatArray = rotations_of(frame[3:]).T @ robot.jacobians(points.configurations).rotation
+            mine = [site == name for site in self.sited]
+            targets[mine] = rotations_of(theta[start + 3 * index : start + 3 * index + 3])
+        frames = rotations_of(self.frames(theta)[:, 3:]).swapaxes(-1, -2)
+        turned: FloatArray = frames[points.marker] @ robot.jacobians(points.configurations).rotation
         return turned @ targets[points.marker]
 
     def predictable(self, robot: Robot, recordings: Recordings) -> BoolArray:
         """Rows in which nothing that is held shows: the tip is turned as in the fitted rows, shape (N,)."""
         if not self.held:
             return np.ones(len(recordings), dtype=bool)
-        turned, _ = turns(robot, recordings)
-        within: BoolArray = turned <= max(2.0 * float(turned[~recordings.test].max()), 1e-9)
+        within = np.zeros(len(recordings), dtype=bool)
+        for rows in self.by_station(recordings):
+            turned, _ = turns(robot, recordings.rows(rows))
+            fitted = turned[~recordings.test[rows]]
+            within[rows] = turned <= max(2.0 * float(fitted.max(initial=0.0)), 1e-9)
         return within
+
+    def by_station(self, recordings: Recordings) -> list[BoolArray]:
+        """Rows (N,) that each station sees, of those that see any."""
+        stations = np.array(self.stations or ("",) * len(self.names))[recordings.marker]
+        return [stations == station for station in self.standing if np.any(stations == station)]
 
     def expression(self, robot: Robot, deflection: ca.SX, row: Row, theta: ca.SX, geometry: ca.SX | None) -> ca.SX:
         """Position of the row's marker in the instrument's axes, and its turn from `row.aim` where orientations are
         read; `geometry` holds a serial robot's errors.
         """
-        frame = theta[:6] if self.instrument is None else ca.SX(self.instrument)
-        offset = 6 if self.instrument is None else 0
+        frame = self._frame(row, theta)
         place = ca.SX.zeros(3)
-        for index, name in enumerate(self.names):
-            if name in self.places:
-                own = ca.SX(self.places[name])
+        for index, site in enumerate(self.sited):
+            if site in self.places:
+                own = ca.SX(self.places[site])
             else:
-                start = offset + 3 * self.unknown.index(name)
+                start = self.framed + 3 * self.unknown.index(site)
                 own = theta[start : start + 3]
             place += row.marker[index] * own
         position, rotation = in_space(*robot.frame(row.pose, deflection, geometry))
@@ -213,12 +255,25 @@ class MarkerPosition(Reading):
         spans = self._spans(row, position + rotation @ place, theta) if self.fixed else ca.SX(0, 1)
         if not self.oriented:
             return ca.vertcat(seen, ca.SX.zeros(3 * bool(self.fixed)), spans)
-        target, start = ca.SX.eye(3), offset + 3 * len(self.unknown)
+        target, start = ca.SX.eye(3), self.framed + 3 * len(self.unknown)
         for index, name in enumerate(self.oriented):
             own = rotation_matrix(theta[start + 3 * index : start + 3 * index + 3], "fixed-xyz")
-            target += row.marker[self.names.index(name)] * (own - ca.SX.eye(3))
+            shown = sum((row.marker[i] for i, site in enumerate(self.sited) if site == name), ca.SX(0.0))
+            target += shown * (own - ca.SX.eye(3))
         turn = rotation_vector(instrument.T @ rotation @ target @ ca.reshape(row.aim, 3, 3).T)
         return ca.vertcat(seen, turn, spans)
+
+    def _frame(self, row: Row, theta: ca.SX) -> ca.SX:
+        """The instrument's pose (6,) in the row."""
+        if self.instrument is not None:
+            return ca.SX(self.instrument)
+        if not self.stations:
+            return theta[:6]
+        frame = ca.SX.zeros(6)
+        for index, station in enumerate(self.stations):
+            start = 6 * self.standing.index(station)
+            frame += row.marker[index] * theta[start : start + 6]
+        return frame
 
     def _spans(self, row: Row, marker: ca.SX, theta: ca.SX) -> ca.SX:
         """Distance of a marker in O from the row's fixed point, and along the row's gauge from its zero (2,)."""

@@ -105,13 +105,20 @@ def held_coordinates(reading: MarkerPosition, robot: Robot, recordings: Recordin
     """
     if reading.places or not reading.unknown:
         return ()
-    values, axes = np.linalg.eigh(turns(robot, recordings)[1])
-    held: list[str] = []
-    for value, axis in zip(values, axes.T, strict=True):
-        if value > 0.5:
-            order = np.argsort(-np.abs(axis))
-            held.append(next("xyz"[i] for i in order if "xyz"[i] not in held))
-    return tuple((reading.unknown[0], axis) for axis in sorted(held))
+    found: list[tuple[str, str]] = []
+    for rows in reading.by_station(recordings):
+        sites = [reading.sited[i] for i in np.unique(np.asarray(recordings.marker)[rows])]
+        if not (rows & ~recordings.test).any() or any(site == each for site in sites for each, _ in found):
+            continue
+        values, axes = np.linalg.eigh(turns(robot, recordings.rows(rows))[1])
+        held: list[str] = []
+        for value, axis in zip(values, axes.T, strict=True):
+            if value > 0.5:
+                order = np.argsort(-np.abs(axis))
+                held.append(next("xyz"[i] for i in order if "xyz"[i] not in held))
+        first = next(site for site in reading.unknown if site in sites)
+        found += [(first, axis) for axis in sorted(held)]
+    return tuple(found)
 
 
 def start_of(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> FloatArray:
@@ -132,37 +139,48 @@ def start_of(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> F
     seen = np.isfinite(readings)
     complete = seen.all(axis=1)
     positions, rotations = arrays_in_space(robot.position(configurations), robot.jacobians(configurations).rotation)
-    known = [reading.places.get(name) for name in reading.names]
+    sites = list(dict.fromkeys(reading.sited))
+    site = np.array([sites.index(each) for each in reading.sited])[index]
+    at = np.array([reading.standing.index(each) for each in reading.stations or ("",) * len(reading.names)])[index]
+    known = [reading.places.get(name) for name in sites]
     places = np.array([np.zeros(3) if place is None else place for place in known])
+    turns_by, shifts = np.tile(np.eye(3), (len(reading.standing), 1, 1)), np.zeros((len(reading.standing), 3))
+    if reading.instrument is not None:
+        turns_by[:], shifts[:] = rotations_of(reading.instrument[3:]), reading.instrument[:3]
     for step_number in range(_ALTERNATIONS):
-        points = positions + np.einsum("nij,nj->ni", rotations, places[index])
-        if reading.instrument is not None:
-            turn, shift = rotations_of(reading.instrument[3:]), reading.instrument[:3]
-        elif step_number == 0 and complete.sum() >= _COMPLETE:
-            turn, shift = registered(readings[complete], points[complete])
-        else:
+        points = positions + np.einsum("nij,nj->ni", rotations, places[site])
+        for station in np.unique(at) if reading.instrument is None else ():
+            mine = at == station
+            if step_number == 0 and (complete & mine).sum() >= _COMPLETE:
+                mine &= complete
             filled = readings if step_number else np.where(seen, readings, points)
-            turn, shift = registered(filled, points)
-        readings = np.where(seen, readings, (points - shift) @ turn)
-        in_base = readings @ turn.T + shift
+            turns_by[station], shifts[station] = registered(filled[mine], points[mine])
+        turn, shift = turns_by[at], shifts[at]
+        readings = np.where(seen, readings, np.einsum("nji,nj->ni", turn, points - shift))
+        in_base = np.einsum("nij,nj->ni", turn, readings) + shift
         for k, place in enumerate(known):
-            mine = index == k
+            mine = site == k
             if place is None and mine.any():
                 differences = (in_base - points)[mine]
-                free = [i for i, axis in enumerate("xyz") if (reading.names[k], axis) not in reading.held]
+                free = [i for i, axis in enumerate("xyz") if (sites[k], axis) not in reading.held]
                 columns = rotations[mine].reshape(-1, 3)[:, free]
-                shared = np.tile(np.eye(3), (int(mine.sum()), 1))
+                # Every station that sees the marker may be shifted with its place.
+                shared = np.kron(at[mine][:, None] == np.unique(at[mine]), np.eye(3))
                 matrix = np.hstack([columns, shared]) if reading.instrument is None else columns
                 step = np.linalg.lstsq(matrix, differences.ravel(), rcond=1e-6)[0]
                 places[k, free] += step[: len(free)]
-    frame = [] if reading.instrument is not None else [*shift, *angles_of_matrix(turn)]
-    found = [*frame, *(c for place, k in zip(places, known, strict=True) if k is None for c in place)]
+    found: list[float] = []
+    if reading.instrument is None:
+        for turned, shifted in zip(turns_by, shifts, strict=True):
+            found += [*shifted, *angles_of_matrix(turned)]
+    found += [c for place, k in zip(places, known, strict=True) if k is None for c in place]
     for name in reading.oriented:
         assert recordings.aim is not None
-        turned = np.isfinite(recordings.deflections[kept][:, :6]).all(axis=1) & (index == reading.names.index(name))
-        seen_on_tip = Rotation.from_matrix(rotations[turned].swapaxes(1, 2) @ turn @ recordings.aim[kept][turned])
-        found += angles_of_matrix(seen_on_tip.mean().as_matrix()).tolist()
-    return np.array([*found, *(_fixed_points(reading, robot, recordings, places) if reading.fixed else ())])
+        aimed = np.isfinite(recordings.deflections[kept][:, :6]).all(axis=1) & (site == sites.index(name))
+        on_tip = rotations[aimed].swapaxes(1, 2) @ turn[aimed] @ recordings.aim[kept][aimed]
+        found += angles_of_matrix(Rotation.from_matrix(on_tip).mean().as_matrix()).tolist()
+    every = places[[sites.index(each) for each in reading.sited]]
+    return np.array([*found, *(_fixed_points(reading, robot, recordings, every) if reading.fixed else ())])
 
 
 def _spans(reading: MarkerPosition) -> int:
@@ -201,12 +219,13 @@ def _fixed_points(reading: MarkerPosition, robot: Robot, recordings: Recordings,
 def registration_residuals(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> FloatArray:
     """What the start of a reading leaves of the positions, in O (m), shape (N, 3)."""
     assert recordings.marker is not None
-    frame = reading.start[:6] if reading.instrument is None else reading.instrument
-    first = 0 if reading.instrument is not None else 6
-    found = iter(reading.start[first : first + 3 * len(reading.unknown)].reshape(-1, 3))
-    places = np.array([reading.places[name] if name in reading.places else next(found) for name in reading.names])
+    frames = reading.frames(reading.start)[recordings.marker]
+    found = reading.start[reading.framed : reading.framed + 3 * len(reading.unknown)].reshape(-1, 3)
+    known = reading.places | dict(zip(reading.unknown, found, strict=True))
+    places = np.array([known[site] for site in reading.sited])
     configurations = recordings.configurations
     positions, rotations = arrays_in_space(robot.position(configurations), robot.jacobians(configurations).rotation)
     points = positions + np.einsum("nij,nj->ni", rotations, places[recordings.marker])
-    residuals: FloatArray = recordings.deflections[:, :3] @ rotations_of(frame[3:]).T + frame[:3] - points
+    turned = np.einsum("nij,nj->ni", rotations_of(frames[:, 3:]), recordings.deflections[:, :3])
+    residuals: FloatArray = turned + frames[:, :3] - points
     return residuals

@@ -112,8 +112,13 @@ RECORDED = (
     ColumnGroup("`split`", "`train` or `test`; rows marked `test` are never fitted; optional", _named("split")),
     ColumnGroup(
         "`station`",
-        "number of a group of rows that were measured together; `diagnose` leaves out such groups (at least five; else "
-        "series, else consecutive rows); optional",
+        "place of the instrument: positions of each station have a pose of the instrument of their own; `diagnose` "
+        "leaves out such groups of rows (at least five; else series, else consecutive rows); optional",
+        _named(),
+    ),
+    ColumnGroup(
+        "`session`",
+        "rows between which no marker was taken off: every session has places of the markers of its own; optional",
         _named(),
     ),
     ColumnGroup("`marker`", "name of the marker whose position was measured", _named("marker")),

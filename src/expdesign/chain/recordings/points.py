@@ -6,11 +6,20 @@ Faults name file, row and column (file-formats.md, Recordings).
 import numpy as np
 import pandas as pd
 
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import FloatArray, IntArray, TextArray
 from expdesign.chain.recordings.columns import known_columns, leg_temperatures, require_mass, whole_load
 from expdesign.chain.recordings.joint_columns import with_joints
 from expdesign.chain.recordings.measured import KINDS, read_aims, read_fixed, with_targets
-from expdesign.chain.recordings.recordings import ALONG, POINT, SPAN_DEVIATIONS, SPANS, LoadedPoints, measured_names
+from expdesign.chain.recordings.recordings import (
+    ALONG,
+    POINT,
+    SESSION,
+    SPAN_DEVIATIONS,
+    SPANS,
+    STATION,
+    LoadedPoints,
+    measured_names,
+)
 from expdesign.chain.recordings.references import read_references
 from expdesign.coordinates import Coordinates
 from expdesign.errors import InputError
@@ -48,7 +57,7 @@ def points_of(table: Table, robot: Robot, order: IntArray, *, measured: bool, re
     sequence = read_sequence(table)[order]
     series = table.integers("series")[order] if table.has("series") else sequence
     time = read_time(table, order)
-    marker, markers = read_markers(table, order)
+    marker, markers, sites, stations = read_markers(table, order)
     point, fixed, along = read_fixed(table, order) if markers and robot.jointed else (None, (), None)
     # A body has no actuators: its pose says where it is, and is not a command that a series shares.
     commanded = measured and robot.actuated and not markers and not poses
@@ -70,7 +79,7 @@ def points_of(table: Table, robot: Robot, order: IntArray, *, measured: bool, re
         for i, name in enumerate(absolute_names):
             absolute[:, i] = table.numbers((name,))[order, 0] if table.has(name) else 0.0
     legs = leg_temperatures(robot)
-    known = known_columns(robot) | ({"kind"} if poses or markers else set())
+    known = known_columns(robot) | ({"kind", SESSION} if poses or markers else set())
     known |= {POINT, *ALONG, *SPANS, *SPAN_DEVIATIONS} if point is not None else set()
     # A standard deviation whose reading is missing has no meaning, and is not to be dropped in silence.
     readings = dict(zip(coordinates.deviation, coordinates.deflection, strict=True))
@@ -93,6 +102,8 @@ def points_of(table: Table, robot: Robot, order: IntArray, *, measured: bool, re
         extra=extra.reset_index(drop=True),
         marker=marker,
         markers=markers,
+        sites=sites,
+        stations=stations,
         aim=read_aims(table, order) if markers else None,
         point=point,
         fixed=fixed,
@@ -224,15 +235,39 @@ def read_payload(table: Table, coordinates: Coordinates) -> FloatArray:
     return payload
 
 
-def read_markers(table: Table, order: IntArray) -> tuple[IntArray | None, tuple[str, ...]]:
-    """Index of every row's marker in the order of the sequence (N,), or None, and the markers' names."""
+def read_markers(
+    table: Table, order: IntArray
+) -> tuple[IntArray | None, tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
+    """Index of every row's marker in the order of the sequence (N,), or None, the markers' names, sites and stations.
+
+    A marker that is seated anew for each `session` and an instrument that is moved between each `station` make one of
+    every combination; sites and stations are empty where there is one session or one station alone.
+    """
     if not table.has("marker"):
         if table.has("px_m") or any(table.has(name) for name in SPANS):
             remedy = "Name the marker of each row (one name where there is one marker)."
             raise InputError("the column is missing", where=table.where(column="marker"), remedy=remedy)
-        return None, ()
+        return None, (), (), ()
     names = table.text("marker")
     table.refuse(names == "", ("marker",), "the marker has no name", "Write its name.")
-    markers, index = np.unique(names, return_inverse=True)
+    groups = {}
+    for column in (SESSION, STATION):
+        own = table.text(column) if table.has(column) else np.full(len(names), "")
+        groups[column] = own if len(np.unique(own.astype(str))) > 1 else np.full(len(names), "")
+    sites = seen_in(names, groups[SESSION], "in session")
+    markers, first, index = np.unique(
+        seen_in(sites, groups[STATION], "from station").astype(str), return_index=True, return_inverse=True
+    )
     chosen: IntArray = index[order].astype(np.int64)
-    return chosen, tuple(str(name) for name in markers)
+    parted = [np.any(groups[column] != "") for column in (SESSION, STATION)]
+    return (
+        chosen,
+        tuple(str(name) for name in markers),
+        tuple(str(name) for name in sites[first]) if any(parted) else (),
+        tuple(str(name) for name in groups[STATION][first]) if parted[1] else (),
+    )
+
+
+def seen_in(names: TextArray, groups: TextArray, of: str) -> TextArray:
+    """Names (N,) with the group of each row, where it has one: `ball in session 2`."""
+    return np.array([f"{n} {of} {g}" if g != "" else n for n, g in zip(names, groups, strict=True)], dtype=object)

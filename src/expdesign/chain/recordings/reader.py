@@ -91,7 +91,7 @@ def join(parts: list[Recordings]) -> Recordings:
     merged: dict[str, Any] = {}
     for item in fields(Recordings):
         values = [getattr(part, item.name) for part in counted]
-        if item.name in ("source", "extra", "files", "file", "markers", "references", "fixed"):
+        if item.name in ("source", "extra", "files", "file", "markers", "sites", "stations", "references", "fixed"):
             continue
         if any((value is None) != (values[0] is None) for value in values):
             other = next(p for p, value in zip(counted, values, strict=True) if (value is None) != (values[0] is None))
@@ -112,9 +112,12 @@ def join(parts: list[Recordings]) -> Recordings:
         # Every file numbers the markers that it has; together they are numbered anew.
         renumbered = [np.array([names.index(name) for name in part.markers])[part.marker] for part in counted]
         merged["marker"] = np.concatenate(renumbered)
+    seen = {name: place for part in counted for name, *place in part.seen}
     together = Recordings(
         **merged,
         markers=names,
+        sites=tuple(seen[name][0] for name in names) if any(part.sites for part in parts) else (),
+        stations=tuple(seen[name][1] for name in names) if any(part.stations for part in parts) else (),
         references=_references(counted),
         source=", ".join(part.source for part in parts),
         extra=pd.concat([part.extra for part in parts], ignore_index=True),

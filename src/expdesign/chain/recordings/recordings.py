@@ -21,6 +21,8 @@ SPANS = ("distance_m", "gauge_m")
 SPAN_DEVIATIONS = ("sdistance_m", "sgauge_m")
 ALONG = ("along_x", "along_y", "along_z")
 POINT = "point"
+STATION, SESSION = "station", "session"
+"""Columns of groups of rows with one place of the instrument, and with one place of every marker."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,9 @@ class LoadedPoints:
         leg_temperature: °C, shape (N, n_p), or None.
         extra: columns that have no meaning here, kept for reports.
         marker: index in `markers` of every row, shape (N,), where positions of markers are measured; else None.
-        markers: names of the markers.
+        markers: names of the markers; with sessions and stations each marker is one in each of them.
+        sites: place on a tip that each of `markers` has (one for a marker in each session); empty for `markers`.
+        stations: from where each of `markers` is seen: one pose of the instrument each; empty where it stood still.
         aim: orientation of the target of each row in the instrument's axes, from which rotations are counted, shape
             (N, 3, 3): the measured one. None where no orientations of targets are measured.
         point: index in `fixed` of every row, shape (N,), where distances or gauges are read; else None.
@@ -113,6 +117,8 @@ class LoadedPoints:
     extra: pd.DataFrame
     marker: IntArray | None = field(default=None, kw_only=True)
     markers: tuple[str, ...] = field(default=(), kw_only=True)
+    sites: tuple[str, ...] = field(default=(), kw_only=True)
+    stations: tuple[str, ...] = field(default=(), kw_only=True)
     aim: FloatArray | None = field(default=None, kw_only=True)
     point: IntArray | None = field(default=None, kw_only=True)
     fixed: tuple[str, ...] = field(default=(), kw_only=True)
@@ -134,6 +140,12 @@ class LoadedPoints:
         if self.poses:
             return POSES
         return DEFLECTIONS if self.marker is None else POSITIONS
+
+    @property
+    def seen(self) -> list[tuple[str, str, str]]:
+        """Every marker with its site and its station, which is empty where the instrument stood still."""
+        stations = self.stations or ("",) * len(self.markers)
+        return list(zip(self.markers, self.sites or self.markers, stations, strict=True))
 
     @property
     def timed(self) -> bool:

@@ -104,6 +104,9 @@ def instrument_of(model: Model) -> tuple[FloatArray, FloatArray]:
         raise ArgumentError("the model knows no instrument, in whose frame targets could be", argument="frame",
                          remedy=remedy)  # fmt: skip
     chain = model.chain
+    if len(reading.standing) > 1:
+        what = f"the instrument had {len(reading.standing)} stations, and a target does not say in which it is"
+        raise ArgumentError(what, argument="frame", remedy="Give targets in the base frame.")
     frame = model.values[chain.compliances : chain.base][:6] if reading.instrument is None else reading.instrument
     return frame[:3], rotations_of(frame[3:])
 

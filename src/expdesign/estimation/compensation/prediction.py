@@ -66,7 +66,7 @@ def _own(model: Model) -> slice:
 
 def without_markers(points: LoadedPoints) -> LoadedPoints:
     """The same points, at which no marker is looked at."""
-    return replace(points, marker=None, markers=(), aim=None, point=None, fixed=(), along=None)
+    return replace(points, marker=None, markers=(), sites=(), stations=(), aim=None, point=None, fixed=(), along=None)
 
 
 def predict_with(chain: Chain, model: Model, points: LoadedPoints) -> Prediction:
