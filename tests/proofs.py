@@ -29,7 +29,6 @@ PROOFS = {
     "design/optimality/test_deviations.py": "an allowed deviation that costs more than it says",
     "design/optimality/test_polish.py": "a front that is not optimal, or not within its limits",
     "design/optimality/test_pose_groups.py": "shared references that a search escapes",
-    "design/optimality/test_regions.py": "a bound of halved boxes that a plan is below",
     "design/test_found_robot.py::test_the_prediction_holds": "criteria of a found robot that experiments do not have",
     "design/test_resolution.py::test_criteria_are_those": "a plan that is worse as written than as searched",
     "design/test_search.py::test_more_effort": "more effort that finds less",

@@ -13,7 +13,7 @@ EXPECTED_GAIN: dict[Effort, float] = {"quick": 5e-3, "normal": 1e-3, "thorough":
 class SearchOptions:
     """How the front is searched.
 
-    `population`, `generations`, `seed`, `polish`, `effort` and `bound_seconds` are keys of a configuration
+    `population`, `generations`, `seed`, `polish` and `effort` are keys of a configuration
     (`optimiser`). The others were chosen on sixteen of the configurations of `benchmarks/fronts` by
     `benchmarks/fronts/anytime.py`, where no other source stands; results depend on them little.
 
@@ -23,7 +23,6 @@ class SearchOptions:
         seed: of all random numbers.
         polish: whether designs descend along exact gradients.
         effort: what a further second of work has to bring (`EXPECTED_GAIN`).
-        bound_seconds: of halving boxes for bounds (s of a processor, estimated from the work); 0 leaves it out.
         most_generations: where the configuration names no number, so that every search ends.
         floor: generations after which an operator is asked again whatever it brought (adaptive operator selection with
             a floor for each, Thierens, GECCO 2005).
@@ -54,7 +53,6 @@ class SearchOptions:
     seed: int = 1
     polish: bool = True
     effort: Effort = "normal"
-    bound_seconds: float = 0.0
     most_generations: int = 2000
     floor: int = 16
     memory: float = 0.5
@@ -258,59 +256,8 @@ class AscentOptions:
     passes: int = 3
 
 
-@dataclass(frozen=True)
-class HalvingOptions:
-    """Boxes of measurements, halved (`optimality/regions`, `region_bound`, `region_tree`; theory.md 10.7).
-
-    Attributes:
-        gap: relative distance between a plan and the bound at which halving ends.
-        safety: factor on second differences through the middle of a box.
-        widest: angle (rad) beyond which these say nothing.
-        stored: bytes of maps that are kept.
-        regularisation: of an information, in parts of its size.
-        rounding: relative, by which a bound is lowered.
-        patience: steps before a node that cannot be left out is given up, where its parts are within the limits on
-            average and where they are not.
-        within: mean excess that counts as within the limits.
-        damping: of Newton's steps on the multipliers of the limits.
-        levels: distances to the best plan, relative to the criterion, to which all nodes are brought one after the
-            other.
-        first, steps: of the bound of the whole space, and of a node.
-        together: nodes that are halved at a time.
-        numbers, largest: that a batch, and a node, may have.
-        even: part of the weight of a half that is spread evenly over its corners.
-        slack: what an axis counts, relative to the criterion, along which a measurement is not in parts.
-        least: part that counts as none.
-        better: relative gain for which a plan is tried.
-        rate, maps, fixed: numbers weighed and measurements looked at per second, and seconds of a node.
-    """
-
-    gap: float = 1e-3
-    safety: float = 2.0
-    widest: float = 1.0
-    stored: int = 300_000_000
-    regularisation: float = 1e-11
-    rounding: float = 1e-9
-    patience: tuple[int, int] = (3, 6)
-    within: float = 1e-3
-    damping: float = 0.5
-    levels: tuple[float, ...] = (0.3, 0.2, 0.14, 0.1, 0.07, 0.05, 0.03, 0.02, 0.01, 0.005, 0.002)
-    first: int = 60
-    steps: int = 12
-    together: int = 16
-    numbers: int = 4_000_000
-    largest: int = 10_000_000
-    even: float = 0.1
-    slack: float = 1e-3
-    least: float = 1e-12
-    better: float = 1e-9
-    rate: float = 3e8
-    maps: float = 6e4
-    fixed: float = 4e-4
-
-
 START, NEXT, DESCENT = StartOptions(), NextOptions(), DescentOptions()
 EXCHANGE, CONTINUATION = ExchangeOptions(), ContinuationOptions()
-RELAXATION, HALVING = RelaxationOptions(), HalvingOptions()
+RELAXATION = RelaxationOptions()
 THOROUGH, BRIEF = AscentOptions(), AscentOptions(samples=1000, starts=16, steps=15, passes=1)
 """What commands use."""

@@ -87,7 +87,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         target_loads=target_loads,
         space=space,
         objectives=(),
-        optimiser=SearchOptions(**section.optimiser.model_dump(exclude={"algorithm"})),
+        optimiser=SearchOptions(**section.optimiser.model_dump(exclude={"algorithm", "bound_seconds"})),
         config=_resolved(section, written, poses),
         source=document.source,
         found=found,

@@ -20,7 +20,7 @@ from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.references import reference_names
 from expdesign.planning.budget import plan_minutes
 from expdesign.planning.front import Front
-from expdesign.planning.optimality.bounds import CriterionBounds
+from expdesign.planning.optimality.certificate import LowerBound
 from expdesign.planning.plan import Plan, plan_columns, plan_frame
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import reachable_measurements
@@ -162,18 +162,18 @@ def versions() -> dict[str, str]:
     return {"expdesign": expdesign.__version__} | {name: version(name) for name in PACKAGES}
 
 
-def run_record(problem: DesignProblem, front: Front, duir: CriterionBounds, total: CriterionBounds) -> dict[str, Any]:
+def run_record(problem: DesignProblem, front: Front, duir: LowerBound, total: LowerBound) -> dict[str, Any]:
     """The content of `run.json` but for the time; `duir` and `total` are bounds of these criteria."""
     record: dict[str, Any] = {
         "config": problem.config,
         "seed": problem.optimiser.seed,
         "versions": versions(),
         "evaluations": front.evaluations,
-        "duir_lower_bound": duir.lower.value,
-        "duir_lower_bound_certified_on": duir.lower.certified_on,
-        "total_lower_bound": total.lower.value,
-        "total_lower_bound_certified_on": total.lower.certified_on,
-        "whole_plans": {"duir": duir.record, "total": total.record},
+        "duir_lower_bound": duir.value,
+        "duir_lower_bound_certified_on": duir.certified_on,
+        "total_lower_bound": total.value,
+        "total_lower_bound_certified_on": total.certified_on,
+        "whole_plans": {"duir": _distance(front, "duir", duir), "total": _distance(front, "total", total)},
         "objectives": list(front.objectives),
         "hypervolume": front.hypervolume,
         "missing_hypervolume": front.missing,
@@ -185,3 +185,9 @@ def run_record(problem: DesignProblem, front: Front, duir: CriterionBounds, tota
     for criterion in problem.further:
         record[criterion.name] = float(front.criteria[criterion.name][front.recommended])
     return record
+
+
+def _distance(front: Front, name: str, bound: LowerBound) -> dict[str, float | None]:
+    """The least value of a criterion on the front, and by which part of its bound it is above it (`open`)."""
+    least = float(np.nanmin(front.criteria[name]))
+    return {"least_known": least, "open": max(least / bound.value - 1.0, 0.0) if bound.value else None}

@@ -368,9 +368,7 @@ class OptimiserSection(Section):
     )
     polish: Flag = Field(default=SearchOptions.polish, description="Whether designs descend along exact gradients.")
     bound_seconds: Annotated[Number, Field(ge=0.0, le=86400.0)] = Field(
-        default=SearchOptions.bound_seconds,
-        description="Processor time (s) for tightening each bound by halving boxes, estimated from the work so "
-        "that results do not depend on the machine; 0 leaves the bounds of the convex relaxation.",
+        default=0.0, description="No longer used: bounds are those of the convex relaxation."
     )
 
 

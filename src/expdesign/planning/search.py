@@ -5,7 +5,7 @@ written is pursued at last to where the optimality conditions hold; a design tha
 the front can do without it.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -126,17 +126,6 @@ def search_single(
     """
     options = replace(problem.optimiser, seed=seed, generations=generations or problem.optimiser.generations)
     return search(replace(problem, objectives=(criterion,), optimiser=options), start=start)
-
-
-def joined(problem: DesignProblem, front: Front, designs: Sequence[FloatArray | None]) -> Front:
-    """A front with further designs (m, g), as far as there are any and none of the others dominates them."""
-    further = [design for design in designs if design is not None]
-    if not further:
-        return front
-    decisions = np.concatenate([front.decisions, np.stack(further)])
-    evaluations = front.evaluations + len(further)
-    found = _front(problem, decisions, DesignPopulation(problem), front.reference_point, front.missing or 0.0)
-    return replace(found, evaluations=evaluations, missing=front.missing)
 
 
 def _first_generation(found: Evolution, course: "_Course") -> bool:

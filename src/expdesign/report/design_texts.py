@@ -109,12 +109,7 @@ def lower_bound_sentence(problem: DesignProblem, front: Front, run: Mapping[str,
         f"The recommended design is {words.number(recommended, 2)}\u00a0% above this bound"
         + (f", the best design on the front {words.number(least, 2)}\u00a0%." if least < recommended else "."),
     ]
-    whole = run.get("whole_plans", {}).get("duir", {})
-    if whole.get("finished") and duir.min() <= whole["least_known"] * (1.0 + 1e-9):
-        within = words.number(100.0 * max(whole["open"], 0.001), 2)
-        rests = "" if whole["exact"] else ", as far as second differences over small boxes of poses can tell"
-        texts.append(f"No plan is more than {within}\u00a0% better{rests}.")
-    elif whole.get("open") is not None:
+    if least > 0.0:
         better = words.number(100.0 * (1.0 - bound / duir.min()), 2)
         texts.append(f"A plan with a smaller DUIR, if there is one, is at most {better}\u00a0% better.")
     return " ".join(texts)

@@ -6,12 +6,10 @@ from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.optimality.bounds import criterion_bounds
 from expdesign.planning.optimality.objectives import Objectives, Pace, PoseGroups, descended
 from expdesign.planning.result import planned
 from expdesign.planning.sampling import starting_designs
 from expdesign.planning.scalarisation import Aims
-from expdesign.planning.search import search
 
 SHARED = {"experiment.deflection_noise.shared_reference": True, "experiment.measurements": 4}
 """Reference shared at a pose, four measurements."""
@@ -80,12 +78,3 @@ def test_descents_do_not_join_series_that_want_one_pose() -> None:
     before, after = ([len(np.unique(planned(here, each).series)) for each in designs] for designs in (starts, found))
     assert max(before) > 1
     assert sorted(after) == sorted(before)
-
-
-@pytest.mark.parametrize("seed", [1, 2])
-def test_no_plan_that_branch_and_bound_meets_has_less_duir(seed: int) -> None:
-    optimiser = {"population": 20, "seed": seed, "polish": True, "bound_seconds": 3.0}
-    here = problem(BIPOD, {**SHARED, "experiment.measurements": 5, "optimiser": optimiser})
-    front = search(here)
-    least = float(front.criteria["duir"].min())
-    assert criterion_bounds(here, 0.0, front.decisions).best == pytest.approx(least, rel=1e-6)

@@ -20,7 +20,7 @@ from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
 from expdesign.io.output import csv_text, output_folder, write_file
 from expdesign.planning.front import Front
-from expdesign.planning.optimality.bounds import CriterionBounds, criterion_bounds
+from expdesign.planning.optimality.bounds import lower_bound
 from expdesign.planning.optimality.certificate import LowerBound
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import (
@@ -32,7 +32,7 @@ from expdesign.planning.result import (
     protocol_frame,
     run_record,
 )
-from expdesign.planning.search import Follow, Progress, joined, search
+from expdesign.planning.search import Follow, Progress, search
 from expdesign.report.design_report import design_report
 from expdesign.report.page import Page
 
@@ -175,12 +175,11 @@ def run(
         raise InputError(what, where=f"{problem.source}, experiment", remedy=remedy)
     limit = _Limit(seconds, started, lambda state: bool(follow(state)) or ended(), ended, callback)
     front = search(problem, limit.searching)
-    unbounded = CriterionBounds(LowerBound(None, "not computed yet"), np.inf)
+    unbounded = LowerBound(None, "not computed yet")
     purpose = purpose_of("run", config)
     first = replace(_result(problem, front, unbounded, unbounded, limit.ended), purpose=purpose)
     searched(first)
     duir, total = _bounds(problem, front, callback, limit)
-    front = joined(problem, front, [bounds.plan for bounds in (duir, total)])
     result = replace(_result(problem, front, duir, total, limit.ended), purpose=purpose)
     if timed:
         result.record["wall_s"] = time.perf_counter() - started
@@ -223,9 +222,7 @@ _BOUNDING, _WRITING = 2.0, 3.0
 """s of a limit that are kept for bounds, and for writing."""
 
 
-def _result(
-    problem: DesignProblem, front: Front, duir: CriterionBounds, total: CriterionBounds, ended: str
-) -> RunResult:
+def _result(problem: DesignProblem, front: Front, duir: LowerBound, total: LowerBound, ended: str) -> RunResult:
     record = run_record(problem, front, duir, total)
     record["acceptance"] = acceptance_record(recommended_acceptance(problem, front))
     recommended = problem.assessed(front.decisions[[front.recommended]])
@@ -241,15 +238,13 @@ def _result(
     return RunResult(problem, front, record)
 
 
-def _bounds(
-    problem: DesignProblem, front: Front, callback: Callback, limit: _Limit
-) -> tuple[CriterionBounds, CriterionBounds]:
+def _bounds(problem: DesignProblem, front: Front, callback: Callback, limit: _Limit) -> tuple[LowerBound, LowerBound]:
     found = []
     for place, (name, errors) in enumerate((("DUIR", 0.0), ("total", 1.0))):
         callback("bounding", place, 2, name)
         if limit.bounding():
-            found.append(CriterionBounds(LowerBound(None, "not computed: the run was ended before"), np.inf))
+            found.append(LowerBound(None, "not computed: the run was ended before"))
         else:
-            found.append(criterion_bounds(problem, errors, front.decisions, ended=limit.bounding))
+            found.append(lower_bound(problem, errors, front.decisions, limit.bounding))
     callback("bounding", 2, 2, "DUIR and total")
     return found[0], found[1]

@@ -16,9 +16,18 @@ _UNITS = {True: ("m", "µm or mm"), False: ("rad", "µrad, mrad or degrees")}
 def problem_findings(problem: DesignProblem) -> list[Implausibility]:
     """What speaks against a run configuration."""
     found = [*robot_findings(problem.loaded.robot), *_ranges(problem), *_noise(problem), *_tolerances(problem)]
+    found += _unused(problem)
     if problem.loaded.regressor.referenced:
         found += [*_centres(problem), *_masses(problem), *_deflections(problem), *_load_errors(problem)]
     return found
+
+
+def _unused(problem: DesignProblem) -> list[Implausibility]:
+    """Keys that are read and have no effect."""
+    if not problem.config["optimiser"].get("bound_seconds"):
+        return []
+    what = "the key has no effect: bounds are those of the convex relaxation"
+    return [Implausibility(what, "Remove it.", "optimiser.bound_seconds")]
 
 
 def _decoded(problem: DesignProblem) -> tuple[FloatArray, FloatArray]:
