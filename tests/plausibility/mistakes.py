@@ -49,6 +49,7 @@ _DEGREES = 180.0 / np.pi
 _GEOMETRY = tuple((f"robot.{key}", 1e3) for key in ("base_joints", "platform_joints", "home"))
 
 CONFIGURATIONS: dict[str, tuple[str, Change, str]] = {
+    "a key of an earlier version": (_H, put("optimiser", {"bound_seconds": 3.0}), "has no effect"),
     "geometry in mm": (_H, scale(*_GEOMETRY), "millimetres"),
     "geometry and limits in mm": (_H, scale(*_GEOMETRY, ("robot.limits.leg_length", 1e3)), "millimetres"),
     "limits in mm": (_H, scale(("robot.limits.leg_length", 1e3)), "millimetres"),
