@@ -12,11 +12,11 @@ from tests.commands.calls import ROOT, call, refusal
 
 import expdesign as xd
 from expdesign.app.api.callbacks import ProgressReport
-from expdesign.app.api.diagnose import STAGES
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.transmission import LegBacklash
 from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.row import row_data
+from expdesign.diagnosis.stages import Stage
 from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.mechanics.robots.parallel import ParallelRobot
@@ -197,7 +197,7 @@ def test_what_is_interrupted_ends_with_the_best_model_so_far(
 
     def pressed(self: ProgressReport, title: str, done: int, total: int, note: str) -> None:
         shown(self, title, done, total, note)
-        assert f"stage {done} of at most {len(STAGES)}" in note
+        assert f"stage {done} of at most {len(Stage)}" in note
         if note.endswith(stage):
             signal.raise_signal(signal.SIGINT)
 

@@ -21,6 +21,7 @@ from expdesign.chain.readings.reading import MeasuredPose
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.frame import framed
+from expdesign.diagnosis.stages import unheard
 from expdesign.diagnosis.statement import statement
 from expdesign.estimation.goodness import StatementOfFit
 from expdesign.estimation.identify import identify
@@ -135,7 +136,7 @@ def said_by_identify(made: Laboratory, recordings: Recordings, *, shared: bool =
 
 def said_by_diagnose(made: Laboratory, recordings: Recordings, *, shared: bool = False) -> StatementOfFit:
     """Of the base model."""
-    frame = framed(made.robot, by_series(recordings, shared), without=frozenset(), report=lambda text: None)
+    frame = framed(made.robot, by_series(recordings, shared), without=frozenset(), report=unheard)
     return statement(frame.base, frame.names.sample, frame.noise)
 
 

@@ -147,28 +147,28 @@ class Chain:
             )
             forward, pose_map, wrench, pose = true
         for effect, part in acting:
-            wrench = effect.load(wrench, row, part)
+            wrench = effect.load(wrench, effect.seen(row), part)
         force = forward.T @ wrench + row.carried if self.compliances else ca.SX.zeros(0)
         elongation = compliance * force
         states, offset = [], 0
         for effect, part in acting:
             # An empty slice of a CasADi scalar is a row, and would spoil the stack of states.
             own = state[offset : offset + effect.states] if effect.states else ca.SX.zeros(0)
-            elongation, own = effect.actuator(elongation, force, compliance, row, own, part)
+            elongation, own = effect.actuator(elongation, force, compliance, effect.seen(row), own, part)
             states.append(own)
             offset += effect.states
         deflection = pose_map @ elongation if self.compliances else ca.SX.zeros(robot.coordinates.n)
         following = [ca.SX.zeros(0)]
         for (effect, part), own in zip(acting, states, strict=True):
-            deflection = effect.structure(deflection, wrench, compliance, row, part)
-            deflection, next_own = effect.structure_with_memory(deflection, wrench, row, own, part)
+            deflection = effect.structure(deflection, wrench, compliance, effect.seen(row), part)
+            deflection, next_own = effect.structure_with_memory(deflection, wrench, effect.seen(row), own, part)
             following.append(next_own)
         reading = deflection
         unknown, stands = theta[self.compliances : self.base], replace(row, pose=pose)
         if self.instrument:
             reading = self.reading.expression(robot, deflection, stands, unknown, errors)
             for effect, part in acting if self.reading.by_instrument else ():
-                reading = effect.reading(reading, row, part)
+                reading = effect.reading(reading, effect.seen(row), part)
         elif self.from_command:
             reading = self.reading.displacement(robot, deflection, stands, unknown, row.pose)
         return reading, ca.vertcat(*following)
@@ -190,7 +190,7 @@ class Chain:
         for _ in range(0 if unchanged else self.reading.chord_steps):
             pose = pose - row.pose_map @ (robot.actuator_lengths(pose, geometry) - commanded)
         for effect, part in acting:
-            pose = effect.unloaded(pose, compliance, row, part)
+            pose = effect.unloaded(pose, compliance, effect.seen(row), part)
         n = self.robot.coordinates.n
         symbol = ca.SX.sym("X", n)
         rates = ca.jacobian(robot.actuator_lengths(symbol, geometry), symbol)

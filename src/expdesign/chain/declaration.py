@@ -95,8 +95,8 @@ class Input(StrEnum):
 class Beyond(StrEnum):
     """What a prediction does with physics where its inputs leave the recorded range.
 
-    `goes on`: its form is mechanics, and holds with the same parameters. `holds`: it stays at its last value, while the
-    uncertainty grows.
+    `goes on`: its form is mechanics, and holds with the same parameters. `holds`: it stays at its value at the nearest
+    end of the recorded times and temperatures (`Effect.seen`).
     """
 
     GOES_ON = "goes on"

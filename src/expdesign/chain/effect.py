@@ -24,6 +24,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component, component_from_text
 from expdesign.chain.declaration import ONLY, TYPICAL, Beyond, Declaration, Parameter, Size, Variant
+from expdesign.chain.recorded_inputs import RecordedInputs
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES, POSITIONS, LoadedPoints, Measurand
 from expdesign.chain.row import Row
 from expdesign.mechanics.robots.robot import Robot
@@ -58,6 +59,7 @@ class Effect(ABC):
         changes_geometry: whether `geometry`, `lengths` or `unloaded` is overridden, which makes the kinematic maps
             symbolic.
         changes_reading: whether `reading` is overridden; other effects show as they move the platform.
+        recorded: ranges of the times and temperatures from which its parameters are; None where it has not been fitted.
     """
 
     identifier: ClassVar[str]
@@ -74,6 +76,7 @@ class Effect(ABC):
     builds_on: str = ""
     changes_geometry: bool = False
     changes_reading: ClassVar[bool] = False
+    recorded: RecordedInputs | None = None
 
     def __init_subclass__(cls, **options: object) -> None:
         super().__init_subclass__(**options)
@@ -244,6 +247,11 @@ class Effect(ABC):
     def beyond(self) -> Beyond:
         """What it does beyond the recorded range of its inputs."""
         return self.declared.beyond
+
+    def seen(self, row: Row) -> Row:
+        """A row as it acts on it: where `beyond` says so, with times and temperatures held within what was recorded."""
+        holds = self.beyond is Beyond.HOLDS and self.recorded is not None
+        return self.recorded.held(row) if holds and self.recorded is not None else row
 
     def size(self, parameter: Parameter) -> Size:
         """How large a parameter is on machines of this class: as declared, else its typical size."""

@@ -5,7 +5,6 @@ it has named by then imitates the rest. Which of the two the recordings call for
 or two groups of effects predict them nearly as well as all together do, causes are named one at a time.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +23,7 @@ from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.result import ONE_AT_A_TIME, TOGETHER, Diagnosis, Method
 from expdesign.diagnosis.sample import rms
+from expdesign.diagnosis.stages import Stage
 from expdesign.diagnosis.statement import dispersion
 
 
@@ -109,7 +109,7 @@ class ByGroups:
         )
 
 
-def by_groups(frame: Frame, report: Callable[[str], None]) -> ByGroups:
+def by_groups(frame: Frame) -> ByGroups:
     """Groups of effects and laws where the recordings call for them, and why they do or do not."""
     base, sample, robot = frame.base, frame.names.sample, frame.robot
     many = frame.kind.several_at_once and len(robot.stiffness) > 0
@@ -125,7 +125,7 @@ def by_groups(frame: Frame, report: Callable[[str], None]) -> ByGroups:
         return one_at_a_time(f"the base model leaves {excess:.3g} standard deviations, too little to tell groups apart")
     if count < (least := OPTIONS.groups * OPTIONS.fewest_rows):
         return one_at_a_time(f"{count} rows are too few for groups of effects ({least} are needed)")
-    report("all effects at once")
+    frame.names.report(Stage.GROUPS, "")
     library = groups_of(robot, sample, base, frame.entries)
     found = grouped(robot, sample, base, library)
     if found is None:

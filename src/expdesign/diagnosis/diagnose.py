@@ -29,6 +29,7 @@ from expdesign.diagnosis.outliers import in_common
 from expdesign.diagnosis.remarks import Averaged
 from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, Diagnosis, Method
 from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.stages import Report, Stage, unheard
 from expdesign.diagnosis.statement import dispersion, tested
 from expdesign.diagnosis.verdict import at_limits, doubt, fits, verdict_with, verdict_without, within_noise
 from expdesign.estimation.fit import Fit
@@ -44,7 +45,7 @@ def diagnose(
     without: frozenset[str] = frozenset(),
     load_errors: DeclaredLoadErrors | None = None,
     interruptible: bool = False,
-    report: Callable[[str], None] = lambda text: None,
+    report: Report = unheard,
 ) -> Diagnosis:
     """Say where the base model and the recordings differ, which physics was left out, and whether adding it helps.
 
@@ -54,22 +55,22 @@ def diagnose(
         without: identifiers of physics that the library shall not offer.
         load_errors: of the recorded loads; where they account for the misfit of the base model, nothing is missing.
         interruptible: whether a `KeyboardInterrupt` ends the search with the best model so far, once there is one.
-        report: is told what is being done.
+        report: progress callback.
 
     Raises:
         InputError: no row may be fitted, or the deflections have the wrong sign.
         SingularConfigurationError: the robot is singular in a row.
         NotIdentifiableError: the recordings do not determine the stiffness.
     """
-    doing = [""]
+    doing = [Stage.BASE.value]
 
-    def told(text: str) -> None:
-        doing[0] = text
-        report(text)
+    def noted(stage: Stage, detail: str) -> None:
+        doing[0] = f"{stage.value} {detail}".rstrip()
+        report(stage, detail)
 
-    frame = framed(robot, recordings, without=without, report=told, load_errors=load_errors)
+    frame = framed(robot, recordings, without=without, report=noted, load_errors=load_errors)
     try:
-        return _diagnosed(frame, told, outliers=OUTLIER not in without)
+        return _diagnosed(frame, outliers=OUTLIER not in without)
     except KeyboardInterrupt:
         if not interruptible:
             raise
@@ -93,12 +94,12 @@ def _unsought(frame: Frame, model: NamedModel, reason: str) -> Diagnosis:
     return _with_verdict(frame, _Named(model, errors, Nameable(model, "", ())), Method(ONE_AT_A_TIME, reason))
 
 
-def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -> Diagnosis:
+def _diagnosed(frame: Frame, *, outliers: bool) -> Diagnosis:
     """The diagnosis of a frame; `outliers` says whether rows may be set aside as single mistakes."""
     if frame.loads_account_for_it:
         reason = "the load errors that the configuration declares account for what the base model leaves over"
         return _unsought(frame, frame.names.base, reason)
-    groups = by_groups(frame, report)
+    groups = by_groups(frame)
     frame.names.log.add_text("method", f"{groups.method.name}: {groups.method.reason}")
     if groups.alone:
         return groups.diagnosis()
@@ -106,7 +107,7 @@ def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -
     named = _named(frame, outliers=outliers, few=few, in_vain=groups.out_of_reach)
     if groups.beats(named.model):
         return groups.diagnosis()
-    report("weighing alternatives")
+    frame.names.report(Stage.ALTERNATIVES, "")
     better = "named effects predict as well as groups of effects do together, or better"
     reason = groups.method.reason if groups.groups is None else better
     result = _with_verdict(frame, named, Method(ONE_AT_A_TIME, reason))
@@ -114,7 +115,7 @@ def _diagnosed(frame: Frame, report: Callable[[str], None], *, outliers: bool) -
     contested = result.verdict == "explained" and frame.kind.contested and not frame.robot.on_support
     contested = contested and not _settled(frame, result.model)
     if result.verdict == "unexplained" or contested:
-        result = _with_laws(frame, result, report)
+        result = _with_laws(frame, result)
     if result.model is named.model:
         result = _with_names(frame, result)
     return _averaged(frame, _inexact(frame, result))
@@ -180,7 +181,7 @@ def _named(frame: Frame, *, outliers: bool, few: int | None, in_vain: Callable[[
     most = frame.names.most_effects if few is None else min(few, frame.names.most_effects)
     search = partial(nameable, frame.search, most=most, in_vain=in_vain)
     found = _searched(frame, search) if outliers else search(outliers=False)
-    frame.names.report("checking on held-out recordings")
+    frame.names.report(Stage.HELD_OUT, "")
     return _Named(*_checked(frame.names, found.model, frame.base, frame.noise, frame.judged), found)
 
 
@@ -259,7 +260,7 @@ def _guarded(names: Names, model: NamedModel, base: Fit) -> str:
     return doubt
 
 
-def _with_laws(frame: Frame, result: Diagnosis, report: Callable[[str], None]) -> Diagnosis:
+def _with_laws(frame: Frame, result: Diagnosis) -> Diagnosis:
     """The diagnosis with laws at ports beside what was named or in its place, where left-out rows ask for them."""
     names, base = result.names, result.base
     aside = without_mistakes(names.sample, result.model.outliers)

@@ -9,6 +9,7 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.identified import Identified
 from expdesign.chain.readings.choice import reading_of
+from expdesign.chain.recorded_inputs import RecordedInputs
 from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.base_models import BaseModel, base_model
@@ -16,6 +17,7 @@ from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.library import Candidate, candidates, library
 from expdesign.diagnosis.names import Names
 from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.stages import Report, Stage
 from expdesign.diagnosis.statement import statement
 from expdesign.errors import InputError
 from expdesign.estimation.arm import identified_by
@@ -88,7 +90,7 @@ def framed(
     recordings: Recordings,
     *,
     without: frozenset[str],
-    report: Callable[[str], None],
+    report: Report,
     load_errors: DeclaredLoadErrors | None = None,
 ) -> Frame:
     """The frame of a diagnosis; for arguments and what is raised see `diagnose`."""
@@ -97,7 +99,7 @@ def framed(
         raise InputError("no row is left to fit", where=recordings.source, remedy=remedy)
     if len(robot.stiffness):
         require_regular_rows(recordings, robot.jacobians(recordings.configurations))
-    report("fitting the base model")
+    report(Stage.BASE, "")
     reading = reading_of(robot, recordings)
     kind = base_model(robot, reading)
     calibrated = kind.calibrated(robot, recordings)
@@ -116,9 +118,12 @@ def framed(
     sample = sample_with(noise.deviations)
     base = fit(sample.chain(robot), sample)
     kind.require_determined(robot, recordings, base, sample.idle)
-    report("preparing the library")
+    report(Stage.LIBRARY, "")
     known = frozenset() if identified is None else identified.physics
-    entries = candidates(library(robot, recordings, without=without | known), sample, robot, base.values)
+    offered = library(robot, recordings, without=without | known)
+    for effect in offered:
+        effect.recorded = RecordedInputs.of(sample.rows, ~recordings.test, base.chain.row_symbols())
+    entries = candidates(offered, sample, robot, base.values)
     names = Names(robot, sample, entries, known_noise=noise.known, report=report)
     predictable = recordings.test & sample.reading.predictable(robot, recordings)
     judged = predictable if predictable.any() else recordings.test

@@ -30,6 +30,7 @@ from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
+from expdesign.diagnosis.stages import Stage
 from expdesign.estimation.fit import Fit, fit
 
 
@@ -186,12 +187,12 @@ def sought_laws(names: Names, named: NamedModel, *, explained: bool) -> Laws | N
     robot, sample = names.robot, names.sample
     if int(sample.counts.sum()) < OPTIONS.fewest_rows:
         return None
-    names.report("preparing laws at ports")
+    names.report(Stage.PORTS, "")
     measured = measured_of(sample)
     dictionary = Dictionary(robot, measured, names.base.fit.values)
     blocks = readings_of(measured.blocks, sample)
     problem = Problem(names.state(names.base), dictionary.atoms, blocks, names, dictionary.made)
-    names.report("weighing laws at ports")
+    names.report(Stage.LAWS, "")
     search, seed = Search(problem), problem.of_model(names.as_here(named))
     chosen = search.run([seed] if named.candidates else [], [] if explained else [seed])
     return None if chosen.key in (seed.key, problem.start.key) else _fitted(names, search, dictionary.sight, chosen)

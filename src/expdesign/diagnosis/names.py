@@ -7,7 +7,7 @@ discoveries over the whole library: the more places are searched, the more a fin
 time constant) has no size and costs ½·ln M.
 """
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -25,6 +25,7 @@ from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import outlier_price, returning_distances, standing_out
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.shared_noise import SharedNoise
+from expdesign.diagnosis.stages import Report, unheard
 from expdesign.estimation.fit import Fit, fit
 from expdesign.mechanics.robots.robot import Robot
 
@@ -32,10 +33,6 @@ _MOST_KEPT = 300_000_000
 """Bytes of derivatives of models that are kept; beyond, those not asked for longest are fitted anew if needed."""
 _STATES = 16
 """Linearised problems that are kept."""
-
-
-def unheard(text: str) -> None:
-    """What is being done, told to nobody."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +111,7 @@ class Names:
         sample: the rows that may be fitted.
         library: the candidates.
         known_noise: whether residuals are in units of a known standard deviation.
-        report: called with a sentence on what is being done.
+        report: progress callback.
 
     Attributes:
         offered: keys of the candidates that may be there.
@@ -129,7 +126,7 @@ class Names:
         library: list[Candidate],
         *,
         known_noise: bool,
-        report: Callable[[str], None] = unheard,
+        report: Report = unheard,
     ) -> None:
         self.robot, self.sample, self.library = robot, sample, library
         self.known_noise, self.report = known_noise, report
@@ -144,7 +141,7 @@ class Names:
         self.base = self.model((), np.zeros(len(sample.counts), dtype=bool), [])
 
     def __getstate__(self) -> dict[str, object]:
-        """Copies tell nobody of the search: who was told belongs to the call that began it."""
+        """The progress callback is not copied."""
         return self.__dict__ | {"report": unheard}
 
     @property

@@ -16,6 +16,7 @@ from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
 from expdesign.diagnosis.law_findings import curves
 from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.result import Diagnosis
+from expdesign.diagnosis.stages import Stage
 from expdesign.errors import ArgumentError, InputError
 from expdesign.report.diagnosis_report import diagnosis_report
 from expdesign.report.diagnosis_texts import diagnosis_record, terminal_lines
@@ -25,18 +26,6 @@ if TYPE_CHECKING:  # most recordings are diagnosed without targets, and need not
     from expdesign.app.api.configuration import Config
 
 NEXT_PLAN = "plan-next.csv"
-STAGES = (
-    "fitting the base model",
-    "preparing the library",
-    "all effects at once",
-    "looking for effect",
-    "checking on held-out recordings",
-    "weighing alternatives",
-    "preparing laws at ports",
-    "weighing laws at ports",
-    "looking for what may still be hidden",
-)
-"""How the sentences begin that say what is being done, in their order; not every diagnosis has all of these stages."""
 
 
 def _read_here(recordings: Recordings) -> Recordings:
@@ -168,7 +157,7 @@ def diagnose(
             it is then taken for, and how well a law at a port stands in for it.
         other_robot: a configuration of another geometry than the robot's is meant.
         interruptible: whether a `KeyboardInterrupt` ends the search with the best model so far, once there is one.
-        callback: called with `diagnosing`, the number of the stage, 0 and a sentence on what is being done (`STAGES`).
+        callback: called with `diagnosing`, the number of the stage, 0 and a sentence on what is being done (`Stage`).
         progress: whether progress is shown on standard error.
 
     Raises:
@@ -195,9 +184,8 @@ def diagnose(
     if problem is not None and not machine.robot.jointed:
         problem.require_elastostatic("what recordings hide is known")
 
-    def told(text: str) -> None:
-        stage = next(number for number, begin in enumerate(STAGES, 1) if text.startswith(begin))
-        callback("diagnosing", stage, 0, f"stage {stage} of at most {len(STAGES)}: {text}")
+    def report(stage: Stage, detail: str) -> None:
+        callback("diagnosing", stage.number, 0, stage.of_all(detail))
 
     if problem is not None:
         from expdesign.assurance.acceptance.fitted import require_what_is_calibrated  # noqa: PLC0415 (of targets)
@@ -209,7 +197,7 @@ def diagnose(
         without=frozenset(without),
         load_errors=None if problem is None else problem.load_errors,
         interruptible=interruptible,
-        report=told,
+        report=report,
     )
     model = recorded_model(
         result.known,
@@ -229,12 +217,12 @@ def diagnose(
         # Sizes and motions of hidden physics are those of deflections.
         sought = problem.loaded.regressor.referenced
         if sought and result.verdict == "consistent" and not result.ended:
-            told("looking for what may still be hidden")
+            report(Stage.HIDDEN, "")
             try:
                 at_targets = found.stated(hidden=True)
             except KeyboardInterrupt:
                 if not interruptible:
                     raise
-                result = replace(result, ended="looking for what may still be hidden")
+                result = replace(result, ended=Stage.HIDDEN.value)
     purpose = purpose_of("diagnose", robot, recordings)
     return DiagnosisResult(machine, model, result, series, at_targets=at_targets, purpose=purpose)

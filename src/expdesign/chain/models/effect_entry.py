@@ -7,12 +7,15 @@ Everything is read off the effects' own declarations.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import Field
 
 from expdesign.chain.component import Component, component_from_text
-from expdesign.chain.declaration import Parameter
+from expdesign.chain.declaration import Beyond, Parameter
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.law import Law, form_data, form_of
+from expdesign.chain.recorded_inputs import RecordedInputs
 from expdesign.chain.recordings.recordings import POSITIONS
 from expdesign.errors import InputError
 from expdesign.io.schema import Number, Section
@@ -33,6 +36,7 @@ class EffectSection(Section):
     variant: str = ""
     parameters: dict[str, Number]
     law: dict[str, Any] | None = None
+    recorded: dict[str, Annotated[list[Number], Field(min_length=2, max_length=2)]] = Field(default_factory=dict)
 
 
 def effect_classes() -> list[type[Effect]]:
@@ -57,6 +61,8 @@ def effect_entry(effect: Effect, values: list[float]) -> dict[str, object]:
     }
     if isinstance(effect, Law):
         entry["law"] = form_data(effect.form)
+    if effect.beyond is Beyond.HOLDS and effect.recorded is not None:
+        entry["recorded"] = {name: list(ends) for name, ends in effect.recorded.ranges.items()}
     return entry
 
 
@@ -96,7 +102,10 @@ def effect_of(entry: EffectSection, robot: Robot, document: YamlDocument) -> Eff
             where = document.where(("physics",))
             what = f"`{entry.identifier}` is `{known[0].physics}`, not `{entry.physics}`"
             raise InputError(what, where=where, remedy=_AGAIN)
-    return _only(_fitting(known, entry, robot, document), entry, document)
+    effect = _only(_fitting(known, entry, robot, document), entry, document)
+    if entry.recorded:
+        effect.recorded = RecordedInputs({name: (low, high) for name, (low, high) in entry.recorded.items()})
+    return effect
 
 
 def _fitting(known: list[type[Effect]], entry: EffectSection, robot: Robot, document: YamlDocument) -> list[Effect]:

@@ -23,6 +23,7 @@ from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.names import LawsBeside, NamedModel, Names, hierarchical
 from expdesign.diagnosis.options import OPTIONS, DiagnosisOptions
 from expdesign.diagnosis.sample import rms
+from expdesign.diagnosis.stages import Stage
 
 _Promise = tuple[float, Candidate, Callable[[], FloatArray]]
 """A named effect with the log evidence that it promises, and what gives parameters to start its fit from."""
@@ -181,10 +182,10 @@ class Problem:
             return current
         return self.of_model(self.names.readmitted(current.named))
 
-    def report(self, text: str) -> None:
-        """Say what is being done."""
+    def report(self, stage: Stage, detail: str) -> None:
+        """Report progress."""
         if self.names is not None:
-            self.names.report(text)
+            self.names.report(stage, detail)
 
     def singles(self, rest: Chosen, loss: float) -> list[Chosen]:
         """With one effect or one law more that may bring what the one taken away brought."""

@@ -19,6 +19,7 @@ from expdesign.diagnosis.cross_validation import blocks_of, readings_of
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.names import NamedModel, Names, hierarchical
 from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.stages import Stage
 
 _TIE = 0.005
 """Gain of log evidence below which two are the same to rounding."""
@@ -142,7 +143,7 @@ class Search:
         """Trials with one more effect, with the laws of one more component, or with rows set aside."""
         if current.count >= most:
             return []
-        self.problem.report(f"looking for effect {current.count + 1}")
+        self.problem.report(Stage.EFFECTS, f"{current.count + 1}")
         return [*self.problem.trials(current), *(self.problem.aside(current) if aside else ())]
 
     def _exchanged(self, current: Chosen) -> Chosen:
