@@ -168,7 +168,7 @@ def laboratory(seed: int, plan: pd.DataFrame) -> Laboratory:
         seed, hidden, found.verdict,
         identified.acceptance.verdict, largest_error(truth, hidden, first),
         found.acceptance.verdict, largest_error(truth, hidden, second),
-        verified.result.verdict, "", identified.acceptance.whole_risk, found.acceptance.whole_risk,
+        verified.result.verdict, "", identified.acceptance.robot_risk, found.acceptance.robot_risk,
     )  # fmt: skip
 
 

@@ -75,11 +75,11 @@ def test_the_number_of_repetitions_is_what_an_evaluation_finds() -> None:
         case = problem(HEXAPOD, {"targets.0.tolerance": {"dx_m": tolerance, "drx_rad": 10 * tolerance}})
         plan = plan_for(case, 3)
         found = decision(case, plan)
-        if found.needed is not None and found.needed > 1:
+        if found.repetitions_needed is not None and found.repetitions_needed > 1:
             break
         least = found.budget.repeated(np.inf)[0, 0]
         tolerance = float(0.4 * found.budget.expanded[0, 0] + 0.6 * least)
-    times = found.needed
+    times = found.repetitions_needed
     assert times is not None
     assert times > 1
     for repeats, passes in ((times, True), (times - 1, False)):
@@ -89,15 +89,15 @@ def test_the_number_of_repetitions_is_what_an_evaluation_finds() -> None:
             np.arange(1, repeats * len(plan) + 1),
         )
         again = decision(case, several)
-        assert again.passes is passes
+        assert again.robot_passes is passes
         np.testing.assert_allclose(again.budget.expanded, found.budget.repeated(repeats), rtol=1e-9)
 
 
 def test_what_all_measurements_share_no_repetition_removes() -> None:
     case = problem(HEXAPOD, {"targets.0.tolerance": {"dx_m": 1e-12}})
     found = decision(case, plan_for(case))
-    assert found.needed is None
-    assert not found.passes
+    assert found.repetitions_needed is None
+    assert not found.robot_passes
     assert "No number of repetitions helps" in " ".join(sentences(found))
 
 

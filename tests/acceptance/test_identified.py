@@ -4,6 +4,7 @@ from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from tests.design.problems import HEXAPOD, problem
 
 import expdesign as xd
 from expdesign.app.api.at_targets import AtTargets
+from expdesign.assurance.acceptance import decision as decision_module
+from expdesign.assurance.acceptance.any_axis import any_beyond
 from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.acceptance.left_out import LeftOutOptions, left_out_by, left_out_risk
 from expdesign.assurance.acceptance.said import acceptance_record, sentences
@@ -107,8 +110,8 @@ def test_a_decision_counts_what_the_recordings_may_hide() -> None:
     assert 0.0 < hidden.nothing < 1.0
     matters = found.budget.matters
     right = replace(found, left_out=None)
-    expected = hidden.nothing * right.risk + found.hidden_risk.sum(axis=0)
-    np.testing.assert_allclose(found.risk[matters], expected[matters])
+    expected = hidden.nothing * right.axis_risk + found.hidden_axis_risk.sum(axis=0)
+    np.testing.assert_allclose(found.axis_risk[matters], expected[matters])
     text = " ".join(sentences(found))
     assert "physics that these recordings may hide" in text
     # The same recordings against tolerances above U: the model alone passes, with what is hidden it does not.
@@ -136,16 +139,34 @@ def test_the_risk_is_that_of_the_whole_robot() -> None:
         sizes = generator.standard_normal((int(rows.sum()), root.shape[1]))
         errors[rows] += hidden.mean[one][matters] + sizes @ root.T
     beyond = np.abs(errors) > tolerance
-    assert decided.whole_risk == pytest.approx(float(beyond.any(axis=1).mean()), abs=0.005)
-    np.testing.assert_allclose(decided.risk[matters], beyond.mean(axis=0), atol=0.004)
-    assert decided.risk[matters].max() < decided.whole_risk < decided.risk[matters].sum()
+    assert decided.robot_risk == pytest.approx(float(beyond.any(axis=1).mean()), abs=0.005)
+    np.testing.assert_allclose(decided.axis_risk[matters], beyond.mean(axis=0), atol=0.004)
+    assert decided.axis_risk[matters].max() < decided.robot_risk < decided.axis_risk[matters].sum()
     # The model alone: each axis passes by itself, all together are likelier to fail than the coverage leaves.
     alone = replace(decided, left_out=None)
-    assert alone.passed.all()
+    assert alone.axis_passes.all()
     assert alone.verdict == "not proven"
     assert "Every axis passes by itself" in " ".join(sentences(alone))
     record = acceptance_record(decided)
-    assert record["probability_of_any_beyond_tolerance"] == decided.whole_risk
+    assert record["probability_of_any_beyond_tolerance"] == decided.robot_risk
+
+
+def test_every_union_of_axes_is_computed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For record, sentences and verdict together: one for nothing left out, and one for each physics."""
+    found = accepted()
+    assert found.left_out is not None
+    record, said = acceptance_record(found), sentences(found)
+    computed: list[float] = []
+
+    def counting(*these: Any) -> float:
+        computed.append(any_beyond(*these))
+        return computed[-1]
+
+    monkeypatch.setattr(decision_module, "any_beyond", counting)
+    fresh = replace(found)
+    assert (acceptance_record(fresh), sentences(fresh)) == (record, said)
+    assert fresh.verdict == found.verdict
+    assert len(computed) == 1 + len(found.left_out.probability)
 
 
 def test_the_odds_of_what_is_hidden_are_those_of_integrating_over_its_size() -> None:
@@ -186,7 +207,7 @@ def test_friction_is_integrated_over_its_size() -> None:
     assert found.decision.left_out is not None
     assert exact.left_out is not None
     assert found.decision.left_out.nothing == pytest.approx(exact.left_out.nothing, rel=0.02)
-    assert found.decision.whole_risk == pytest.approx(exact.whole_risk, rel=0.1)
+    assert found.decision.robot_risk == pytest.approx(exact.robot_risk, rel=0.1)
 
 
 def test_physics_of_several_prior_sizes_is_believed() -> None:
@@ -200,7 +221,7 @@ def test_physics_of_several_prior_sizes_is_believed() -> None:
     shown = left_out_by(case, found.model)
     assert shown is not None
     before = replace(found.decision, left_out=left_out_risk(case, found.model, shown, narrow))
-    assert found.decision.whole_risk > 1.5 * before.whole_risk
+    assert found.decision.robot_risk > 1.5 * before.robot_risk
 
 
 def test_what_a_fit_takes_up_does_not_depend_on_how_sure_its_predictions_are() -> None:

@@ -46,7 +46,7 @@ def test_the_budget_is_that_of_the_commands(calibration: str | None) -> None:
     np.testing.assert_allclose(accepted.budget.standard[:, :3], stated, rtol=0.02)
     assert accepted.left_out is None
     assert "what these recordings may hide is not counted" in " ".join(sentences(accepted))
-    assert 0.0 <= accepted.whole_risk <= 1.0
+    assert 0.0 <= accepted.robot_risk <= 1.0
 
 
 @pytest.mark.parametrize("calibration", ["both", "geometric"])

@@ -14,12 +14,14 @@ import numpy as np
 from scipy.special import ndtri
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.acceptance.options import ACCEPTANCE
+
+NEGLIGIBLE = 1e-9
+"""Sum of the axes' probabilities below which that sum, an upper bound, stands for the union."""
+DRAWS = 1024
+"""Of every union, from one fixed seed: the same recordings are decided alike."""
 
 
-def any_beyond(
-    above: FloatArray, below: FloatArray, covariance: FloatArray, negligible: float = ACCEPTANCE.negligible
-) -> float:
+def any_beyond(above: FloatArray, below: FloatArray, covariance: FloatArray, negligible: float = NEGLIGIBLE) -> float:
     """Probability that any of d axes is beyond its tolerance.
 
     Args:
@@ -37,7 +39,7 @@ def any_beyond(
     unit = np.where(deviation > 0.0, deviation, 1.0)
     values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    generator, draws = np.random.default_rng(0), ACCEPTANCE.draws
+    generator, draws = np.random.default_rng(0), DRAWS
     # Every half-space in proportion to its probability, with the least scatter: systematic sampling.
     drawn = np.searchsorted(np.cumsum(alone), total * (np.arange(draws) + 0.5) / draws).clip(max=len(alone) - 1)
     axis, sign = drawn % len(above), np.where(drawn < len(above), 1.0, -1.0)

@@ -13,8 +13,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.special import ndtr
 
 from expdesign.arrays import FloatArray, TextArray
-from expdesign.assurance.acceptance.check_measurement import CheckMeasurement
-from expdesign.assurance.acceptance.options import ACCEPTANCE
+from expdesign.assurance.acceptance.check_measurement import FARTHEST, CheckMeasurement
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.recordings.references import groups
@@ -144,7 +143,7 @@ def tip_errors(model: Model, check: CheckMeasurement, poses: FloatArray) -> tupl
     predicted, slopes = tip_chain(model, check.frame).predict_with_sensitivities(rows, model.values)
     errors = predicted - np.hstack([poses[:, :3], np.zeros((len(poses), 3))])
     away = np.linalg.norm(errors[:, :3], axis=1)
-    if away.max() > ACCEPTANCE.farthest:
+    if away.max() > FARTHEST:
         row = int(away.argmax())
         what = f"by the model the tip is {away[row]:.3g} m from its target in the frame of the {check.frame}"
         remedy = "State the frame of the targets as for `compensate` (argument `frame`)."

@@ -12,7 +12,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.assurance.acceptance.options import ACCEPTANCE
 from expdesign.chain.readings.position import Frame
 from expdesign.chain.recordings.measured import read_deflections, read_deviations
 from expdesign.chain.recordings.points import order_in_time, points_from_table
@@ -22,6 +21,9 @@ from expdesign.errors import ArgumentError, InputError
 from expdesign.io.table import Table
 from expdesign.mechanics.robots.orientation import rotations_of
 from expdesign.mechanics.robots.robot import Robot
+
+FARTHEST = 0.1
+"""m or rad; a measured pose farther from its target is in another unit or frame."""
 
 
 @dataclass(frozen=True)
@@ -124,7 +126,7 @@ def _readings(table: Table, robot: Robot, targets: FloatArray, order: IntArray) 
     axes = np.array([axis for axis, name in enumerate(measured) if table.has(name)], dtype=np.int64)
     poses = table.numbers(tuple(measured[axis] for axis in axes))[order]
     errors = poses - targets[:, axes] if not robot.jointed else _of_tip(table, robot, poses, axes, order)
-    far: BoolArray = np.abs(errors) > ACCEPTANCE.farthest
+    far: BoolArray = np.abs(errors) > FARTHEST
     if far.any():
         row, column = (int(i) for i in np.argwhere(far)[0])
         what = f"the measured pose is {abs(errors[row, column]):.3g} m or rad from its target"

@@ -13,12 +13,14 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.assurance.acceptance.attained import Comparison
 from expdesign.assurance.acceptance.budget import tolerances
 from expdesign.assurance.acceptance.check_measurement import CheckMeasurement
-from expdesign.assurance.acceptance.options import ACCEPTANCE
 from expdesign.assurance.acceptance.planned import reading_deviations
 from expdesign.errors import InputError
 from expdesign.estimation.coverage import Coverage
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.problem import DesignProblem
+
+SAME_TARGET = 1e-7
+"""m or rad, N or N·m by which rows of one target may differ."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,7 @@ def judge(
     for rows in _groups(check):
         target = check.targets[rows[0]]
         distance = np.abs(stated - target).max(axis=1)
-        index = int(distance.argmin()) if (distance <= ACCEPTANCE.same_target).any() else None
+        index = int(distance.argmin()) if (distance <= SAME_TARGET).any() else None
         met.add(index)
         turn, limit = None, nothing
         if check.tolerance is not None:
@@ -135,7 +137,7 @@ def _groups(check: CheckMeasurement) -> list[IntArray]:
     groups: list[list[int]] = []
     for row, key in enumerate(keys):
         for group in groups:
-            if np.abs(keys[group[0]] - key).max() <= ACCEPTANCE.same_target * max(1.0, float(np.abs(key).max())):
+            if np.abs(keys[group[0]] - key).max() <= SAME_TARGET * max(1.0, float(np.abs(key).max())):
                 group.append(row)
                 break
         else:

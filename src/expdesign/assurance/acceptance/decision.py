@@ -26,9 +26,13 @@ import numpy as np
 from scipy.special import ndtr, stdtr
 
 from expdesign.arrays import BoolArray, FloatArray
-from expdesign.assurance.acceptance.any_axis import any_beyond
+from expdesign.assurance.acceptance.any_axis import NEGLIGIBLE, any_beyond
 from expdesign.assurance.acceptance.budget import UncertaintyBudget
-from expdesign.assurance.acceptance.options import ACCEPTANCE
+
+ROUNDING = 1e-9
+"""Relative; an axis with U = T passes."""
+MOST_REPETITIONS = 1_000_000
+"""Repetitions or readings beyond which a number is as good as none."""
 
 
 class Basis(Enum):
@@ -70,7 +74,7 @@ class LeftOutRisk:
 
 @dataclass(frozen=True)
 class Decision:
-    """The decision on every axis of every target.
+    """The decision on every axis of every target, t targets along n axes; every array of it is computed once.
 
     Attributes:
         budget: of the attained pose.
@@ -90,11 +94,11 @@ class Decision:
     @property
     def verdict(self) -> str:
         """`pass`, `not proven` or `not decided`; of a plan `expected to pass` or `not expected to pass`."""
-        return self._word(self.passes)
+        return self._word(self.robot_passes)
 
     def axis_verdict(self, target: int, axis: int) -> str:
         """The same of one axis of a target."""
-        return self._word(bool(self.passed[target, axis]))
+        return self._word(bool(self.axis_passes[target, axis]))
 
     def _word(self, passes: bool) -> str:
         return _WORDS[self.basis][0 if passes else 1]
@@ -105,131 +109,127 @@ class Decision:
         return self.basis is not Basis.REFUTED
 
     @property
-    def passed(self) -> BoolArray:
-        """Whether each axis by itself passes, shape (t, n); True where an axis does not matter."""
-        likely = self.risk > self.allowed * (1.0 + ACCEPTANCE.rounding)
-        passed: BoolArray = self.within & ~(self.budget.matters & likely)
-        return passed
+    def risk_left(self) -> float:
+        """The probability that the coverage leaves, which is accepted."""
+        return 1.0 - self.budget.coverage.level
 
-    @property
-    def within(self) -> BoolArray:
-        """Whether U is within the tolerance, shape (t, n); True where an axis does not matter."""
+    @cached_property
+    def u_within_tolerance(self) -> BoolArray:
+        """Whether U ≤ T, shape (t, n); True where an axis does not matter."""
         budget = self.budget
         within: BoolArray = ~budget.matters | (budget.expanded <= budget.tolerance)
         return within
 
-    @property
-    def allowed(self) -> float:
-        """The probability that the coverage leaves."""
-        return 1.0 - self.budget.coverage.level
+    @cached_property
+    def axis_passes(self) -> BoolArray:
+        """Whether each axis by itself passes, shape (t, n); True where an axis does not matter."""
+        likely = self.axis_risk > self.risk_left * (1.0 + ROUNDING)
+        passes: BoolArray = self.u_within_tolerance & ~(self.budget.matters & likely)
+        return passes
 
-    @property
-    def endangered(self) -> bool:
-        """Whether an error beyond any tolerance is likelier than the coverage allows, although U is within each."""
-        if self.basis is not Basis.MODEL or not self.within.all():
-            return False
-        return self.whole_risk > self.allowed
+    @cached_property
+    def robot_passes(self) -> bool:
+        """Whether U is within every tolerance and, of a robot that was measured, R no more than the coverage leaves."""
+        within = bool(self.u_within_tolerance.all())
+        return within and not (self.basis is Basis.MODEL and self.robot_risk > self.risk_left)
 
-    @property
-    def passes(self) -> bool:
-        """Whether every axis of every target does, and the robot as a whole."""
-        return bool(self.within.all()) and not self.endangered
-
-    @property
-    def risk(self) -> FloatArray:
+    @cached_property
+    def axis_risk(self) -> FloatArray:
         """Probability of an error of each axis beyond its tolerance, shape (t, n); NaN where it does not matter.
 
         NaN as well where nothing is decided.
         """
-        if not self.decided:
-            return np.full(self.budget.tolerance.shape, np.nan)
-        right = self._tails().sum(axis=0)
-        return right if self.left_out is None else self.left_out.nothing * right + self.hidden_risk.sum(axis=0)
+        return self._mixed(self._tails[0].sum(axis=0), self.hidden_axis_risk)
 
-    @property
-    def hidden_risk(self) -> FloatArray:
-        """The part of `risk` that each physics has which the recordings may hide, shape (E, t, n)."""
-        if self.left_out is None or not self.decided:
-            return np.zeros((0, *self.budget.tolerance.shape))
-        hidden = self.left_out
-        tails = [self._tails(mean, root) for mean, root in zip(hidden.mean, hidden.roots, strict=True)]
-        parts: FloatArray = hidden.probability[:, None, None] * np.sum(tails, axis=1)
+    @cached_property
+    def hidden_axis_risk(self) -> FloatArray:
+        """The part of `axis_risk` that each physics has which the recordings may hide, shape (E, t, n)."""
+        parts: FloatArray = self._probabilities[:, None, None] * self._tails[1:].sum(axis=1)
         return parts
 
     @cached_property
-    def whole_risk(self) -> float:
+    def robot_risk(self) -> float:
         """R, the probability that any axis at any target is beyond its tolerance; NaN where nothing is decided.
 
         NaN as well where the recordings do not determine an axis that matters.
         """
-        if not self.decided:
-            return float("nan")
-        hidden = self.whole_hidden_risk
-        nothing = 1.0 if self.left_out is None else self.left_out.nothing
-        return float(nothing * self._any() + hidden.sum())
+        return float(self._mixed(np.array(self._any(0)), self.hidden_robot_risk))
 
     @cached_property
-    def whole_hidden_risk(self) -> FloatArray:
-        """The part of `whole_risk` that each physics has which the recordings may hide, shape (E,)."""
-        if self.left_out is None or not self.decided:
-            return np.zeros(0)
-        hidden, negligible = self.left_out, ACCEPTANCE.negligible
-        alternatives = zip(hidden.probability, hidden.mean, hidden.roots, strict=True)
-        return np.array([p * self._any(mean, root, negligible / max(p, negligible)) for p, mean, root in alternatives])
+    def hidden_robot_risk(self) -> FloatArray:
+        """The part of `robot_risk` that each physics has which the recordings may hide, shape (E,)."""
+        pairs = enumerate(self._probabilities, start=1)
+        return np.array([p * self._any(index, NEGLIGIBLE / max(p, NEGLIGIBLE)) for index, p in pairs])
 
-    def _tails(self, mean: FloatArray | float = 0.0, root: FloatArray | None = None) -> FloatArray:
-        """Probabilities of an error above and below the tolerance, shape (2, t, n).
+    @property
+    def _probabilities(self) -> FloatArray:
+        """Of what may be left out, shape (E,)."""
+        return np.zeros(0) if self.left_out is None or not self.decided else self.left_out.probability
 
-        Args:
-            mean: of the error that hidden physics makes, shape (t, n).
-            root: of its covariance, shape (t, n, d).
+    def _mixed(self, right: FloatArray, hidden: FloatArray) -> FloatArray:
+        """Probability over what may be left out: `right` where nothing is, and the parts of each physics (E, ...)."""
+        nothing = 1.0 if self.left_out is None else self.left_out.nothing
+        mixed: FloatArray = nothing * right + hidden.sum(axis=0) if self.decided else np.full_like(right, np.nan)
+        return mixed
+
+    @cached_property
+    def _tails(self) -> FloatArray:
+        """Probabilities of an error above and below the tolerance, shape (1 + E, 2, t, n).
+
+        Where nothing is left out, and where each physics is that the recordings may hide.
         """
-        budget = self.budget
-        added = 0.0 if root is None else (root**2).sum(axis=-1)
+        budget, shape = self.budget, self.budget.tolerance.shape
+        means, added = np.zeros((1, *shape)), np.zeros((1, *shape))
+        if self.left_out is not None and len(self._probabilities):
+            means = np.concatenate([means, self.left_out.mean])
+            added = np.concatenate([added, [(root**2).sum(axis=-1) for root in self.left_out.roots]])
         spread = np.sqrt(budget.standard**2 + added)
         with np.errstate(divide="ignore", invalid="ignore"):
             # Welch-Satterthwaite: what hidden physics adds is no estimate.
             degrees = np.where(np.isinf(budget.degrees), np.inf, budget.degrees * (spread / budget.standard) ** 4)
-            scores = np.stack([mean - budget.tolerance, -mean - budget.tolerance]) / spread
+            scores = np.stack([means - budget.tolerance, -means - budget.tolerance], axis=1) / spread[:, None]
+        degrees = np.broadcast_to(degrees[:, None], scores.shape)
         finite = np.isfinite(degrees)
         tails: FloatArray = np.where(finite, stdtr(np.where(finite, degrees, 1.0), scores), ndtr(scores))
         return tails
 
-    def _any(
-        self, mean: FloatArray | float = 0.0, root: FloatArray | None = None, negligible: float = ACCEPTANCE.negligible
-    ) -> float:
-        """Probability of an error beyond any tolerance, arguments as of `_tails`; `negligible` as of `any_beyond`."""
+    def _any(self, index: int, negligible: float = NEGLIGIBLE) -> float:
+        """Probability of an error beyond any tolerance where nothing (0) or some physics (1 … E) is left out.
+
+        `negligible` as of `any_beyond`.
+        """
         matters = self.budget.matters
-        above, below = self._tails(mean, root)[:, matters]
-        if np.isnan(above).any():
+        above, below = self._tails[index][:, matters]
+        if np.isnan(above).any() or not self.decided:
             return float("nan")
         covariance = self.budget.covariance[matters][:, matters]
-        if root is not None:
-            covariance = covariance + root[matters] @ root[matters].T
+        if index and self.left_out is not None:
+            root = self.left_out.roots[index - 1][matters]
+            covariance = covariance + root @ root.T
         return any_beyond(above, below, covariance, negligible)
 
-    @property
+    @cached_property
     def repetitions(self) -> FloatArray:
-        """How often the whole experiment has to be done until each axis passes, shape (t, n).
+        """How often the whole experiment has to be done until U is within each tolerance, shape (t, n).
 
         Independent errors shrink with the root of the number, shared ones do not: r = k²·u_r²/(T² − k²·u_s²), rounded
         up; infinite where the shared part alone exceeds the tolerance, NaN where an axis does not matter.
         """
-        budget = self.budget
-        allowed = budget.tolerance**2 - budget.repeated(np.inf) ** 2
-        repeatable = budget.expanded**2 - budget.repeated(np.inf) ** 2
+        budget, shared = self.budget, self.budget.repeated(np.inf) ** 2
+        room, repeatable = budget.tolerance**2 - shared, budget.expanded**2 - shared
         with np.errstate(divide="ignore", invalid="ignore"):
-            needed = np.where(allowed > 0.0, np.ceil(repeatable / allowed * (1.0 - 1e-12)), np.inf)
+            needed = np.where(room > 0.0, np.ceil(repeatable / room * (1.0 - 1e-12)), np.inf)
+        needed = np.where(needed > MOST_REPETITIONS, np.inf, np.maximum(needed, 1.0))
         unknown = np.isnan(budget.standard)
-        needed = np.where(needed > ACCEPTANCE.most, np.inf, np.maximum(needed, 1.0))
         result: FloatArray = np.where(budget.matters, np.where(unknown, np.inf, needed), np.nan)
         return result
 
     @property
-    def needed(self) -> int | None:
+    def repetitions_needed(self) -> int | None:
         """How often the whole experiment has to be done until U is within all tolerances; None where no number is
         enough, and where it is within them already and the robot does not pass: repeating a plan does not show what
         it hides.
         """
         most = float(np.nanmax(self.repetitions))
-        return int(most) if np.isfinite(most) and not self.endangered else None
+        hidden = self.u_within_tolerance.all() and not self.robot_passes
+        return int(most) if np.isfinite(most) and not hidden else None

@@ -11,8 +11,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import UncertaintyBudget, planned_budgets
-from expdesign.assurance.acceptance.decision import Basis, Decision
-from expdesign.assurance.acceptance.options import ACCEPTANCE
+from expdesign.assurance.acceptance.decision import MOST_REPETITIONS, Basis, Decision
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
@@ -62,4 +61,4 @@ def check_readings(budget: UncertaintyBudget, deviations: FloatArray) -> int:
         needed = np.ceil((2.0 * k * tolerance * deviations / room) ** 2 * (1.0 - 1e-12))
     provable = (room > 0.0) & np.isfinite(deviations)
     most = float(np.where(provable, needed, np.inf)[budget.matters].max(initial=1.0))
-    return int(most) if most <= ACCEPTANCE.most else 0
+    return int(most) if most <= MOST_REPETITIONS else 0

@@ -26,14 +26,16 @@ def acceptance_record(decision: Decision) -> dict[str, Any]:
         "coverage_factor": budget.coverage.factor,
         "decision_rule": DECISION_RULE,
         "verdict": decision.verdict,
-        "passes": decision.passes if decision.decided else None,
+        "passes": decision.robot_passes if decision.decided else None,
         **_whole(decision),
         "check_readings": decision.check_readings or None,
-        "repetitions_until_it_passes": decision.needed,
-        "measurements_until_it_passes": None if decision.needed is None else decision.needed * budget.measurements,
+        "repetitions_until_it_passes": decision.repetitions_needed,
+        "measurements_until_it_passes": None
+        if decision.repetitions_needed is None
+        else decision.repetitions_needed * budget.measurements,
         "targets": [
             {
-                "passes": bool(decision.passed[target].all()) if decision.decided else None,
+                "passes": bool(decision.axis_passes[target].all()) if decision.decided else None,
                 "axes": [_axis(decision, target, int(axis)) for axis in np.flatnonzero(budget.matters[target])],
             }
             for target in range(len(budget.tolerance))
@@ -45,7 +47,7 @@ def _whole(decision: Decision) -> dict[str, float | None]:
     """The probability that any axis is beyond its tolerance; nothing of a plan."""
     if decision.basis is Basis.PLAN:
         return {}
-    whole, hidden = decision.whole_risk, float(decision.whole_hidden_risk.sum())
+    whole, hidden = decision.robot_risk, float(decision.hidden_robot_risk.sum())
     known = bool(np.isfinite(whole))
     return {
         "probability_of_any_beyond_tolerance": whole if known else None,
@@ -70,9 +72,11 @@ def _axis(decision: Decision, target: int, axis: int) -> dict[str, Any]:
         "coverage_factor": at(budget.factor),
         "expanded_uncertainty": at(budget.expanded),
         "verdict": decision.axis_verdict(target, axis),
-        "passes": bool(decision.passed[target, axis]) if decision.decided else None,
-        "probability_beyond_tolerance": at(decision.risk),
-        "probability_by_hidden_physics": None if decision.left_out is None else at(decision.hidden_risk.sum(axis=0)),
+        "passes": bool(decision.axis_passes[target, axis]) if decision.decided else None,
+        "probability_beyond_tolerance": at(decision.axis_risk),
+        "probability_by_hidden_physics": None
+        if decision.left_out is None
+        else at(decision.hidden_axis_risk.sum(axis=0)),
         "repetitions_until_it_passes": None if repetitions is None else int(repetitions),
     }
 
@@ -102,44 +106,44 @@ def sentences(decision: Decision) -> list[str]:
             f"{ratio[target, axis]:.3g} of its tolerance (k = {budget.factor[target, axis]:.3g}, coverage {level})"
         )
         if decision.basis is Basis.PLAN:
-            risk = probability_text(float(decision.risk[target, axis]), 2)
+            risk = probability_text(float(decision.axis_risk[target, axis]), 2)
             texts.append(f"{worst}; an error beyond the tolerance has the probability {risk}.")
         else:
             texts += [f"{worst}.", *_risk_sentence(decision)]
     texts += _repetitions(decision)
-    if decision.basis is Basis.PLAN and decision.passes and decision.check_readings is not None:
+    if decision.basis is Basis.PLAN and decision.robot_passes and decision.check_readings is not None:
         texts.append(_check_readings(decision.check_readings))
     return texts
 
 
 def _verdict_sentence(decision: Decision) -> str:
-    matters, exceeding = int(decision.budget.matters.sum()), int((~decision.within).sum())
+    matters, exceeding = int(decision.budget.matters.sum()), int((~decision.u_within_tolerance).sum())
     within = f"on all {matters} axes with a tolerance U is within it"
     exceeds = f"on {exceeding} of the {matters} axes with a tolerance U exceeds it"
     if decision.basis is Basis.PLAN:
         return f"The robot is {'not ' if exceeding else ''}expected to pass: {exceeds if exceeding else within}."
-    if decision.passes:
+    if decision.robot_passes:
         return f"The robot passes: {within}."
     if exceeding:
         return f"Not proven: {exceeds}."
-    left = probability_text(decision.allowed, 2)
+    left = probability_text(decision.risk_left, 2)
     return f"Not proven: {within}, but an error beyond any of them is likelier than the coverage leaves ({left})."
 
 
 def _risk_sentence(decision: Decision) -> list[str]:
     """The probability of an error beyond any tolerance, and how much of it physics has that is not in the model."""
-    whole = decision.whole_risk
+    whole = decision.robot_risk
     if np.isnan(whole):
         return []
     text = f"The probability that any axis is beyond its tolerance is {probability_text(whole, 2)}"
-    target, axis = np.unravel_index(int(np.nanargmax(decision.risk)), decision.risk.shape)
+    target, axis = np.unravel_index(int(np.nanargmax(decision.axis_risk)), decision.axis_risk.shape)
     if whole >= SMALLEST:
-        alone = probability_text(float(decision.risk[target, axis]), 2)
+        alone = probability_text(float(decision.axis_risk[target, axis]), 2)
         text += f", of {decision.budget.axes[axis].rsplit('_', 1)[0]} at target {target + 1} alone {alone}"
     if decision.left_out is None:
         return [f"{text}, if the model is right: what these recordings may hide is not counted."]
     parts: dict[str, float] = {}
-    for phrase, part in zip(decision.left_out.phrases, decision.whole_hidden_risk, strict=True):
+    for phrase, part in zip(decision.left_out.phrases, decision.hidden_robot_risk, strict=True):
         parts[phrase] = parts.get(phrase, 0.0) + float(part)
     hidden = "physics that these recordings may hide"
     if sum(parts.values()) < SMALLEST:
@@ -150,24 +154,25 @@ def _risk_sentence(decision: Decision) -> list[str]:
 
 def _repetitions(decision: Decision) -> list[str]:
     """What would make a robot pass that does not."""
-    if decision.passes:
+    if decision.robot_passes:
         return []
-    if decision.endangered and decision.whole_risk - decision.whole_hidden_risk.sum() > decision.allowed:
-        return ["Every axis passes by itself, not all of them together: repeat the plan, or measure more."]
-    if decision.endangered:
+    if decision.u_within_tolerance.all():
+        if decision.robot_risk - decision.hidden_robot_risk.sum() > decision.risk_left:
+            return ["Every axis passes by itself, not all of them together: repeat the plan, or measure more."]
         return [
             "Record what would show that physics (`expdesign run` with the objective `meir` plans it), or prove "
             "conformity by check readings with `expdesign verify`."
         ]
-    if decision.needed is None:
+    times = decision.repetitions_needed
+    if times is None:
         return [
             "No number of repetitions helps: errors that all measurements share (or what is not determined) exceed the "
             "tolerance by themselves. Know the load better, or measure otherwise."
         ]
     return [
-        f"The whole plan done {decision.needed} times, set up anew each time "
-        f"({decision.needed * decision.budget.measurements} measurements), would bring U within all tolerances; a plan "
-        "that is optimised for as many measurements needs no more."
+        f"The whole plan done {times} times, set up anew each time ({times * decision.budget.measurements} "
+        "measurements), would bring U within all tolerances; a plan that is optimised for as many measurements needs "
+        "no more."
     ]
 
 
