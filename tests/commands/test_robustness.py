@@ -204,6 +204,14 @@ def test_columns_without_a_meaning_are_reported(
         ("covariance", [], "covariance"),
         ("covariance.5", [1.0], "covariance"),
         ("covariance.0.0", -1.0, "covariance"),
+        ("covariance.0.0", float("nan"), "covariance[0][0]"),
+        ("covariance.0.0", 1e308, "covariance[0][0]"),
+        ("birge_ratio", 0.01, "birge_ratio"),
+        ("compliance.leg 2", 2e-6, "compliance.leg 2"),
+        ("relative_compliance.1", 10.0, "compliance.leg 2"),
+        ("relative_compliance", [1.0], "relative_compliance"),
+        ("robot.actuator_stiffness", [5.24e9] * 6, "compliance.leg 1"),
+        ("calibrated.x_m", [0.01, -0.01], "calibrated.x_m"),
         ("covariance.0.1", 1.0, "covariance"),
         ("covariance.0.1", "a", "covariance[0][1]"),
         ("parameters", ["a"], "parameters"),
@@ -219,6 +227,34 @@ def test_models_that_cannot_be_right(
     out = tmp_path / "out.csv"
     assert f", {place}: " in refused(capsys, "predict", model, plan_file(tmp_path), "--out", out)
     assert not out.exists()
+
+
+@pytest.mark.parametrize("key", ["compliance", "relative_compliance"])
+def test_a_robot_that_rises_under_its_load(tmp_path: Path, capsys: pytest.CaptureFixture[str], key: str) -> None:
+    content = yaml.safe_load(model_file(tmp_path).read_text())
+    content["compliance"] = {name: -value for name, value in content["compliance"].items()}
+    content["relative_compliance"] = [-value for value in content["relative_compliance"]]
+    if key == "compliance":
+        del content["relative_compliance"]
+    said = refused(capsys, "predict", written(tmp_path, content), plan_file(tmp_path), "--out", tmp_path / "out.csv")
+    assert "compliance.leg 1: a negative compliance" in said
+
+
+def test_a_small_compliance_may_be_negative_by_its_noise(tmp_path: Path) -> None:
+    content = yaml.safe_load(model_file(tmp_path).read_text())
+    del content["relative_compliance"]
+    content["compliance"]["leg 1"] = -1e-9
+    content["covariance"] = [[1e-18 * (row == column) for column in range(6)] for row in range(6)]
+    model = written(tmp_path, content)
+    assert call("predict", model, plan_file(tmp_path), "--out", tmp_path / "out.csv") == 0
+
+
+def test_a_combination_that_would_be_more_than_certain(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    content = yaml.safe_load(model_file(tmp_path).read_text())
+    rows = content["covariance"]
+    rows[0][1] = rows[1][0] = 5.0 * (rows[0][0] * rows[1][1]) ** 0.5
+    said = refused(capsys, "predict", written(tmp_path, content), plan_file(tmp_path), "--out", tmp_path / "out.csv")
+    assert ", covariance: no covariance: some combination" in said
 
 
 @pytest.mark.parametrize("where", ["taken", "taken/below"])

@@ -131,6 +131,7 @@ def test_one_joint_is_a_robot(tmp_path: Path) -> None:
         ('<link name="base"/>', '<link name="base"/><link name="base"/>', "two links `base`"),
         ('type="revolute"', 'type="rotary"', "unknown type of joint `rotary`"),
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', "no direction"),
+        ('<axis xyz="0 1 0"/>', '<axis xyz="0 0 1e200"/>', "beyond any quantity"),
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 one 0"/>', "3 numbers are needed"),
         ('<mass value="3"/>', '<mass value="-3"/>', "cannot be negative"),
         ('<mass value="3"/>', '<mass value="nan"/>', "1 number is needed"),

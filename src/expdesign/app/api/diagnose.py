@@ -205,7 +205,7 @@ def diagnose(
         measured,
         ~measured.test,
         result.reading_deviations,
-        birge_ratio=result.widening.parameters,
+        birge_ratio=max(1.0, result.widening.parameters),  # less is noise that was stated too large
         verdict="refuted" if result.refuted else result.after.verdict,
     )
     at_targets = None

@@ -21,6 +21,7 @@ from functools import cached_property
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.chain.models.checked import AGAIN, covariance_of
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.errors import InputError
 from expdesign.io.schema import Section
@@ -129,13 +130,16 @@ def subspace_of(
     """
     if section is None:
         return None
-    sizes = [len(row) for row in (*section.covariance, *section.undetermined, section.resolution)]
-    values = np.array([x for row in (*section.covariance, *section.undetermined, section.resolution) for x in row])
-    if set(sizes) != {count} or len(section.covariance) != count or not np.isfinite(values).all():
+    rows = (*section.covariance, *section.undetermined, section.resolution)
+    if {len(row) for row in rows} != {count} or not np.isfinite([x for row in rows for x in row]).all():
         what = f"rows of {count} finite numbers are needed here, and {count} rows of `covariance`"
-        raise InputError(what, where=document.where(("estimable",)), remedy="Identify the recordings again.")
+        raise InputError(what, where=document.where(("estimable",)), remedy=AGAIN)
+    if min(section.resolution, default=1.0) <= 0.0:
+        what = "a standard deviation is positive"
+        raise InputError(what, where=document.where(("estimable", "resolution")), remedy=AGAIN)
+    covariance = covariance_of(section.covariance, count, document, ("estimable", "covariance"))
     directions = np.array(section.undetermined).reshape(-1, count).T
-    found = Estimable(np.array(section.covariance), directions, np.array(section.resolution))
+    found = Estimable(covariance, directions, np.array(section.resolution))
     return found.in_units(units)
 
 

@@ -16,6 +16,7 @@ from pydantic import Field
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
+from expdesign.chain.models.checked import covariance_of, relative_compliances, require_ordered, require_yielding
 from expdesign.chain.models.effect_entry import EffectSection, effect_entry, effect_of, require_identifiers
 from expdesign.chain.models.estimable import Calibrated, Estimable, EstimableSection, estimable_entry, subspace_of
 from expdesign.chain.readings.position import MarkerPosition
@@ -140,7 +141,7 @@ class _ModelSection(Section):
     parameters: list[str]
     covariance: list[list[float]]
     estimable: EstimableSection | None = None
-    birge_ratio: Positive = 1.0
+    birge_ratio: Annotated[Number, Field(ge=1.0)] = 1.0
     reading_std: dict[str, Positive] = Field(default_factory=dict)
     fit: str = ""
     calibrated: dict[str, Annotated[list[Number], Field(min_length=2, max_length=2)]] = Field(default_factory=dict)
@@ -216,17 +217,19 @@ def model_from_document(document: YamlDocument) -> Model:
     if tuple(section.compliance) != robot.actuators:
         remedy = f"They must be {', '.join(robot.actuators)}, in this order."
         raise InputError("these are not the robot's actuators", where=document.where(("compliance",)), remedy=remedy)
-    values = [_compliances(section, robot)]
+    values = [relative_compliances(section.compliance, section.relative_compliance, robot, document)]
     values.append(np.array(list(section.instrument.values())))
     for effect, entry in zip(effects, section.effects, strict=True):
         values.append(np.array([entry.parameters[parameter.name] for parameter in effect.parameters]))
-    covariance = _covariance(section, chain, document)
     scale = _units(chain)
+    covariance = _covariance(section, chain, document) / np.outer(scale, scale)
+    require_yielding(values[0], covariance, robot, document)
+    require_ordered(section.calibrated, document)
     joined = np.concatenate(values)
     return Model(
         chain=chain,
         values=joined,
-        covariance=covariance / np.outer(scale, scale),
+        covariance=covariance,
         subspace=subspace_of(section.estimable, len(scale), document, 1.0 / scale),
         birge_ratio=section.birge_ratio,
         reading_std=section.reading_std,
@@ -236,16 +239,6 @@ def model_from_document(document: YamlDocument) -> Model:
         folder=document.folder,
         source=document.source,
     )
-
-
-def _compliances(section: _ModelSection, robot: Robot) -> FloatArray:
-    """Compliances in units of the robot file's: to the last bit as they were written, unless someone changed them."""
-    written = np.array(section.relative_compliance)
-    stated = np.array(list(section.compliance.values()))
-    if written.shape == stated.shape and np.allclose(written * robot.compliance, stated, rtol=1e-12, atol=0.0):
-        return written
-    relative: FloatArray = stated * robot.stiffness
-    return relative
 
 
 def _instrument_of(model: Model) -> dict[str, Any]:
@@ -290,23 +283,11 @@ def _reading(section: _ModelSection, robot: Robot, document: YamlDocument) -> Re
 
 
 def _covariance(section: _ModelSection, chain: Chain, document: YamlDocument) -> FloatArray:
-    """The covariance of the file; infinite variances mark what was not determined."""
-    where = document.where(("covariance",))
+    """The covariance of the file in its units; infinite variances mark what was not determined."""
     if section.parameters != _names(chain):
         remedy = f"They must be {', '.join(_names(chain))}, in this order."
         raise InputError("these are not the model's parameters", where=document.where(("parameters",)), remedy=remedy)
-    count = len(chain.parameters)
-    rows = section.covariance
-    if len(rows) != count or any(len(row) != count for row in rows) or np.isnan(rows).any():
-        what = f"a matrix of {count}×{count} numbers is needed here"
-        raise InputError(what, where=where, remedy="Order: `parameters`.")
-    covariance = np.array(rows, dtype=float).reshape(count, count)
-    known = np.isfinite(np.diag(covariance))
-    inner = covariance[np.ix_(known, known)]
-    if np.any(np.diag(covariance) < 0.0) or not np.allclose(inner, inner.T, rtol=1e-6, atol=0.0):
-        remedy = "Identify or diagnose the recordings again."
-        raise InputError("a covariance is symmetric with a diagonal of variances", where=where, remedy=remedy)
-    return covariance
+    return covariance_of(section.covariance, len(chain.parameters), document, ("covariance",))
 
 
 def _units(chain: Chain) -> FloatArray:

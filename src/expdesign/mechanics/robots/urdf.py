@@ -25,12 +25,14 @@ from scipy.spatial.transform import Rotation
 from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
-from expdesign.io.schema import Number, Section
+from expdesign.io.schema import LARGEST, Number, Section
 from expdesign.io.yaml_reader import YamlDocument, read_text
 
 _MOVING = ("revolute", "continuous", "prismatic")
 _FARTHEST = 2.0
 """Times the span of all joints; no link reaches farther."""
+_ANY = float("inf")
+"""Limits may be any number: some files write one for "none"."""
 _SLACK = 2.0
 """m; by so much more a link without joints beyond it may reach."""
 _DENSEST = 2e4
@@ -229,8 +231,8 @@ def _limits(element: ElementTree.Element, kind: str, where: str) -> tuple[float,
     limit = element.find("limit")
     if limit is None or kind == "continuous" or limit.get("lower") is None or limit.get("upper") is None:
         return float("-inf"), float("inf")
-    low = float(_numbers(limit.get("lower", ""), 1, where, "the lower limit")[0])
-    high = float(_numbers(limit.get("upper", ""), 1, where, "the upper limit")[0])
+    low = float(_numbers(limit.get("lower", ""), 1, where, "the lower limit", _ANY)[0])
+    high = float(_numbers(limit.get("upper", ""), 1, where, "the upper limit", _ANY)[0])
     if low > high:
         raise _fault(where, f"the limits are the wrong way round: {low:g} > {high:g}", "Correct <limit>.")
     return low, high
@@ -241,7 +243,7 @@ def _effort(element: ElementTree.Element, where: str) -> float:
     limit = element.find("limit")
     if limit is None or limit.get("effort") is None:
         return float("inf")
-    effort = float(_numbers(limit.get("effort", ""), 1, where, "the effort")[0])
+    effort = float(_numbers(limit.get("effort", ""), 1, where, "the effort", _ANY)[0])
     return effort if effort > 0.0 else float("inf")
 
 
@@ -269,7 +271,8 @@ def _origin(element: ElementTree.Element, where: str) -> FloatArray:
     return transform(Rotation.from_euler("xyz", angles).as_matrix(), position)
 
 
-def _numbers(text: str, count: int, where: str, what: str) -> FloatArray:
+def _numbers(text: str, count: int, where: str, what: str, largest: float = LARGEST) -> FloatArray:
+    """`count` finite numbers; what is beyond `largest` is no length, angle or mass, and squares of it overflow."""
     try:
         values = np.array([float(word) for word in text.split()])
     except ValueError:
@@ -277,6 +280,8 @@ def _numbers(text: str, count: int, where: str, what: str) -> FloatArray:
     if len(values) != count or not np.isfinite(values).all():
         plural = "numbers are" if count > 1 else "number is"
         raise _fault(where, f"{what} is `{text}`, where {count} {plural} needed", "Correct it.")
+    if np.abs(values).max() > largest:
+        raise _fault(where, f"{what} is `{text}`, beyond any quantity in SI units", "Correct the exponent.")
     return values
 
 
