@@ -253,7 +253,8 @@ class Setup:
 
     def assess(self, poses: Array, parameters: Array, series: Array | None = None) -> Assessment:
         """The package's assessment of b designs."""
-        return Assessment(self.loaded.measure(poses, parameters), self.noise, self.shared, self.targets, series)
+        measured = self.loaded.measure(poses, parameters)
+        return Assessment(measured, self.noise, self.shared, self.targets, series, estimator="weighted")
 
     def problem(self) -> DesignProblem:
         """The same as a design problem; nothing is searched in it."""
@@ -270,6 +271,7 @@ class Setup:
             optimiser=settings,
             config={},
             source=self.name,
+            estimator="weighted",
         )
 
     def plan(self, generator: np.random.Generator, measurements: int) -> Plan:

@@ -1,5 +1,7 @@
 """Appendices E and F of the thesis: RMS of the attained error against the square root of the trace."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -45,7 +47,7 @@ class ErrorRms(Study):
     settings = Settings
 
     def tables(self, settings: Settings, document: YamlDocument) -> dict[str, StudyTable]:
-        problem = read_problem(document.folder / settings.configuration)
+        problem = replace(read_problem(document.folder / settings.configuration), estimator="weighted")
         rows, densities = [], []
         for number, plan in enumerate(_plans(problem, settings)):
             for cause, (noise, load_errors, distribution) in CAUSES.items():

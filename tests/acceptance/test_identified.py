@@ -27,7 +27,7 @@ from expdesign.estimation.whitening import Whitening
 from expdesign.planning.plan import plan_frame
 
 CASE = {"experiment.load.gravity": ..., "experiment.measurements": 6}
-FEW = CASE | {"model_error": {"physics": ["leg_coupling"]}}
+FEW = CASE | {"model_error": {"physics": ["leg_coupling"]}, "experiment.estimator": "weighted"}
 """Where what the recordings may hide is not what a test is about."""
 
 

@@ -8,26 +8,37 @@ import pytest
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
+from expdesign.mechanics.differentiation import inverse_root, one_and_gram
 from expdesign.planning.criteria.accuracy import expected_total
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.criteria.information import Information, Sums
-from expdesign.planning.optimality.bounds import best_linear_total
+from expdesign.planning.criteria.information import Estimator, Information
 from expdesign.planning.optimality.gradient_check import criterion_gradients
+from expdesign.planning.optimality.plan_sums import PlanSums
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import starting_designs
 
 
-def dense(rows: Array, errors: Array, shared: Array, targets: Array) -> tuple[Array, Array]:
-    """U_ii and (Z·Σ_F·Zᵀ)_ii from whole matrices: rows (m, k, p), errors (m, k, d), targets (t, r, p)."""
-    m, k, p = rows.shape
-    gain = np.linalg.pinv(rows.reshape(m * k, p))
+def covariance_of(errors: Array, shared: Array) -> Array:
+    """Of the load errors alone, in the whitened readings (m·k, m·k), of errors (m, k, d)."""
+    m, k, _ = errors.shape
     common = errors[..., shared].reshape(m * k, -1)
     covariance = common @ common.T
     for place, block in enumerate(errors[..., ~shared]):
         part = slice(place * k, (place + 1) * k)
         covariance[part, part] += block @ block.T
-    noise, force = gain @ gain.T, gain @ covariance @ gain.T
-    first, second = (np.einsum("trp,pq,trq->tr", targets, each, targets) for each in (noise, force))
+    return covariance
+
+
+def dense(
+    rows: Array, errors: Array, shared: Array, targets: Array, estimator: str, noise: Array | None = None
+) -> tuple[Array, Array]:
+    """U_ii and (Z·Σ_F·Zᵀ)_ii from whole matrices: rows (m, k, p), errors (m, k, d), targets (t, r, p)."""
+    m, k, p = rows.shape
+    flat, force = rows.reshape(m * k, p), covariance_of(errors, shared)
+    noise = np.eye(m * k) if noise is None else noise
+    inverse = np.linalg.inv(noise + force if estimator == "generalised" else noise)
+    gain = np.linalg.solve(flat.T @ inverse @ flat, flat.T @ inverse)
+    first, second = (np.einsum("trp,pq,trq->tr", targets, gain @ each @ gain.T, targets) for each in (noise, force))
     return first, second
 
 
@@ -46,51 +57,60 @@ ERRORS = [
     {"source": "com", "std": [0.001, 0.001, 0.001], "shared": True},
     {"source": "wrench", "std": [0.5, 0.5, 0.5, 0.05, 0.05, 0.05], "shared": False},
 ]
+ESTIMATORS: list[Estimator] = ["weighted", "generalised"]
 BASES = [(BIPOD, {}), (HEXAPOD, {}), (HEXAPOD, {"experiment.load_error": ERRORS})]
 
 
+@pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize(("base", "changes"), BASES)
-def test_both_forms_have_the_variances_of_the_dense_formulas(
-    base: dict[str, object], changes: dict[str, object]
+def test_all_forms_have_the_variances_of_the_dense_formulas(
+    base: dict[str, object], changes: dict[str, object], estimator: Estimator
 ) -> None:
-    here = problem(base, changes)
+    here = problem(base, {**changes, "experiment.estimator": estimator})
     measurements = drawn(here, 5)
     rows, errors = here.whitened(*here.space.decode(measurements))
     targets, scale = here.targets.observation, here.loaded.scale
-    noise, force = dense(rows * scale, errors, here.shared_errors, targets * scale)
+    noise, force = dense(rows * scale, errors, here.shared_errors, targets * scale, estimator)
     total = told(here, measurements)
-    of_sums = Sums.of_information(total.in_units(scale))
-    sums = Sums.of_measurements(rows * scale, errors, here.shared_errors)
-    summed = Sums(sums.matrix.sum(axis=0), sums.own.sum(axis=0), sums.shared.sum(axis=0))
     configurations, loads = here.space.decode(measurements)
     assessment = here.assess(configurations[None], loads[None])
     of_assessment = assessment.noise_variance[0], assessment.force_variance[0]
-    forms = (total.variances(targets), of_sums.variances(targets * scale), summed.variances(targets * scale))
-    for found in (*forms, of_assessment):
+    for found in (total.variances(targets), of_assessment):
         np.testing.assert_allclose(found[0], noise, rtol=1e-8)
         np.testing.assert_allclose(found[1], force, rtol=1e-8)
+    for root, part in ((assessment.noise_root, noise), (assessment.force_root, force)):
+        np.testing.assert_allclose((root[0] ** 2).sum(axis=-1), part, rtol=1e-8)
+    sums, weights = PlanSums(here, 1.0), here.targets.weights / here.targets.weights.sum()
+    of_sums = sums.variances(sums.parts(measurements).sum(axis=0))
+    for summed, part in zip(of_sums, (noise, force), strict=True):
+        assert summed[0] == pytest.approx(weights @ (part * here.targets.importance).sum(axis=1), rel=1e-8)
     expected = known_criteria()["total"].values(assessment)[0]
     assert expected_total(total, here.targets) == pytest.approx(expected, rel=1e-8)
 
 
-def test_what_is_known_before_counts_as_if_it_were_measured() -> None:
-    here = problem(HEXAPOD, {"experiment.load_error": ERRORS})
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_what_is_known_before_counts_as_if_it_were_measured(estimator: Estimator) -> None:
+    here = problem(HEXAPOD, {"experiment.load_error": ERRORS, "experiment.estimator": estimator})
     measurements = drawn(here, 6)
-    beside = replace(here, known=told(here, measurements[:3])).assessed(measurements[None, 3:])
+    beside = replace(here, known=told(here, measurements[:3]))
+    assessed = beside.assessed(measurements[None, 3:])
     configurations, loads = here.space.decode(measurements)
     together = here.assess(configurations[None], loads[None])
-    np.testing.assert_allclose(beside.noise_variance, together.noise_variance, rtol=1e-9)
-    np.testing.assert_allclose(beside.force_variance, together.force_variance, rtol=1e-9)
+    np.testing.assert_allclose(assessed.noise_variance, together.noise_variance, rtol=1e-9)
+    np.testing.assert_allclose(assessed.force_variance, together.force_variance, rtol=1e-9)
+    sums = PlanSums(beside, 1.0)
+    by_sums = np.sqrt(sum(sums.variances(sums.parts(measurements[3:]).sum(axis=0))))
+    assert by_sums[0] == pytest.approx(known_criteria()["total"].values(together)[0], rel=1e-8)
 
 
 def test_a_shared_reference_is_a_nuisance_parameter_of_its_series() -> None:
     """Rows [a_i, I] with a parameter ρ of prior information 2·I and readings of half the covariance, eliminated as
     roots and as sums, against what the assessment makes of series.
     """
-    here = problem(HEXAPOD, {"experiment.deflection_noise.shared_reference": True, "experiment.load_error": ERRORS})
+    here = problem(HEXAPOD, {"experiment.deflection_noise.shared_reference": True, "experiment.estimator": "weighted"})
     measurements = drawn(here, 5)
-    rows, errors = here.whitened(*here.space.decode(measurements))
-    rows, errors, k = np.sqrt(2.0) * rows * here.loaded.scale, np.sqrt(2.0) * errors, rows.shape[1]
+    rows, _ = here.whitened(*here.space.decode(measurements))
+    rows, k = np.sqrt(2.0) * rows * here.loaded.scale, rows.shape[1]
     targets = here.targets.observation * here.loaded.scale
     series = np.array([0, 0, 0, 1, 1])
     reference = np.zeros((5, k, 2 * k))
@@ -101,12 +121,74 @@ def test_a_shared_reference_is_a_nuisance_parameter_of_its_series() -> None:
     nuisance, prior = reference.reshape(5 * k, -1), np.full(2 * k, np.sqrt(2.0))
     found = Information.beside(rows.reshape(5 * k, -1), nuisance, prior).variances(targets)[0]
     np.testing.assert_allclose(found, assessment.noise_variance[0], rtol=1e-8)
-    each = Sums.of_measurements(np.concatenate([rows, reference], axis=2), errors, here.shared_errors)
-    sums = Sums(each.matrix.sum(axis=0), each.own.sum(axis=0), each.shared.sum(axis=0)).eliminated(2 * k, 2.0)
-    for mine, theirs in zip(
-        sums.variances(targets), (assessment.noise_variance[0], assessment.force_variance[0]), strict=True
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+@pytest.mark.parametrize("sources", [[], ERRORS])
+def test_series_that_share_a_reference_are_those_of_dense_formulas(
+    sources: list[dict[str, object]], estimator: Estimator
+) -> None:
+    """Cov = ½(I + 11ᵀ)⊗V within a series, and what load errors add (theory.md 10.4, 10.6)."""
+    changes = {"experiment.deflection_noise.shared_reference": True, "experiment.load_error": sources}
+    here = problem(HEXAPOD, {**changes, "experiment.measurements": 6, "experiment.estimator": estimator})
+    design = drawn(here, 6)
+    design[:3, here.space.of_pose] = design[0, here.space.of_pose]
+    rows, errors = here.whitened(*here.space.decode(design))
+    series = np.unique(design[:, here.space.of_pose], axis=0, return_inverse=True)[1].ravel()
+    noise = np.kron(0.5 * (np.eye(6) + (series[:, None] == series)), np.eye(rows.shape[1]))
+    targets, scale = here.targets.observation * here.loaded.scale, here.loaded.scale
+    expected = dense(rows * scale, errors, here.shared_errors, targets, estimator, noise)
+    configurations, loads = here.space.decode(design)
+    assessment = here.assess(configurations[None], loads[None], series[None] + 1)
+    sums, weights = PlanSums(here, 1.0), here.targets.weights / here.targets.weights.sum()
+    of_sums = sums.variances(sums.sums(sums.parts(design)[None], design[None][..., here.space.of_pose]))
+    for part, found, summed in zip(
+        expected, (assessment.noise_variance[0], assessment.force_variance[0]), of_sums, strict=True
     ):
-        np.testing.assert_allclose(mine, theirs, rtol=1e-8)
+        np.testing.assert_allclose(found, part, rtol=1e-8, atol=1e-30)
+        assert summed[0, 0] == pytest.approx(weights @ (part * here.targets.importance).sum(axis=1), rel=1e-7)
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_gain_and_sensitivity_are_those_of_the_estimator(estimator: Estimator) -> None:
+    """Load errors and noise through `gain` leave what FEIR and DUIR say; Z is −A_D·P·D (theory.md 5.1)."""
+    here = problem(HEXAPOD, {"experiment.load_error": ERRORS, "experiment.estimator": estimator})
+    design = drawn(here, 4)
+    assessment = here.assessed(design[None])
+    gain, measured = assessment.gain[0], assessment.measurements
+    np.testing.assert_allclose(np.einsum("mpn,mnq->pq", gain, measured.observation[0]), np.eye(6), atol=1e-9)
+    covariance = covariance_of(measured.compliance[0] @ measured.load_errors[0], here.shared_errors)
+    through = here.targets.observation @ gain.swapaxes(0, 1).reshape(6, -1)
+    found = np.einsum("tij,jk,tik->ti", through, covariance, through)
+    np.testing.assert_allclose(found, assessment.force_variance[0], rtol=1e-8)
+    by_load = -np.einsum("tip,mpn,mnf->timf", here.targets.observation, gain, measured.compliance[0])
+    sensitivity = assessment.force_sensitivity()[0].reshape(by_load.shape)
+    np.testing.assert_allclose(sensitivity, by_load, atol=1e-9 * np.abs(by_load).max())
+
+
+def test_vectors_of_both_estimators() -> None:
+    """Noise's and load errors' part at two targets, from formulas apart from this project."""
+    a = np.array([[1.0, 0.2], [0.4, 1.0], [1.2, -0.5], [-0.3, 0.9]])
+    shared, own = np.array([[0.8], [0.5], [-0.2], [0.6]]), np.array([[0.5, 0.1], [0.3, 0.7]])
+    targets = np.array([[[1.0, 1.0], [0.5, -2.0]]])
+    expected = {
+        "weighted": ([0.9558652105, 1.92697405], [1.0913886219, 1.5792369107]),
+        "generalised": ([1.1649976588, 2.2028261782], [0.5972658511, 0.9275532465]),
+    }
+    for estimator in ESTIMATORS:
+        rows, errors = a.reshape(2, 2, 2), (shared.reshape(2, 2, 1), own.reshape(2, 2, 1))
+        if estimator == "generalised":
+            weight = inverse_root(one_and_gram(errors[1]))
+            rows, errors = weight @ rows, (weight @ errors[0], weight @ errors[1])
+        for closed in (False, True):
+            found = Information.of_measurements(rows, errors, (True, False), estimator=estimator, closed=closed)
+            for part, numbers in zip(found.variances(targets), expected[estimator], strict=True):
+                np.testing.assert_allclose(part[0], numbers, rtol=1e-10, atol=1e-10)
+        noise, force = (sum(part) for part in expected[estimator])
+        size = {"weighted": 2.356579044523, "generalised": 2.211931946203}[estimator]
+        assert np.sqrt(noise + force) == pytest.approx(size, rel=1e-10)
+    root = found.inverse
+    np.testing.assert_allclose(root @ root.T, [[0.4730293774, 0.214481445], [0.214481445, 0.8602712426]], atol=1e-10)
 
 
 def test_what_is_not_determined_is_said() -> None:
@@ -118,42 +200,15 @@ def test_what_is_not_determined_is_said() -> None:
     assert not np.isfinite(expected_total(one, here.targets))
 
 
-@pytest.mark.parametrize("sources", [[], ERRORS])
-@pytest.mark.parametrize("shared_reference", [False, True])
-def test_the_best_linear_estimator_is_the_dense_one_of_aitken(
-    shared_reference: bool, sources: list[dict[str, object]]
-) -> None:
-    """Cov = (Aᵀ·C⁻¹·A)⁻¹ with C = S⊗V + Σ_own + D·Σ_shared·Dᵀ (theory.md 10.4), S = ½(I + 11ᵀ) within a series."""
-    changes = {"experiment.deflection_noise.shared_reference": shared_reference, "experiment.load_error": sources}
-    here = problem(HEXAPOD, changes)
-    design = drawn(here, 6)
-    design[:3, here.space.of_pose] = design[0, here.space.of_pose]
-    rows, errors = here.whitened(*here.space.decode(design))
-    (m, k, p), own = rows.shape, ~here.shared_errors
-    rows = rows.reshape(m * k, p) * here.loaded.scale
-    series = np.unique(design[:, here.space.of_pose], axis=0, return_inverse=True)[1].ravel()
-    same = 0.5 * (np.eye(m) + (series[:, None] == series)) if shared_reference else np.eye(m)
-    common = errors[..., ~own].reshape(m * k, -1)
-    covariance = np.kron(same, np.eye(k)) + common @ common.T
-    for place, block in enumerate(errors[..., own]):
-        part = slice(place * k, (place + 1) * k)
-        covariance[part, part] += block @ block.T
-    inverse = np.linalg.inv(rows.T @ np.linalg.inv(covariance) @ rows)
-    targets = here.targets.observation * here.loaded.scale
-    variances = np.einsum("trp,pq,trq->tr", targets, inverse, targets) * here.targets.importance
-    weights = here.targets.weights / here.targets.weights.sum()
-    assert best_linear_total(here, design) == pytest.approx(np.sqrt(weights @ variances.sum(axis=1)), rel=1e-9)
-
-
 def test_what_each_source_adds_is_the_dense_sum_over_it() -> None:
     """Z·Σ_F·Zᵀ of one source after the other (theory.md 5.3): the budget of errors adds up to FEIR."""
-    here = problem(HEXAPOD, {"experiment.load_error": ERRORS})
+    here = problem(HEXAPOD, {"experiment.load_error": ERRORS, "experiment.estimator": "weighted"})
     design = drawn(here, 6)
     rows, errors = here.whitened(*here.space.decode(design))
     targets = here.targets.observation * here.loaded.scale
     assessment = here.assessed(design[None])
     for index, some in enumerate((here.shared_errors, ~here.shared_errors)):
-        _, force = dense(rows * here.loaded.scale, errors * some, here.shared_errors, targets)
+        _, force = dense(rows * here.loaded.scale, errors * some, here.shared_errors, targets, "weighted")
         np.testing.assert_allclose(assessment.source_variances[0, ..., index], force, rtol=1e-9)
     np.testing.assert_allclose(assessment.source_variances.sum(axis=-1), assessment.force_variance, rtol=1e-12)
 
@@ -161,15 +216,19 @@ def test_what_each_source_adds_is_the_dense_sum_over_it() -> None:
 def by_dense_formulas(here: DesignProblem, design: Array) -> dict[str, float]:
     """DUIR, FEIR and their sum of a design (m, g) as the interfaces define them, from whole matrices."""
     rows, errors = here.whitened(*here.space.decode(design))
-    parts = dense(rows * here.loaded.scale, errors, here.shared_errors, here.targets.observation * here.loaded.scale)
+    targets = here.targets.observation * here.loaded.scale
+    parts = dense(rows * here.loaded.scale, errors, here.shared_errors, targets, here.estimator)
     weights = here.targets.weights / here.targets.weights.sum()
     noise, force = (float(weights @ (part * here.targets.importance).sum(axis=1)) for part in parts)
     return {"duir": noise**0.5, "feir": force**0.5, "total": (noise + force) ** 0.5}
 
 
+@pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize(("base", "changes"), BASES)
-def test_gradients_are_those_of_the_dense_formulas(base: dict[str, object], changes: dict[str, object]) -> None:
-    here = problem(base, changes)
+def test_gradients_are_those_of_the_dense_formulas(
+    base: dict[str, object], changes: dict[str, object], estimator: Estimator
+) -> None:
+    here = problem(base, {**changes, "experiment.estimator": estimator})
     design, space = drawn(here, here.space.measurements), here.space
     expected = by_dense_formulas(here, design)
     exact = criterion_gradients(here, design[None], list(expected))

@@ -35,7 +35,9 @@ class Experiment:
     def assess(self, poses: Array | None = None, loads: Array | None = None) -> Assessment:
         """The one design, or another one; every measurement has its own reference."""
         poses, loads = self.poses if poses is None else poses, self.loads if loads is None else loads
-        return Assessment(self.loaded.measure(poses[None], loads[None]), self.noise, self.shared, self.targets)
+        return Assessment(
+            self.loaded.measure(poses[None], loads[None]), self.noise, self.shared, self.targets, estimator="weighted"
+        )
 
 
 def random_robot(generator: np.random.Generator, hexapod: bool) -> tuple[ParallelRobot, Array]:
@@ -147,7 +149,7 @@ def test_scaled_parameters(seed: int, hexapod: bool, measurements: int) -> None:
     h = 10.0 ** here.generator.uniform(-1.0, 1.0, one.parameters)
     measured = replace(one.measurements, observation=one.measurements.observation * h)
     targets = replace(here.targets, observation=here.targets.observation * h)
-    other = Assessment(measured, here.noise, here.shared, targets)
+    other = Assessment(measured, here.noise, here.shared, targets, estimator="weighted")
     close(other.gain * h[:, None], one.gain)
     close(other.noise_variance, one.noise_variance)
     close(other.force_sensitivity(), one.force_sensitivity())
@@ -163,7 +165,7 @@ def test_root_of_the_noise(seed: int, hexapod: bool, measurements: int) -> None:
     turn, _ = np.linalg.qr(here.generator.normal(size=rotated.whitener.shape))
     rotated.whitener = turn @ rotated.whitener
     one = here.assess()
-    other = Assessment(one.measurements, rotated, here.shared, here.targets)
+    other = Assessment(one.measurements, rotated, here.shared, here.targets, estimator="weighted")
     close(other.gain, one.gain)
     close(other.noise_variance, one.noise_variance)
     close(other.force_sensitivity(), one.force_sensitivity())
@@ -183,7 +185,7 @@ def test_units_of_the_readings(seed: int, hexapod: bool, measurements: int) -> N
         compliance=one.measurements.compliance * units[:, None],
     )
     noise = DeflectionNoise(here.noise.axes, here.noise.covariance * np.outer(units, units))
-    other = Assessment(measured, noise, here.shared, here.targets)
+    other = Assessment(measured, noise, here.shared, here.targets, estimator="weighted")
     for name, criterion in known_criteria().items():
         np.testing.assert_allclose(criterion.values(other), criterion.values(one), rtol=1e-7, err_msg=name)
     close(other.gain * units, one.gain)
@@ -250,7 +252,7 @@ def test_one_measurement_at_the_target_under_its_load(seed: int, hexapod: bool) 
     found = here.assess(here.poses[:1], here.loads[:1])
     assume(float(found.condition[0]) < 1e4)
     targets = replace(here.targets, observation=found.measurements.observation[0])
-    found = Assessment(found.measurements, here.noise, here.shared, targets)
+    found = Assessment(found.measurements, here.noise, here.shared, targets, estimator="weighted")
     scale = np.sqrt(np.diag(here.noise.covariance))
     u = found.noise_root[0, 0] @ found.noise_root[0, 0].T
     np.testing.assert_allclose(u / np.outer(scale, scale), here.noise.covariance / np.outer(scale, scale), atol=1e-7)

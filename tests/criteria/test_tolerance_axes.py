@@ -98,7 +98,7 @@ def test_the_map_of_accuracy_agrees_with_the_criterion_at_the_target() -> None:
     np.testing.assert_allclose(found, here.targets.axes, rtol=1e-12)
     chart = accuracy_maps(here)[0]
     assessment = here.assess(plan.configurations[None], plan.loads[None])
-    values = chart.rms(np.linalg.inv(assessment.whitened[0].T @ assessment.whitened[0]))
+    values = chart.rms(assessment.parameter_covariance[0][0])
     here_on_map = np.argmin(np.abs(chart.up)), np.argmin(np.abs(chart.across))
     assert values[here_on_map] == pytest.approx(duir(here, plan), rel=1e-6)
 

@@ -134,8 +134,9 @@ def test_gradients_are_exact(effects: dict[Any, Any]) -> None:
 
 
 def test_a_soft_base_lets_load_errors_through() -> None:
-    bare = planned(HEXAPOD["robot"], {})
-    soft = planned(written(model_of(HEXAPOD["robot"], BASE)), {})
+    weighted = {"experiment.estimator": "weighted"}
+    bare = planned(HEXAPOD["robot"], weighted)
+    soft = planned(written(model_of(HEXAPOD["robot"], BASE)), weighted)
     decisions = designs(bare, 3)
     values = {
         name: [known_criteria()[name].values(p.assess(*p.space.decode(decisions))) for p in (bare, soft)]

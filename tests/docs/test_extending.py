@@ -92,7 +92,7 @@ def test_the_page_has_a_file_of_every_kind() -> None:
 def test_a_new_criterion_is_optimised_and_reported(place: Callable[[str], None]) -> None:
     """The criterion has no derivative of its own: it spans a front, is polished and has a proximity to optimality."""
     place("expdesign/planning/criteria/ellipsoid.py")
-    case = problem({"objectives": ["ellipsoid", "feir"]})
+    case = replace(problem({"objectives": ["ellipsoid", "feir"]}), estimator="weighted")
     front = search(case)
     assert len(front) > 3
     root = case.assess(*case.space.decode(front.decisions)).noise_root[:, 0] / 1e-5

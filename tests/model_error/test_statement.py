@@ -24,7 +24,9 @@ PARTS = {"noise", "load_errors", "total", "hidden", "hidden_physics", "hidden_co
 def problem() -> DesignProblem:
     document = read_yaml(CONFIGS / "bipod.yaml")
     section = {"physics": ["leg_coupling", "leg_backlash"]}
-    return problem_from_document(replace(document, content={**document.content, "model_error": section}))
+    content = {**document.content, "model_error": section}
+    content["experiment"] = {**content["experiment"], "estimator": "weighted"}
+    return problem_from_document(replace(document, content=content))
 
 
 @pytest.fixture(scope="module")

@@ -92,12 +92,15 @@ def test_the_error_budget_adds_up_to_the_criteria(case: Any) -> None:
 
 
 def test_each_source_of_load_error_is_what_feir_is_without_the_others(case: Any) -> None:
-    """Removing the other sources from the problem leaves the share that the budget gives to one."""
-    loaded = case.problem.loaded
-    found = np.array([[one.deviation for one in budget.contributions[1:]] for budget in budgets(case)])
-    measured = loaded.measure(*case.problem.space.decode(case.front.decisions))
+    """Removing the other sources from the problem leaves the share that the budget gives to one, where the estimator
+    does not weigh them.
+    """
+    weighted, loaded = replace(case.problem, estimator="weighted"), case.problem.loaded
+    assessment = weighted.assess(*weighted.space.decode(case.front.decisions))
+    budgets_of = planned_budgets(weighted, assessment)
+    found = np.array([[one.deviation for one in budget.contributions[1:]] for budget in budgets_of])
+    measured = loaded.measure(*weighted.space.decode(case.front.decisions))
     for index, source in enumerate(loaded.sources):
-        assessment = case.problem.assess(*case.problem.space.decode(case.front.decisions))
         alone = type(assessment)(
             replace(
                 measured,
@@ -107,6 +110,7 @@ def test_each_source_of_load_error_is_what_feir_is_without_the_others(case: Any)
             case.problem.noise,
             (source.shared,),
             case.problem.targets,
+            estimator="weighted",
         )
         np.testing.assert_allclose(found[:, index], np.sqrt(alone.force_variance), rtol=1e-9)
 

@@ -15,7 +15,7 @@ from expdesign.planning.budget import Budget
 from expdesign.planning.constraints import Constraints
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import Criterion, known_criteria
-from expdesign.planning.criteria.information import Information
+from expdesign.planning.criteria.information import Estimator, Information
 from expdesign.planning.criteria.targets import Targets
 from expdesign.planning.found_robot import FoundRobot
 from expdesign.planning.laboratory_sheet import Costs
@@ -47,6 +47,7 @@ class DesignProblem:
         robot_file: path of the robot's file; empty where the configuration holds the robot itself.
         further: criteria beside those of every design (`known_criteria`) for which the configuration asks.
         known: of the parameters before anything is measured, with the load errors source by source, or None.
+        estimator: which least squares estimate the parameters.
         costs: of measuring, where the configuration states them.
         budget: of time in place of a number of measurements, or None.
         validation: rows of a plan that are kept for validation.
@@ -71,6 +72,7 @@ class DesignProblem:
     robot_file: str = ""
     further: tuple[Criterion, ...] = ()
     known: Information | None = None
+    estimator: Estimator = "generalised"
 
     def __repr__(self) -> str:
         objectives = ", ".join(criterion.name for criterion in self.objectives)
@@ -99,7 +101,7 @@ class DesignProblem:
         if series is None:
             series = self.noise.series(configurations)
         states = (configurations, loads)
-        return Assessment(measurements, self.noise, shared, self.targets, series, states, self.known)
+        return Assessment(measurements, self.noise, shared, self.targets, series, states, self.known, self.estimator)
 
     def assessed(self, decisions: FloatArray) -> Assessment:
         """The pieces of every criterion of designs (b, m, g)."""

@@ -94,6 +94,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         constraints=read_constraints(experiment, robot, load, document),
         costs=read_costs(experiment),
         budget=budget,
+        estimator=experiment.estimator,
         validation=0 if experiment.validation is None else experiment.validation.measurements,
         coverage=STANDARD if section.acceptance is None else section.acceptance.chosen,
         robot_file=str(document.folder / section.robot) if isinstance(section.robot, str) else "",

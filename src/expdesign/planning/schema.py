@@ -269,6 +269,11 @@ class ExperimentSection(Section):
     load_error: list[LoadErrorSection] = Field(
         default_factory=list, description="Sources of error of the applied load. Default: none, FEIR is 0."
     )
+    estimator: Literal["generalised", "weighted"] = Field(
+        default="generalised",
+        description="Which least squares estimate the parameters: those that weigh the declared load errors as well "
+        "as the noise, or those that weigh the noise alone.",
+    )
     geometric_stiffness: Flag = Field(
         default=False, description="Whether the model includes the change of geometry under load."
     )

@@ -8,12 +8,14 @@ recordings are known before.
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.estimation.identify import Identification, fitted_rows, identify
 from expdesign.estimation.whitening import Whitening
+from expdesign.mechanics.differentiation import inverse_root, one_and_gram
 from expdesign.mechanics.loads.load import Wrench
 from expdesign.planning.criteria.accuracy import Total, expected_total
 from expdesign.planning.criteria.information import RANK_TOLERANCE, Information
@@ -161,8 +163,13 @@ def recorded_knowledge(problem: DesignProblem, recordings: Recordings, loads: Fl
         each[:, train.axes] / deviations[..., None]
         for each in (measured.observation, *(measured.compliance @ error for error in wrenches))
     )
-    across = whitening.decorrelated(np.eye(len(train)))
-    return Information.of_measurements(rows, tuple(errors), tuple(source.shared for source in loaded.sources), across)
+    shared = tuple(source.shared for source in loaded.sources) if errors else ()
+    across = np.kron(whitening.decorrelated(np.eye(len(train))), np.eye(len(train.axes)))
+    if problem.estimator == "generalised":
+        own = [each for each, common in zip(errors, shared, strict=True) if not common]
+        blocks = [block_diag(*each) for each in own] or [np.zeros((len(across), 0))]
+        across = inverse_root(one_and_gram(across @ np.concatenate(blocks, axis=1))) @ across
+    return Information.of_measurements(rows, tuple(errors), shared, across, estimator=problem.estimator)
 
 
 def require_readings_of(problem: DesignProblem, recordings: Recordings) -> None:

@@ -95,7 +95,7 @@ def test_every_criterion_of_every_case_has_its_gradient(name: str) -> None:
     table = gradient_table(here, designs(here, 1))
     assert set(table["quantity"]) == set(known_criteria())
     # Central differences reach 1e-9 of the largest derivative here; a wrong term is wrong by its own size.
-    assert table["at best steps"].max() < 2e-8
+    assert table["at best steps"].max() < 4e-8
     with_errors = here.loaded.sources != ()
     for criterion, (_, gradient) in criterion_gradients(here, designs(here, 1), list(known_criteria())).items():
         assert (criterion == "feir" and not with_errors) or np.abs(gradient).max() > 0.0

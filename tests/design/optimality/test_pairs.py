@@ -26,10 +26,13 @@ def values(here: DesignProblem, designs: Array, name: str) -> Array:
     return known_criteria()[name].values(here.assessed(designs))
 
 
+@pytest.mark.parametrize("estimator", ["weighted", "generalised"])
 @pytest.mark.parametrize("base", [BIPOD, HEXAPOD])
-def test_estimates_are_exact_for_the_plan_itself_and_to_first_order_beside_it(base: dict[str, object]) -> None:
-    """DUIR² changes by -tr(g·dM·gᵀ); FEIR² is that of the sums S and N with the gain as it was."""
-    here = problem(base, {"experiment.measurements": 4})
+def test_estimates_are_exact_for_the_plan_itself_and_to_first_order_beside_it(
+    base: dict[str, object], estimator: str
+) -> None:
+    """What M gives changes by -tr(g·dM·gᵀ); FEIR² is that of the sums S and N with the gain as it was."""
+    here = problem(base, {"experiment.measurements": 4, "experiment.estimator": estimator})
     sums, design = PlanSums(here, 1.0), drawn(here, 4)
     moved = design[:2].copy()
     free = ~here.space.discrete & (here.space.upper > here.space.lower)
@@ -40,10 +43,11 @@ def test_estimates_are_exact_for_the_plan_itself_and_to_first_order_beside_it(ba
     assert np.sqrt(noise[0, 1]) == pytest.approx(values(here, design[None], "duir")[0], rel=1e-6)
     assert np.sqrt(force[0, 1]) == pytest.approx(values(here, design[None], "feir")[0], rel=1e-6)
     beside = np.concatenate([moved, design[2:]])
-    change = values(here, beside[None], "duir")[0] ** 2 - values(here, design[None], "duir")[0] ** 2
-    assert noise[2, 3] - noise[0, 1] == pytest.approx(change, rel=1e-3)
+    name, by_sums = ("duir", noise) if estimator == "weighted" else ("total", noise + force)
+    change = values(here, beside[None], name)[0] ** 2 - values(here, design[None], name)[0] ** 2
+    assert by_sums[2, 3] - by_sums[0, 1] == pytest.approx(change, rel=1e-3)
     gain = sums.gains(parts.sum(axis=0))[0]
-    moved_sums = sums.terms(sums.parts(beside).sum(axis=0))
+    moved_sums = sums.whole(sums.parts(beside).sum(axis=0))
     expected = ((gain @ moved_sums.own) * gain).sum() + ((gain @ moved_sums.shared) ** 2).sum()
     assert force[2, 3] == pytest.approx(expected, rel=1e-9)
 
@@ -51,7 +55,8 @@ def test_estimates_are_exact_for_the_plan_itself_and_to_first_order_beside_it(ba
 def test_pairs_lead_to_lower_valleys_than_single_exchanges_alone() -> None:
     """From plans in which no single exchange helps, with one measurement replaced at random: errors cancel."""
     error = [{"source": "wrench", "std": [3.0, 3.0, 3.0, 0.3, 0.3, 0.3], "shared": True}]
-    here = problem(HEXAPOD, {"experiment.measurements": 4, "experiment.load_error": error})
+    changes = {"experiment.measurements": 4, "experiment.load_error": error, "experiment.estimator": "weighted"}
+    here = problem(HEXAPOD, changes)
     generator, count = np.random.default_rng(1), 60
     offered = drawn(here, 80)
     aims = Aims(np.zeros((count, 2)), np.tile(FEIR, (count, 1)))

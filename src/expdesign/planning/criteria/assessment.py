@@ -1,10 +1,11 @@
 """The pieces that all criteria share, computed once for a batch of designs.
 
 theory.md 3-5: with the whitened observation matrix Ã = G·A_M = Q·R, the information is M = ÃᵀÃ = RᵀR, the estimator's
-gain is M⁻¹A_MᵀGᵀG = R⁻¹QᵀG, and nothing needs M itself, whose condition number would be squared (`Information`). Where
-Ã is rank deficient, only functions of the compliances that lie in its row space can be estimated; what cannot be is NaN
-here, and never the number that a pseudo-inverse would put in its place. A design with a measurement at a singular
-configuration, whose maps do not exist, is NaN as a whole, and the other designs of its batch are not touched by it.
+gain is M⁻¹A_MᵀGᵀG = R⁻¹QᵀG, and nothing needs M itself, whose condition number would be squared. `Information` says how
+load errors enter it, by the estimator; criteria of the observation matrix alone do not depend on that. Where Ã is rank
+deficient, only functions of the compliances that lie in its row space can be estimated; what cannot be is NaN here, and
+never the number that a pseudo-inverse would put in its place. A design with a measurement at a singular configuration,
+whose maps do not exist, is NaN as a whole, and the other designs of its batch are not touched by it.
 
 All of it is NumPy that can be differentiated (`differentiation.py`): on recorded measurements, the same lines give the
 gradients of every criterion. A design whose matrix is rank deficient, or does not exist, has none (`differentiable`).
@@ -16,9 +17,9 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise, reference_whitener
-from expdesign.mechanics.differentiation import plain
+from expdesign.mechanics.differentiation import inverse_root, one_and_gram, plain
 from expdesign.mechanics.elastostatics.measurements import Measurements
-from expdesign.planning.criteria.information import RANK_TOLERANCE, Information
+from expdesign.planning.criteria.information import RANK_TOLERANCE, Estimator, Information
 from expdesign.planning.criteria.targets import Targets, TargetVariances
 
 
@@ -34,6 +35,7 @@ class Assessment(TargetVariances):
         states: configurations (b, m, n_q) and parameters of the loads (b, m, k), for criteria that look beyond the
             linear model of the measurements.
         known: of the parameters from elsewhere, or None.
+        estimator: which least squares estimate the parameters.
     """
 
     def __init__(
@@ -45,6 +47,7 @@ class Assessment(TargetVariances):
         series: IntArray | None = None,
         states: tuple[FloatArray, FloatArray] | None = None,
         known: Information | None = None,
+        estimator: Estimator = "generalised",
     ) -> None:
         self.measurements = measurements
         self.noise = noise
@@ -52,7 +55,7 @@ class Assessment(TargetVariances):
         self.targets = targets
         self.series = series
         self.states = states
-        self._known = known
+        self._known, self.estimator = known, estimator
         missing = series is not None and bool((series == 0).any())
         self.present: BoolArray | None = series > 0 if missing and series is not None else None
         self.batch, self.count = measurements.observation.shape[:2]
@@ -115,58 +118,92 @@ class Assessment(TargetVariances):
         known = self._known
         sizes, rows = np.linalg.norm(plain(self.whitened), axis=1), np.abs(self.targets.observation).max(axis=(0, 1))
         if known is not None:
-            sizes = np.hypot(sizes, np.linalg.norm(known.root, axis=-2))
+            sizes = np.hypot(sizes, np.linalg.norm(known.root[..., -self.parameters :], axis=-2))
         largest = sizes.max(axis=1, keepdims=True)
         idle = ~(sizes > RANK_TOLERANCE * largest) & ~(rows > RANK_TOLERANCE * rows.max())
         if not idle.any():
             return known
         unit = np.where(largest > 0.0, largest, 1.0)[..., None] * np.eye(self.parameters)
-        own = Information(idle[..., None] * unit)
-        return own if known is None else known.plus(own)
+        return (known or self.readings.without_readings()).with_readings(idle[..., None] * unit)
 
-    @property
-    def whitened_errors(self) -> FloatArray:
-        """Readings per standard deviation of every load error, those of one measurement in its own column, shape
-        (b, m·k, e).
+    @cached_property
+    def _own_errors(self) -> FloatArray:
+        """Whitened readings per standard deviation of the load errors that each measurement has of its own, shape
+        (b, m, k, e).
         """
-        columns: list[FloatArray] = [np.zeros((self.batch, self.count, self._whitener.shape[-1], 0))]
-        for each, common in zip(self._load_errors, self.shared, strict=True):
-            own = each[:, :, :, None] * np.eye(self.count)[:, None, :, None]
-            columns.append(each if common else own.reshape(*each.shape[:3], -1))
-        return self.white(np.concatenate(columns, axis=-1))
+        own = [each for each, common in zip(self._load_errors, self.shared, strict=True) if not common]
+        nothing = np.zeros((self.batch, self.count, self.measurements.observation.shape[-2], 0))
+        return self._rows(np.concatenate([nothing, *own], axis=-1))
 
-    def _informed(self, *errors: FloatArray, shared: tuple[bool, ...], before: Information | None) -> Information:
-        """What the readings say, beside what is known before, and what errors (b, m, n, d) of the deflections do."""
-        rows = tuple(self._rows(each) for each in errors)
-        return Information.of_measurements(self._rows(self._observation), rows, shared, self._across, before)
+    @cached_property
+    def _weights(self) -> FloatArray | None:
+        """What weighs whitened readings by the load errors that each measurement has of its own, (b, m, k, k)."""
+        if self.estimator == "weighted" or self._across is not None or not self._own_errors.shape[-1]:
+            return None
+        return inverse_root(one_and_gram(self._own_errors))
 
-    def _of_each(self, errors: FloatArray) -> Information:
-        """What the readings say, with errors (b, m, n, d) that each measurement has of its own, and no others."""
-        before = None if self._before is None else Information(self._before.root)
-        return self._informed(errors, shared=(False,), before=before)
+    @cached_property
+    def _mixing(self) -> FloatArray | None:
+        """What whitens across measurements that share references (b, m·k, m·k), by their load errors too where these
+        are weighed; None where measurements are independent.
+        """
+        if self._across is None:
+            return None
+        size, own = self.count * len(self.noise.axes), self._own_errors
+        mixing = self._across[:, :, None, :, None] * np.eye(len(self.noise.axes))[:, None, :]
+        mixing = mixing.reshape(self.batch, size, size)
+        if self.estimator == "weighted" or not own.shape[-1]:
+            return mixing
+        errors = own[:, :, :, None] * np.eye(self.count)[:, None, :, None]
+        return inverse_root(one_and_gram(mixing @ errors.reshape(self.batch, size, -1))) @ mixing
+
+    def _informed(self, errors: tuple[FloatArray, ...], shared: tuple[bool, ...], *, closed: bool) -> Information:
+        """What the readings say, and what errors (b, m, n, d) of the deflections do; beside what is known before, where
+        that closes it.
+        """
+        rows, *seen = (
+            columns if self._weights is None else self._weights @ columns
+            for columns in map(self._rows, (self._observation, *errors))
+        )
+        known = self._before if closed else None
+        return Information.of_measurements(
+            rows, tuple(seen), shared, self._mixing, known, self.estimator, closed=closed
+        )
+
+    def _of_each(self, errors: FloatArray) -> FloatArray:
+        """What errors (b, m, n, d) of the deflections that each measurement has of its own do to the estimate beside
+        the declared load errors, in the directions of the parameters' root, shape (b, n_p, m·d).
+        """
+        found = self._informed((*self._load_errors, errors), (*self.shared, False), closed=True)
+        return found.reach[-1][..., -self.count * errors.shape[-1] :]
 
     @cached_property
     def _load_errors(self) -> tuple[FloatArray, ...]:
-        """Deflections per standard deviation of each source of load error, (b, m, n, d) each."""
+        """Deflections per standard deviation of each source of load error, (b, m, n, d) each; 0 without A."""
         errors = self.measurements.compliance @ self.measurements.load_errors
+        if not self._exists.all():
+            errors = np.where(self._exists[:, None, None, None], errors, 0.0)
         return tuple(errors[..., source] for source in self.measurements.sources)
 
     @cached_property
+    def observed(self) -> Information:
+        """What the readings say by the instrument's noise alone, which is Ã."""
+        return Information.of_measurements(self.whitened[:, None])
+
+    @cached_property
     def readings(self) -> Information:
-        """What the readings say, with their load errors."""
-        return self._informed(*self._load_errors, shared=self.shared, before=None)
+        """What the readings say, with their load errors, to be added to others."""
+        return self._informed(self._load_errors, self.shared, closed=False)
 
     @cached_property
     def information(self) -> Information:
         """The same with what is known beside them, from which all is estimated."""
-        if self._before is None:
-            return self.readings
-        return self._informed(*self._load_errors, shared=self.shared, before=self._before)
+        return self._informed(self._load_errors, self.shared, closed=True)
 
     @property
     def rank(self) -> IntArray:
         """Numerical rank of Ã, shape (b,)."""
-        return self.readings.rank
+        return self.observed.rank
 
     @cached_property
     def differentiable(self) -> BoolArray:
@@ -181,7 +218,7 @@ class Assessment(TargetVariances):
 
         Where two coincide neither is differentiable; the gradient is that of one of the smooth continuations.
         """
-        values = np.linalg.svd(self.readings.root, compute_uv=False)
+        values = np.linalg.svd(self.observed.root, compute_uv=False)
         if (self._exists & (self.rank == self.parameters)).all():
             return values
         clipped = np.where(np.arange(self.parameters) < self.rank[:, None], values, 0.0)
@@ -207,8 +244,7 @@ class Assessment(TargetVariances):
         """P with ε_c = Σ_i P_i·ε_ΔX,i (m/N per m or rad), shape (b, m, n_p, n); zero for axes not measured."""
         n = self._whitener.shape[-1]
         every = np.broadcast_to(np.eye(n), (self.batch, self.count, n, n))
-        found = self._of_each(every)
-        gains = found.inverse @ found.errors[0]
+        gains = self.information.inverse @ self._of_each(every)
         return gains.reshape(self.batch, self.parameters, self.count, n).swapaxes(1, 2)
 
     @cached_property
@@ -239,7 +275,7 @@ class Assessment(TargetVariances):
 
     @property
     def noise_root(self) -> FloatArray:
-        """A_D·B, so that U = (A_D·B)(A_D·B)ᵀ, shape (b, t, n, n_p); NaN rows where not estimable."""
+        """What has U for its Gram matrix, shape (b, t, n, n_p); NaN rows where not estimable."""
         return self.information.noise_root(self.targets.observation)
 
     @property
@@ -261,7 +297,7 @@ class Assessment(TargetVariances):
         Shape (b, n_p, n_p) each; NaN in the rows and columns of compliances that a design leaves undetermined.
         """
         each = np.eye(self.parameters)[None]
-        determined = self.readings.estimable(each)[:, 0] & self._exists[:, None]
+        determined = self.observed.estimable(each)[:, 0] & self._exists[:, None]
         roots = (self.information.noise_root(each)[:, 0], self.information.force_root(each)[:, 0])
         noise, force = (np.where(determined[..., None], root, np.nan) for root in roots)
         return noise @ noise.swapaxes(-1, -2), force @ force.swapaxes(-1, -2)
@@ -270,4 +306,6 @@ class Assessment(TargetVariances):
         """Z = −A_D·Ã⁺·G·blkdiag(D_i) (theory.md 5.1), attained pose per load error, shape (b, t, n, m·n); NaN
         rows where not estimable.
         """
-        return -self._of_each(self.measurements.compliance).force_root(self.targets.observation)
+        reach = self._of_each(self.measurements.compliance)
+        found: FloatArray = -self.information.gain(self.targets.observation) @ reach[:, None]
+        return found

@@ -1,13 +1,21 @@
 """What measurements say about the parameters, as something that can be added and asked for accuracy.
 
-With whitened readings Ã_j, and G·D_j·L_j their change per standard deviation of each load error, measurements add
+Two estimators can be asked (`Estimator`). With whitened readings Ã_j, and B_j = G·D_j·L_j their change per standard
+deviation of each load error,
 
-    M = Σ Ã_jᵀÃ_j , S = Σ Ã_jᵀ·G·D_jL_j of the shared and N = Σ Ã_jᵀ·G·D_jL_j·(…)ᵀ of the independent load errors,
+- `weighted` least squares weigh the instrument's noise alone: the covariance of the parameters is M⁻¹ due to noise and
+  M⁻¹·(N + S·Sᵀ)·M⁻¹ due to load errors (theory.md 4.2, 5.3), with
 
-and the parameters estimated by least squares have the covariance M⁻¹ due to noise and M⁻¹·(N + S·Sᵀ)·M⁻¹ due to load
-errors (theory.md 4.2, 5.3). DUIR² and FEIR² are what these give along the axes of the targets (`propagated`).
+      M = Σ Ã_jᵀÃ_j , S = Σ Ã_jᵀ·B_j of the shared and N = Σ Ã_jᵀ·B_j·(…)ᵀ of the independent load errors;
 
-There are two forms. `Information` holds roots: with Ã = Q·R, R and the parts Qᵀ·G·D·L of the load errors that reach the
+- `generalised` least squares (Aitken 1936) weigh the load errors as well: independent ones are in the weights of each
+  measurement, (I + B_jB_jᵀ)^(−½), and shared ones are estimated beside the parameters with their own covariance as
+  prior (theory.md 10.4). The covariance of the parameters, P, is that of noise and load errors together. Of it the load
+  errors cause P·(N + S·Sᵀ)·P, where S picks the shared ones, and the noise what is left (Joseph's form).
+
+DUIR² and FEIR² are what noise and load errors give along the axes of the targets.
+
+There are two forms. `Information` holds roots: with [B, Ã] = Q·R, R and the parts QᵀB of the load errors that reach the
 parameters, as a square-root information filter has them (Bierman 1977), so that no condition is squared. `Sums` hold
 M, N and S themselves, which add up at no cost, for the ranking of very many plans.
 
@@ -21,48 +29,73 @@ The roots are NumPy that can be differentiated (`differentiation.py`).
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.mechanics.differentiation import plain, sum_of_squares
+from expdesign.mechanics.differentiation import inverse_root, plain, product_transposed, sum_of_squares
 
+Estimator = Literal["generalised", "weighted"]
+"""Which least squares estimate the parameters."""
 RANK_TOLERANCE = 1e-9
 """Singular values below this fraction of the largest count as zero (rounding of the maps is about 1e-13)."""
 LOST = 1e3 * RANK_TOLERANCE
 """Part of a target's row that may lie along directions that are not identified, as rounding."""
+Parts = tuple[FloatArray, FloatArray]
+"""Variances due to noise and due to load errors."""
+_ROUNDING = 1e-14
+"""Least share of the noise in a variance: what differences of rounded numbers leave."""
 
 
-def propagated(
-    gain: FloatArray, rows: FloatArray, errors: FloatArray, spread: FloatArray | None = None
-) -> tuple[FloatArray, FloatArray]:
-    """Variances along the axes of targets due to noise and to load errors: the diagonals of T·M⁻¹·Tᵀ and of
-    T·M⁻¹·(N + S·Sᵀ)·M⁻¹·Tᵀ, shape (..., t, r) each.
+def parted(
+    gain: FloatArray, rows: FloatArray, reach: FloatArray, own: FloatArray | None, estimator: Estimator
+) -> Parts:
+    """Variances along the axes of targets due to noise and to load errors, shape (..., t, r) each.
 
     Args:
-        gain: T·M⁻¹ in any coordinates of the parameters, shape (..., t, r, p).
+        gain: T·M⁻¹ in any coordinates of the parameters, shape (..., t, r, q).
         rows: T in the same coordinates.
-        errors: S, shape (..., p, d); with root-free coordinates all errors may stand here.
-        spread: N, shape (..., p, p).
+        reach: S, shape (..., q, d); with coordinates that are free of roots all errors may stand here.
+        own: N, shape (..., q, q), or None.
+        estimator: whose M it is: of `generalised` T·M⁻¹·Tᵀ holds the load errors too.
     """
-    noise: FloatArray = (gain * rows).sum(axis=-1)
-    force = sum_of_squares(gain @ errors[..., None, :, :], -1)
-    return noise, force if spread is None else force + ((gain @ spread[..., None, :, :]) * gain).sum(axis=-1)
+    whole: FloatArray = (gain * rows).sum(axis=-1)
+    force = sum_of_squares(gain @ reach[..., None, :, :], -1)
+    if own is not None:
+        force = force + ((gain @ own[..., None, :, :]) * gain).sum(axis=-1)
+    if estimator == "weighted":
+        return whole, force
+    noise, least = whole - force, _ROUNDING * np.abs(plain(whole))
+    return np.where(plain(noise) > least, noise, least), force
 
 
 class Information:
     """Square root of the information of a set of measurements, with any batch dimensions in front.
 
     Args:
-        root: R with RᵀR = M, shape (..., p, p).
-        errors: what shows of the errors of each source of load error in the directions of the root, QᵀG·D·L per
-            standard deviation, shape (..., p, f) each.
+        root: R, shape (..., r, q): RᵀR is the information about q unknowns, the load errors that are estimated first
+            and then the p parameters.
+        errors: what shows of the errors of each source of load error in the directions of the root, QᵀB per standard
+            deviation, shape (..., r, f) each, without columns where they are estimated.
         shared: whether the measurements have the errors of a source in common; else each has its own, one after the
             other in f.
+        estimated: how many load errors of each source are among the unknowns.
+        estimator: by which estimator it is asked.
+        closed: whether what is known beforehand of the load errors that are estimated is in the root.
     """
 
-    def __init__(self, root: FloatArray, errors: tuple[FloatArray, ...] = (), shared: tuple[bool, ...] = ()) -> None:
-        self.root, self.errors, self.shared = root, errors, shared
+    def __init__(
+        self,
+        root: FloatArray,
+        errors: tuple[FloatArray, ...] = (),
+        shared: tuple[bool, ...] = (),
+        estimated: tuple[int, ...] = (),
+        estimator: Estimator = "weighted",
+        closed: bool = False,
+    ) -> None:
+        self.root, self.errors, self.shared, self.estimated = root, errors, shared, estimated
+        self.estimator, self.closed = estimator, closed
 
     @classmethod
     def of_measurements(
@@ -72,42 +105,60 @@ class Information:
         shared: tuple[bool, ...] = (),
         across: FloatArray | None = None,
         known: "Information | None" = None,
+        estimator: Estimator = "weighted",
+        *,
+        closed: bool = False,
     ) -> "Information":
         """Of m measurements.
 
         Args:
-            rows: whitened reading per parameter, shape (..., m, k, p).
-            errors: whitened reading per standard deviation of each source of load error, shape (..., m, k, d) each.
+            rows: whitened reading per parameter, shape (..., m, k, p); for `generalised` least squares whitened by
+                the load errors too that each measurement has of its own.
+            errors: whitened likewise, reading per standard deviation of each source of load error, (..., m, k, d) each.
             shared: whether the measurements have the errors of a source in common.
-            across: what whitens across measurements that share their reference, shape (..., m, m), or None.
-            known: from other measurements, of the same batch or of one for all; errors of shared sources are the same.
+            across: what whitens across measurements, shape (..., m·k, m·k), or None.
+            known: from other measurements, of the same batch or of one for all; errors of shared sources are the same,
+                and those that stand last here may be missing there.
+            estimator: by which it is asked.
+            closed: whether to take in what is known beforehand of load errors; only once in what is added.
         """
-        *batch, m, k, p = rows.shape
-        flat = rows.reshape(*batch, m, k * p)
-        stacked = [(flat if across is None else across @ flat).reshape(*batch, m * k, p)]
+        *batch, m, k, _ = rows.shape
+        chosen = [common and estimator == "generalised" for common in shared]
+        estimated = tuple(each.shape[-1] * among for each, among in zip(errors, chosen, strict=True))
+        first = [each for each, among in zip(errors, chosen, strict=True) if among]
+        unknowns = np.concatenate([*first, rows], axis=-1) if first else rows
+        q = unknowns.shape[-1]
+        flat = unknowns.reshape(*batch, m * k, q)
+        stacked = [flat if across is None else across @ flat]
         if known is not None:
-            stacked.append(np.broadcast_to(known.root, (*batch, p, p)))
-        elif m * k < p:  # rows of zeros make up for fewer readings than parameters
-            stacked.append(np.zeros((*batch, p - m * k, p)))
+            stacked.append(np.broadcast_to(known.root, (*batch, *known.root.shape[-2:])))
+        if closed and first and (known is None or not known.closed):
+            stacked.append(np.broadcast_to(np.eye(q)[: sum(estimated)], (*batch, sum(estimated), q)))
+        missing = q - sum(part.shape[-2] for part in stacked)
+        if missing > 0:  # rows of zeros make up for fewer readings than unknowns
+            stacked.append(np.zeros((*batch, missing, q)))
         orthogonal, root = np.linalg.qr(stacked[0] if len(stacked) == 1 else np.concatenate(stacked, axis=-2))
         turned = orthogonal if len(stacked) == 1 else orthogonal[..., : m * k, :]
         if errors and across is not None:
-            turned = across.swapaxes(-1, -2) @ turned.reshape(*batch, m, k * p)
-        turned = turned.reshape(*batch, m, k, p).swapaxes(-1, -2)
+            turned = across.swapaxes(-1, -2) @ turned
+        turned = turned.reshape(*batch, m, k, q).swapaxes(-1, -2)
         seen = []
-        for each, common in zip(errors, shared, strict=True):
-            by_measurement = turned @ each
+        for each, common, among in zip(errors, shared, chosen, strict=True):
+            by_measurement = turned @ (each[..., :0] if among else each)
             if common:
                 seen.append(by_measurement.sum(axis=-3))
             else:
-                seen.append(by_measurement.swapaxes(-3, -2).reshape(*batch, p, m * each.shape[-1]))
+                seen.append(by_measurement.swapaxes(-3, -2).reshape(*batch, q, m * each.shape[-1]))
         if known is not None and known.errors:
-            before = [orthogonal[..., m * k :, :].swapaxes(-1, -2) @ each for each in known.errors]
+            place = slice(m * k, m * k + known.root.shape[-2])
+            before = [orthogonal[..., place, :].swapaxes(-1, -2) @ each for each in known.errors]
+            before += [np.zeros((*batch, q, 0))] * (len(seen) - len(before))
             seen = [
                 mine + theirs if common else np.concatenate([theirs, mine], axis=-1)
                 for mine, theirs, common in zip(seen, before, shared, strict=True)
             ]
-        return cls(root, tuple(seen), shared)
+        closed = closed or (known is not None and known.closed)
+        return cls(root, tuple(seen), shared, estimated, estimator, closed)
 
     @classmethod
     def beside(cls, rows: FloatArray, nuisance: FloatArray, prior: FloatArray) -> "Information":
@@ -127,32 +178,60 @@ class Information:
     def plus(self, other: "Information") -> "Information":
         """Both together; they have the errors of shared sources in common, and the other one may have no errors."""
         batch = np.broadcast_shapes(self.root.shape[:-2], other.root.shape[:-2])
-        p = self.root.shape[-1]
+        q = self.root.shape[-1]
         stacked = [_below(self.root, other.root, batch)]
-        further = other.errors or tuple(np.zeros_like(each) for each in self.errors)
+        further = other.errors or tuple(np.zeros((*other.root.shape[:-1], 0)) for _ in self.errors)
         for mine, theirs, common in zip(self.errors, further, self.shared, strict=True):
-            if common:
+            if common and mine.shape[-1] == theirs.shape[-1]:
                 stacked.append(_below(mine, theirs, batch))
             else:
-                stacked.append(_below(mine, np.zeros_like(mine[..., :p, :]), batch))
-                stacked[-1] = np.concatenate([stacked[-1], _below(np.zeros_like(theirs), theirs, batch)], axis=-1)
+                nothing = np.zeros((*self.root.shape[:-1], theirs.shape[-1]))
+                stacked.append(_below(mine, np.zeros((*other.root.shape[:-1], mine.shape[-1])), batch))
+                stacked[-1] = np.concatenate([stacked[-1], _below(nothing, theirs, batch)], axis=-1)
         edges = np.cumsum([part.shape[-1] for part in stacked])[:-1]
-        root, *errors = np.split(_triangle(np.concatenate(stacked, axis=-1), p), edges, axis=-1)
-        kept = [part if common else _few(part) for part, common in zip(errors, self.shared, strict=True)]
-        return Information(root, tuple(kept), self.shared)
+        root, *errors = np.split(_triangle(np.concatenate(stacked, axis=-1), q), edges, axis=-1)
+        kept = tuple(part if common else _few(part) for part, common in zip(errors, self.shared, strict=True))
+        return Information(root, kept, self.shared, self.estimated, self.estimator, self.closed or other.closed)
+
+    def _with(self, root: FloatArray, errors: tuple[FloatArray, ...]) -> "Information":
+        return Information(root, errors, self.shared, self.estimated, self.estimator, self.closed)
 
     def in_units(self, scale: FloatArray) -> "Information":
         """Of the parameters in units of a scale (p,)."""
-        return Information(self.root * scale, self.errors, self.shared)
+        return self._with(self.root * np.concatenate([np.ones(sum(self.estimated)), scale]), self.errors)
 
     def part(self, index: int | slice | BoolArray | IntArray) -> "Information":
         """Members of a batch."""
-        return Information(self.root[index], tuple(each[index] for each in self.errors), self.shared)
+        return self._with(self.root[index], tuple(each[index] for each in self.errors))
+
+    def without_readings(self) -> "Information":
+        """What is known of the same unknowns where nothing is measured."""
+        widths = (each.shape[-1] * common for each, common in zip(self.errors, self.shared, strict=True))
+        return self._with(np.zeros(self.root.shape), tuple(np.zeros((*self.root.shape[:-1], w)) for w in widths))
+
+    def with_readings(self, rows: FloatArray) -> "Information":
+        """With further readings of the parameters alone, whitened, shape (..., r, p)."""
+        nothing = np.zeros((*rows.shape[:-1], sum(self.estimated)))
+        return self.plus(Information(np.concatenate([nothing, rows], axis=-1)))
+
+    @cached_property
+    def _complete(self) -> "Information":
+        """The same with what is known beforehand of the load errors that are estimated."""
+        count = sum(self.estimated)
+        if self.closed or count == 0:
+            return self
+        return self.plus(Information(np.eye(self.root.shape[-1])[:count], closed=True))
+
+    @cached_property
+    def parameters_root(self) -> FloatArray:
+        """Root of the information about the parameters, all load errors being unknown, shape (..., p, p)."""
+        count = sum(self.estimated)
+        return self._complete.root[..., count:, count:] if count else self.root
 
     @cached_property
     def _scale(self) -> FloatArray:
         """Column norms of the root (..., p), which make the rank independent of the parameters' units."""
-        sizes = np.linalg.norm(plain(self.root), axis=-2)
+        sizes = np.linalg.norm(plain(self.parameters_root), axis=-2)
         largest = sizes.max(axis=-1, keepdims=True)
         scale: FloatArray = np.where(sizes > RANK_TOLERANCE * largest, sizes, np.where(largest > 0.0, largest, 1.0))
         return scale
@@ -160,22 +239,23 @@ class Information:
     @cached_property
     def rank(self) -> IntArray:
         """How many combinations of the parameters are identified, shape (...)."""
-        values = np.linalg.svd(plain(self.root) / self._scale[..., None, :], compute_uv=False)
+        values = np.linalg.svd(plain(self.parameters_root) / self._scale[..., None, :], compute_uv=False)
         rank: IntArray = (values > RANK_TOLERANCE * np.maximum(values[..., :1], 1e-300)).sum(axis=-1)
         return rank
 
     @cached_property
     def full(self) -> BoolArray:
         """Whether all parameters are identified, so that what is estimated is differentiable, shape (...)."""
-        full: BoolArray = np.asarray(self.rank == self.root.shape[-1])
+        full: BoolArray = np.asarray(self.rank == self.parameters_root.shape[-1])
         return full
 
     @cached_property
     def _truncated(self) -> tuple[FloatArray, FloatArray]:
         """Where not all is identified: B, and the directions (in rows, scaled) that are not; else zero."""
-        inverse, lost = np.zeros(self.root.shape), np.zeros(self.root.shape)
+        shape = self.parameters_root.shape
+        inverse, lost = np.zeros(shape), np.zeros(shape)
         scale = self._scale[~self.full]
-        left, values, right = np.linalg.svd(plain(self.root)[~self.full] / scale[..., None, :])
+        left, values, right = np.linalg.svd(plain(self.parameters_root)[~self.full] / scale[..., None, :])
         kept = (np.arange(values.shape[-1]) < self.rank[~self.full][..., None])[..., None]
         turned = np.where(kept, right / np.where(kept, values[..., None], 1.0), 0.0).swapaxes(-1, -2)
         inverse[~self.full] = (turned / scale[..., None]) @ left.swapaxes(-1, -2)
@@ -185,11 +265,12 @@ class Information:
     @cached_property
     def inverse(self) -> FloatArray:
         """B with M⁻¹ = B·Bᵀ on what is identified, shape (..., p, p)."""
+        root = self.parameters_root
         if self.full.all():
-            found: FloatArray = np.linalg.inv(self.root)
+            found: FloatArray = np.linalg.inv(root)
             return found
         full = self.full[..., None, None]
-        regular = np.linalg.inv(np.where(full, self.root, np.eye(self.root.shape[-1])))
+        regular = np.linalg.inv(np.where(full, root, np.eye(root.shape[-1])))
         return np.where(full, regular, self._truncated[0])
 
     def estimable(self, targets: FloatArray) -> BoolArray:
@@ -201,34 +282,56 @@ class Information:
         found: BoolArray = lost <= LOST * np.maximum(np.linalg.norm(scaled, axis=-1), 1e-300)
         return found
 
-    def noise_root(self, targets: FloatArray) -> FloatArray:
-        """T·B, whose Gram matrix is U (theory.md 4.2), at targets (t, r, p), shape (..., t, r, p); NaN rows where not
-        estimable.
-        """
+    def gain(self, targets: FloatArray) -> FloatArray:
+        """T·B at targets (t, r, p), shape (..., t, r, p); NaN rows where not estimable."""
         root = targets @ self.inverse[..., None, :, :]
         estimable = self.estimable(targets)
         return root if estimable.all() else np.where(estimable[..., None], root, np.nan)
 
+    def noise_root(self, targets: FloatArray) -> FloatArray:
+        """What has U (theory.md 4.2) for its Gram matrix, at targets (t, r, p), shape (..., t, r, p); NaN rows where
+        not estimable.
+        """
+        gain = self.gain(targets)
+        if self.estimator == "weighted" or not self.reach:
+            return gain
+        left = np.eye(gain.shape[-1]) * (1.0 + 10.0 * _ROUNDING) - product_transposed(self._together, self._together)
+        return gain @ np.linalg.inv(inverse_root(left))[..., None, :, :]
+
     def force_root(self, targets: FloatArray) -> FloatArray:
-        """T·B·QᵀG·D·L of all load errors, whose Gram matrix is Z·Σ_F·Zᵀ (theory.md 5.3), (..., t, r, f); NaN rows."""
-        return self.noise_root(targets) @ self._together[..., None, :, :]
+        """T·B·QᵀB of all load errors, whose Gram matrix is Z·Σ_F·Zᵀ (theory.md 5.3), (..., t, r, f); NaN rows."""
+        return self.gain(targets) @ self._together[..., None, :, :]
+
+    @cached_property
+    def reach(self) -> tuple[FloatArray, ...]:
+        """What the errors of each source do in the directions of the parameters' root, (..., p, f) each."""
+        start, count, found = 0, sum(self.estimated), []
+        if count == 0:
+            return self.errors
+        complete = self._complete
+        # The prior's rows of Q: what their readings, which have the errors of one standard deviation, do.
+        among = np.linalg.inv(complete.root[..., :count, :count]) @ complete.root[..., :count, count:] @ self.inverse
+        for own, each in zip(complete.errors, self.estimated, strict=True):
+            found.append(-among[..., start : start + each, :].swapaxes(-1, -2) if each else own[..., count:, :])
+            start += each
+        return tuple(found)
 
     @cached_property
     def _together(self) -> FloatArray:
-        found = self.errors or (np.zeros((*self.root.shape[:-1], 1)),)
+        found = self.reach or (np.zeros((*self.parameters_root.shape[:-1], 1)),)
         return found[0] if len(found) == 1 else np.concatenate(found, axis=-1)
 
-    def variances(self, targets: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def variances(self, targets: FloatArray) -> Parts:
         """Variances along the axes of targets (t, r, p) due to noise and to load errors, shape (..., t, r) each; NaN
         where not estimable.
         """
-        gain = self.noise_root(targets)
-        return propagated(gain, gain, self._together)
+        gain = self.gain(targets)
+        return parted(gain, gain, self._together, None, self.estimator)
 
     def source_variances(self, targets: FloatArray) -> FloatArray:
         """What each source of load error adds to the variances, shape (..., t, r, s): the budget of errors."""
-        gain = self.noise_root(targets)
-        found = [propagated(gain, gain, each)[1] for each in self.errors]
+        gain = self.gain(targets)
+        found = [sum_of_squares(gain @ each[..., None, :, :], -1) for each in self.reach]
         return np.stack(found, axis=-1) if found else np.zeros((*gain.shape[:-1], 0))
 
 
@@ -255,8 +358,8 @@ class Sums:
 
     @classmethod
     def of_information(cls, known: Information) -> "Sums":
-        """Of what is known, its errors of shared sources joined in their order."""
-        transposed = known.root.swapaxes(-1, -2)
+        """Of what is known, its errors of shared sources joined in their order; parameters stand first here."""
+        transposed = np.roll(known.root, -sum(known.estimated), axis=-1).swapaxes(-1, -2)
         own, shared = (
             transposed @ np.concatenate([known.root[..., :0], *parts], axis=-1)
             for parts in (
@@ -264,7 +367,7 @@ class Sums:
                 [each for each, common in zip(known.errors, known.shared, strict=True) if common],
             )
         )
-        return cls(transposed @ known.root, own @ own.swapaxes(-1, -2), shared)
+        return cls(transposed @ transposed.swapaxes(-1, -2), own @ own.swapaxes(-1, -2), shared)
 
     def eliminated(self, nuisance: int, prior: float) -> "Sums":
         """Without the last parameters, which are only a nuisance, each with so much prior information."""
@@ -284,9 +387,17 @@ class Sums:
         found: FloatArray = targets @ inverse[..., None, :, :]
         return found
 
-    def variances(self, targets: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def with_prior(self, count: int) -> "Sums":
+        """With what is known beforehand of the last unknowns, load errors that are estimated: one standard deviation
+        each, which is also what they do.
+        """
+        q = self.matrix.shape[-1]
+        ones = np.eye(q)[:, q - count :]
+        return Sums(self.matrix + ones @ ones.T, self.own, np.broadcast_to(ones, (*self.shared.shape[:-2], q, count)))
+
+    def variances(self, targets: FloatArray, estimator: Estimator) -> Parts:
         """Variances along the axes of targets (t, r, p) due to noise and to load errors, shape (..., t, r) each."""
-        return propagated(self.gain(targets), targets, self.shared, self.own)
+        return parted(self.gain(targets), targets, self.shared, self.own, estimator)
 
 
 def _below(first: FloatArray, second: FloatArray, batch: tuple[int, ...]) -> FloatArray:

@@ -14,11 +14,18 @@ from typing import NamedTuple
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.planning.criteria.information import Estimator
 from expdesign.planning.optimality.measurement_maps import MeasurementMaps
 from expdesign.planning.optimality.pool import Pool
 from expdesign.planning.optimality.weights import Relaxation, dual_of, optimal_weights
 from expdesign.planning.options import BRIEF, RELAXATION, THOROUGH, AscentOptions
 from expdesign.planning.problem import DesignProblem
+
+_OF_ESTIMATOR: dict[Estimator, str] = {
+    "generalised": "the estimator is generalised least squares, as the configuration has it",
+    "weighted": "the estimator is generalised least squares, the best linear one, and the configuration has weighted "
+    "least squares, which do not weigh load errors and reach it less closely",
+}
 
 
 class LowerBound(NamedTuple):
@@ -168,7 +175,7 @@ class Certificate:
         if self.pool.caveat():
             parts.append(self.pool.caveat())
         if self.information.load_errors > 0.0:
-            parts.append("load errors are those of the best linear estimator, so that it holds for least squares too")
+            parts.append(_OF_ESTIMATOR[self._problem.estimator])
         parts.append(f"the relaxation's own optimum is at most {50.0 * max(gap, 0.0):.2g} % larger")
         support = last.support
         if last.needs_parts:

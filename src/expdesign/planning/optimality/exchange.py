@@ -230,12 +230,16 @@ class Exchange:
 
         rest = self._sums.whole(np.delete(parts, pair, axis=0).sum(axis=0))
         gained, lost = squares(offered.matrix), squares(self._sums.terms(parts[pair]).matrix).sum()
-        reach, own = (gain @ offered.shared).reshape(len(offered.shared), -1), squares(offered.own)
-        along = (gain @ rest.shared).ravel() + reach
-        both = 2.0 * along @ reach.T
-        both += ((along**2).sum(axis=1) + own + squares(rest.own))[:, None]
-        both += (reach**2).sum(axis=1) + own
-        found = noise[worst] + lost - gained[:, None] - gained
+        own, fixed = squares(offered.own), (gain @ rest.shared).ravel()
+        both = squares(rest.own) + own[:, None] + own
+        if self._problem.estimator == "weighted":
+            reach = (gain @ offered.shared).reshape(len(own), -1)
+            along = fixed + reach
+            both += 2.0 * along @ reach.T + (along**2).sum(axis=1)[:, None] + (reach**2).sum(axis=1)
+            found = noise[worst] + lost - gained[:, None] - gained
+        else:  # what M gives is noise and load errors together
+            both += (fixed**2).sum()
+            found = noise[worst] + force[worst] + lost - gained[:, None] - gained - both
         return np.maximum(found, EXCHANGE.least * noise[worst]), np.maximum(both, 0.0)
 
     def repeated(

@@ -79,6 +79,14 @@ class MeasurementMaps:
             rows[start : start + CHUNK] = self.of_quantities(quantities, reference=reference)
         return rows
 
+    def weighed(self, variables: FloatArray, *, reference: bool = False) -> tuple[FloatArray, FloatArray]:
+        """R (j, k, q) as in `rows`, and in the same weights the readings per standard deviation of the load errors
+        that each measurement has of its own, (j, k, e).
+        """
+        observation, errors = self.problem.whitened(*self.problem.space.decode(variables))
+        rows, own = self._assembled(observation, errors, reference), errors @ self._chosen(self.own)
+        return rows, inverse_root(one_and_gram(own)) @ own
+
     def of_quantities(self, quantities: FloatArray, *, reference: bool = False) -> FloatArray:
         """R (b, k, q) of readings with quantities (b, z), plain or recorded; behind it, where wanted, H (b, k, k), what
         an unknown reading of the reference adds to the whitened deflection (theory.md 10.6).

@@ -25,14 +25,21 @@ class PlanSums:
     def __init__(self, problem: DesignProblem, factor: float) -> None:
         self._problem, self._factor = problem, factor
         self._readings = len(problem.noise.axes) if problem.noise.shared_reference else 0
-        self._targets = MeasurementMaps(problem, 0.0).relaxation().targets
-        self._sizes = self._targets.shape[-1], int(problem.shared_errors.sum())
+        self._maps = MeasurementMaps(problem, factor if problem.estimator == "generalised" else 0.0)
+        self._targets = self._maps.relaxation().targets
+        self._estimated = int(self._maps.common.sum())
+        seen = 0 if problem.estimator == "generalised" else int(problem.shared_errors.sum())
+        self._sizes = self._targets.shape[-1], seen
         known = problem.known
         self._known = None if known is None else self._flat(Sums.of_information(known.in_units(problem.loaded.scale)))
 
     def parts(self, variables: FloatArray) -> FloatArray:
         """Sums of single measurements with variables (j, g), with the reading of their reference, shape (j, c')."""
         problem = self._problem
+        if problem.estimator == "generalised":
+            rows, errors = self._maps.weighed(variables, reference=self._readings > 0)
+            found = Sums.of_measurements(rows, errors, np.zeros(errors.shape[-1], dtype=bool))
+            return self._flat(found) * problem.space.taken(variables)[:, None]
         observation, errors = problem.whitened(*problem.space.decode(variables))
         rows = observation * problem.loaded.scale
         if self._readings:
@@ -85,12 +92,13 @@ class PlanSums:
 
     def variances(self, sums: FloatArray) -> tuple[FloatArray, FloatArray]:
         """DUIR² and s²·FEIR² of every alternative of the maximum over targets, (..., t), of flat sums (..., c)."""
-        noise, force = self.whole(sums).variances(self._targets)
+        noise, force = self.whole(sums).variances(self._targets, self._problem.estimator)
         return noise.sum(axis=-1), force.sum(axis=-1)
 
     def whole(self, sums: FloatArray) -> Sums:
         """The same of a whole plan, with what is known before it."""
-        return self.terms(sums if self._known is None else sums + self._known)
+        found = self.terms(sums if self._known is None else sums + self._known)
+        return found.with_prior(self._estimated) if self._estimated else found
 
     def _series(self, parts: FloatArray, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Sums of the parts (b, m, c') over the series of each measurement, and what it adds, (b, m, c), which is zero
