@@ -43,8 +43,8 @@ def test_it_is_the_exact_chain_where_it_was_identified(beside: ChainBeside, rows
     found, slopes = beside.predict_with_sensitivities(rows, values)
     expected, exact = beside.exact.predict_with_sensitivities(rows, values)
     np.testing.assert_allclose(found, expected, atol=1e-12)
-    geometry = len(beside.identified.parameters)
-    others = np.r_[0 : beside.base - geometry, beside.base : len(beside.parameters)]
+    # Geometry and frames are followed as they are without further physics.
+    others = np.r_[0 : beside.compliances, beside.base : len(beside.parameters)]
     np.testing.assert_allclose(slopes[..., others], exact[..., others], atol=1e-9)
     assert [p.name for p in beside.parameters] == [p.name for p in beside.exact.parameters]
 

@@ -1,18 +1,29 @@
 """When a model is believed to explain, and when to imitate."""
 
 from dataclasses import replace
+from functools import partial
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
+from tests.chain.arm_rows import six_axis
 from tests.diagnosis.samples import effect, simulated
 from tests.diagnosis.test_selection import FRICTION, NAME, PLAY, search_of
 
+from expdesign.chain.chain import Chain
+from expdesign.chain.component import PLATFORM
+from expdesign.chain.effects.load.payload import UnknownTool
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.names import NamedModel
+from expdesign.diagnosis.result import Diagnosis
+from expdesign.diagnosis.statement import NONE
 from expdesign.diagnosis.verdict import at_limits, doubt, verdict_without
 from expdesign.estimation.goodness import LackOfFit, StatementOfFit
+from expdesign.report.fit_texts import diagnosed_fit_sentences
 
 MOST_EFFECTS = 3
+doubted = partial(doubt, most=MOST_EFFECTS, reach=1.3)
 GOOD = HeldOut(1.0, 1.0, 2.0, 1.02, 1.02, "")
 
 
@@ -43,27 +54,27 @@ def test_without_effects_chi_squared_decides() -> None:
 
 
 def test_one_effect_that_fits_explains(one: NamedModel) -> None:
-    assert doubt(one, (800.0, 200), (200.0, 199), GOOD, most=MOST_EFFECTS, known_noise=True) == ""
-    assert doubt(one, (800.0, 200), (200.0, 199), GOOD, most=MOST_EFFECTS, known_noise=False) == ""
+    assert doubted(one, (800.0, 200), (200.0, 199), GOOD, known_noise=True) == ""
+    assert doubted(one, (800.0, 200), (200.0, 199), GOOD, known_noise=False) == ""
 
 
 def test_a_mismatch_that_remains_is_no_explanation(one: NamedModel) -> None:
-    assert "remains" in doubt(one, (800.0, 200), (300.0, 199), GOOD, most=MOST_EFFECTS, known_noise=True)
+    assert "remains" in doubted(one, (800.0, 200), (300.0, 199), GOOD, known_noise=True)
     # 4 % of a large mismatch: no library is exact.
-    assert doubt(one, (8000.0, 200), (500.0, 199), GOOD, most=MOST_EFFECTS, known_noise=True) == ""
+    assert doubted(one, (8000.0, 200), (500.0, 199), GOOD, known_noise=True) == ""
 
 
 def test_what_does_not_predict_is_no_explanation(one: NamedModel) -> None:
     bad = replace(GOOD, test_surprise=1.5)
-    assert "not predicted" in doubt(one, (800.0, 200), (200.0, 199), bad, most=MOST_EFFECTS, known_noise=True)
+    assert "not predicted" in doubted(one, (800.0, 200), (200.0, 199), bad, known_noise=True)
 
 
 def test_many_effects_explain_only_a_mismatch_of_which_an_imitation_would_leave_something(many: NamedModel) -> None:
     """5 % of the excess against three standard deviations of χ²: 60 for 200 degrees of freedom, i.e. an excess of 6."""
-    assert "imitate" in doubt(many, (7.0 * 200, 200), (200.0, 197), GOOD, most=MOST_EFFECTS, known_noise=True)
-    assert doubt(many, (7.5 * 200, 200), (200.0, 197), GOOD, most=MOST_EFFECTS, known_noise=True) == ""
-    assert "imitate" in doubt(many, (100.0 * 200, 200), (300.0, 197), GOOD, most=MOST_EFFECTS, known_noise=True)
-    assert "imitate" in doubt(many, (7.5 * 200, 200), (200.0, 197), GOOD, most=MOST_EFFECTS, known_noise=False)
+    assert "imitate" in doubted(many, (7.0 * 200, 200), (200.0, 197), GOOD, known_noise=True)
+    assert doubted(many, (7.5 * 200, 200), (200.0, 197), GOOD, known_noise=True) == ""
+    assert "imitate" in doubted(many, (100.0 * 200, 200), (300.0, 197), GOOD, known_noise=True)
+    assert "imitate" in doubted(many, (7.5 * 200, 200), (200.0, 197), GOOD, known_noise=False)
 
 
 @pytest.mark.parametrize("variance", [1e6, np.inf])
@@ -71,17 +82,43 @@ def test_an_effect_that_may_have_any_size_is_no_explanation(one: NamedModel, var
     covariance = one.fit.covariance.copy()
     covariance[-1, -1] *= variance
     loose = replace(one, fit=replace(one.fit, covariance=covariance))
-    assert "how large" in doubt(loose, (800.0, 200), (200.0, 199), GOOD, most=MOST_EFFECTS, known_noise=True)
+    assert "how large" in doubted(loose, (800.0, 200), (200.0, 199), GOOD, known_noise=True)
 
 
 def test_a_value_that_no_machine_has_is_no_explanation(one: NamedModel) -> None:
-    assert at_limits(one) == {}
+    assert at_limits(one, 1.0) == {}
     values = one.fit.values.copy()
     values[-1] = PLAY.parameters[0].high
     absurd = replace(one, fit=replace(one.fit, values=values))
-    assert "gap_m of leg 1" in doubt(absurd, (800.0, 200), (200.0, 199), GOOD, most=MOST_EFFECTS, known_noise=True)
+    assert "gap_m of leg 1" in doubted(absurd, (800.0, 200), (200.0, 199), GOOD, known_noise=True)
     values[-1] = 0.0  # vanishing is possible
-    assert at_limits(replace(one, fit=replace(one.fit, values=values))) == {}
+    assert at_limits(replace(one, fit=replace(one.fit, values=values)), 1.0) == {}
+
+
+def test_a_tool_that_is_farther_away_than_the_arm_reaches_is_no_explanation(one: NamedModel) -> None:
+    """0.4 kg whose first moment is that of 6.5 m, of an arm that reaches 1.3 m; 0.2 m are those of a gripper."""
+    arm = six_axis()
+    tool = UnknownTool(arm, PLATFORM)
+    candidate = replace(one.candidates[0], effect=tool)
+    chain = Chain(arm, (tool,))
+
+    def with_centre(metres: float) -> NamedModel:
+        values = np.concatenate([np.ones(chain.compliances), 0.4 * np.array([1.0, 0.1, 0.0, metres])])
+        return replace(one, candidates=(candidate,), fit=replace(one.fit, chain=chain, values=values))
+
+    assert at_limits(with_centre(6.5), 1.3) == {tool.key: "tool_com_z_m of platform"}
+    assert at_limits(with_centre(0.2), 1.3) == {}
+    said = doubted(with_centre(6.5), (9.0, 9), (9.0, 9), GOOD, known_noise=False)
+    assert "beyond the limit of what a machine can be" in said
+
+
+@pytest.mark.parametrize("verdict", ["unexplained", "explained", "consistent"])
+def test_where_something_is_unexplained_it_is_not_said_that_nothing_speaks_against_the_model(verdict: str) -> None:
+    estimated = StatementOfFit(None, 200, None, origin="residuals")
+    made = SimpleNamespace(verdict=verdict, before=estimated, after=replace(estimated), widening=NONE)
+    base, found = diagnosed_fit_sentences(cast(Diagnosis, made))
+    assert ("what the diagnosis found speaks against the model that was found" in found) == (verdict == "unexplained")
+    assert ("what the diagnosis found" in base) == (verdict != "consistent")
 
 
 def test_every_parameter_has_limits() -> None:

@@ -2,7 +2,9 @@
 
 A calibrated geometry has dozens of parameters that hardly move when further physics is fitted beside them, while
 derivatives through a geometry of symbols cost ten times those through numbers. So further effects act on the geometry
-as it was identified, and the readings follow its parameters to first order about that.
+as it was identified, and the readings follow its parameters to first order about that. They follow the frames of
+instrument and markers to first order as well: if these turned exactly and the joints did not, a joint's zero and the
+instrument's turn would together stretch the readings by half the square of the angle, which no machine does.
 """
 
 from collections.abc import Sequence
@@ -65,11 +67,11 @@ class Identified:
         return ChainBeside(self.chain.robot, effects, self)
 
     def slopes(self, rows: RowData) -> FloatArray:
-        """Derivatives of the readings with respect to the parameters of the effects, (N, k, p − `chain.base`)."""
+        """Derivatives of the readings with respect to all parameters but the compliances, (N, k, p − `compliances`)."""
         for known, slopes in self._known:
             if known is rows:
                 return slopes
-        found = self.chain.predict_with_sensitivities(rows, self.values)[1][..., self.chain.base :]
+        found = self.chain.predict_with_sensitivities(rows, self.values)[1][..., self.chain.compliances :]
         self._known.append((rows, found))
         del self._known[:-_MOST_KEPT]
         return found
@@ -81,7 +83,7 @@ class ChainBeside(Chain):
     Args:
         robot: the robot.
         effects: physics beside it.
-        identified: what was identified.
+        identified: what was identified, about which readings follow geometry and frames to first order.
     """
 
     def __init__(self, robot: Robot, effects: Sequence[Effect], identified: Identified) -> None:
@@ -98,6 +100,10 @@ class ChainBeside(Chain):
     def exact(self) -> Chain:
         """The chain that is not linear in what was identified, with the same parameters."""
         return Chain(self.robot, (*self.identified.chain.effects, *self.effects), reading=self.reading)
+
+    def about(self, values: FloatArray) -> "ChainBeside":
+        """The same chain, linear about other values of its parameters (p,)."""
+        return replace(self.identified, values=values[: self.base]).beside(self.effects)
 
     def start(self) -> FloatArray:
         return np.concatenate([self.identified.values, *(effect.neutral() for effect in self.effects)])
@@ -122,12 +128,15 @@ class ChainBeside(Chain):
         return known.given(minimal.standing_in(slice(self.compliances, self._part.start)))
 
     def _run(self, rows: RowData, values: FloatArray, *, derivatives: bool) -> tuple[FloatArray, FloatArray | None]:
-        readings, others = self.held._run(rows, self.without_identified(values), derivatives=derivatives)
+        followed = slice(self.compliances, self.base)
+        there = values.copy()
+        there[followed] = self.identified.values[followed]
+        readings, others = self.held._run(rows, self.without_identified(there), derivatives=derivatives)
         slopes = self.identified.slopes(rows)
-        readings = readings + slopes @ (values - self.start())[self._part]
+        readings = readings + slopes @ (values - there)[followed]
         if others is None:
             return readings, None
-        before, after = np.split(others, [self._part.start], axis=-1)
+        before, after = others[..., : self.compliances], others[..., self._part.start :]
         return readings, np.concatenate([before, slopes, after], axis=-1)
 
 

@@ -26,6 +26,7 @@ from expdesign.diagnosis.nameable import Nameable, nameable
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import in_common
+from expdesign.diagnosis.relinearised import relinearised
 from expdesign.diagnosis.remarks import Averaged
 from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, Diagnosis, Method
 from expdesign.diagnosis.sample import Sample
@@ -80,7 +81,7 @@ def diagnose(
 def _so_far(frame: Frame, doing: str) -> Diagnosis:
     """The diagnosis with the best model that a search has fitted before it was ended."""
     names = frame.names
-    possible = [model for model in names.models if not at_limits(model)]
+    possible = [model for model in names.models if not at_limits(model, names.reach)]
     best = min(possible, key=lambda model: model.misfit, default=names.base)
     if names.base.misfit - best.misfit < 2.0 * OPTIONS.alarm:
         best = names.base
@@ -90,8 +91,15 @@ def _so_far(frame: Frame, doing: str) -> Diagnosis:
 
 def _unsought(frame: Frame, model: NamedModel, reason: str) -> Diagnosis:
     """The diagnosis with a model as it stands, for a reason not to search on."""
+    model = _as_written(frame.names, model)
     errors = _held_out(frame.names, frame.base, model.fit, frame.judged, model.outliers)
     return _with_verdict(frame, _Named(model, errors, Nameable(model, "", ())), Method(ONE_AT_A_TIME, reason))
+
+
+def _as_written(names: Names, model: NamedModel) -> NamedModel:
+    """The model about its own estimate, so that what is said of it holds for its file (`relinearised`)."""
+    fit = relinearised(model.fit, names.sample.restricted(~model.outliers))
+    return model if fit is model.fit else replace(model, fit=fit)
 
 
 def _diagnosed(frame: Frame, *, outliers: bool) -> Diagnosis:
@@ -182,7 +190,11 @@ def _named(frame: Frame, *, outliers: bool, few: int | None, in_vain: Callable[[
     search = partial(nameable, frame.search, most=most, in_vain=in_vain)
     found = _searched(frame, search) if outliers else search(outliers=False)
     frame.names.report(Stage.HELD_OUT, "")
-    return _Named(*_checked(frame.names, found.model, frame.base, frame.noise, frame.judged), found)
+    model, errors = _checked(frame.names, found.model, frame.base, frame.noise, frame.judged)
+    written = _as_written(frame.names, model)
+    if written is not model:
+        errors = _held_out(frame.names, frame.base, written.fit, frame.judged, written.outliers)
+    return _Named(written, errors, found)
 
 
 def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
@@ -202,7 +214,14 @@ def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
     if found:
         at_limit = named.found.at_limit
         reason = doubt(
-            model, before, after, errors, most=names.most_effects, known_noise=noise.known, at_limit=at_limit
+            model,
+            before,
+            after,
+            errors,
+            most=names.most_effects,
+            known_noise=noise.known,
+            reach=names.reach,
+            at_limit=at_limit,
         )
         verdict = "unexplained" if reason else "explained"
         names.log.add("verdict", model, not reason, reason or "it explains the recordings")

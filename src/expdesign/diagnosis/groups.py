@@ -30,6 +30,7 @@ from expdesign.diagnosis.group_library import Group, GroupLibrary
 from expdesign.diagnosis.laws import base_alone
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import single_mistakes
+from expdesign.diagnosis.relinearised import relinearised
 from expdesign.diagnosis.sample import Sample, rms
 from expdesign.diagnosis.shared_noise import Settling, settling
 from expdesign.diagnosis.statement import Widening
@@ -267,7 +268,11 @@ class _Model:
         result, values = None, self.start
         for _ in range(_REFITS):
             mean, deviation = self.prior()
-            result = fit(self.chain, self.sample, values, (mean, deviation / self.noise), enough=OPTIONS.settled)
+            prior = mean, deviation / self.noise
+            result = relinearised(
+                fit(self.chain, self.sample, values, prior, enough=OPTIONS.settled), self.sample, prior
+            )
+            self.chain = result.chain
             values = result.values
             state = self._linearised(result, mean, deviation)
             self.factors = self.factors * np.sqrt(state.variances)

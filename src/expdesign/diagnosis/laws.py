@@ -29,6 +29,7 @@ from expdesign.diagnosis.inexact import deviations_from_none, with_share
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.relinearised import relinearised
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.stages import Stage
 from expdesign.estimation.fit import Fit, fit
@@ -224,7 +225,7 @@ def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
         effects.append(law)
         values.append(begun)
     chain = sample.chain(robot, effects)
-    result = fit(chain, sample, np.concatenate(values), enough=1e-2)
+    result = relinearised(fit(chain, sample, np.concatenate(values), enough=1e-2), sample)
     left_out = LeftOut(
         start.left_out(search.problem.blocks) / noise,
         state.left_out(search.problem.blocks) / noise,

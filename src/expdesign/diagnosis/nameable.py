@@ -56,13 +56,13 @@ def nameable(
     limited: tuple[float, str] | None = None
     for _ in range(_ROUNDS):
         model = search.model(aside=outliers, most=most)
-        limits = at_limits(model)
+        limits = at_limits(model, names.reach)
         drifts = unsupported(names, model, other)
         if not limits and not drifts:
             break
         vain = in_vain(model)
         for key, parameter in limits.items():
-            names.log.add("limits", model, False, f"{parameter} is at the limit of what is physically possible")
+            names.log.add("limits", model, False, f"{parameter} is at or beyond the limit of what a machine can be")
             limited = min(limited or (model.misfit, parameter), (model.misfit, parameter))
             names.forbid({key})
         for key in drifts:
@@ -74,7 +74,7 @@ def nameable(
             break
     else:
         model = search.model(aside=outliers, most=most)
-        model = names.restricted(model, {*at_limits(model), *unsupported(names, model, other)})
+        model = names.restricted(model, {*at_limits(model, names.reach), *unsupported(names, model, other)})
     at_limit = limited[1] if limited is not None and limited[0] < model.misfit - 2.0 * OPTIONS.alarm else ""
     remarks: tuple[Remark, ...] = ()
     if other is not None and (imitations or drift_tests(names, model, other)):

@@ -31,6 +31,8 @@ from expdesign.mechanics.robots.robot import Robot
 
 _MOST_KEPT = 300_000_000
 """Bytes of derivatives of models that are kept; beyond, those not asked for longest are fitted anew if needed."""
+_REACH = 0.5
+"""m; what stands on a bench may reach so far without anybody having moved it."""
 _STATES = 16
 """Linearised problems that are kept."""
 
@@ -153,6 +155,13 @@ class Names:
     def atoms(self) -> list[Atom]:
         """Every start of every candidate as a law of known form."""
         return self._as_laws[0]
+
+    @cached_property
+    def reach(self) -> float:
+        """How far the machine reaches in the recordings (m), at least `_REACH`."""
+        return max(
+            float(np.linalg.norm(self.robot.position(self.sample.recordings.configurations), axis=-1).max()), _REACH
+        )
 
     @property
     def most_effects(self) -> int:

@@ -100,6 +100,17 @@ class NotSought(Remark):
 
 
 @dataclass(frozen=True)
+class WrittenOtherwise(Remark):
+    """The model file predicts the fitted rows otherwise than the diagnosis says of itself.
+
+    Attributes:
+        difference: RMS in standard deviations of a reading.
+    """
+
+    difference: float
+
+
+@dataclass(frozen=True)
 class Averaged(Remark):
     """Too little was measured to tell what is there, so that predictions are averages.
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.chain import Chain
 from expdesign.chain.identified import ChainBeside
 from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.diagnosis.confirmation import Stability
@@ -12,6 +13,9 @@ from expdesign.diagnosis.inexact import with_share
 from expdesign.diagnosis.laws import Laws
 from expdesign.diagnosis.locate import Location
 from expdesign.diagnosis.names import NamedModel, Names
+from expdesign.diagnosis.relinearised import AGREES
+from expdesign.diagnosis.remarks import WrittenOtherwise
+from expdesign.diagnosis.sample import rms
 from expdesign.diagnosis.statement import NONE, Widening, widened, widening
 from expdesign.estimation.coverage import reading_deviations
 from expdesign.estimation.fit import Fit
@@ -54,6 +58,8 @@ class Diagnosis:
         inexact: share of what named physics does to predictions that is not known; laws have it in their fit.
         left_out: by what blocks that were left out widen the predictions of a model of groups.
         stability: how often nine tenths of the rows name the same; None where nothing, or laws are named.
+        written_difference: of the fitted rows as the written model predicts them from what is said here, RMS in
+            standard deviations of a reading; 0 where nothing was written.
         ended: what was being done when somebody ended the diagnosis, whose model is the best so far; empty otherwise.
     """
 
@@ -77,6 +83,7 @@ class Diagnosis:
     left_out: Widening = NONE
     stability: Stability | None = None
     ended: str = ""
+    written_difference: float = 0.0
 
     @property
     def refuted(self) -> bool:
@@ -104,6 +111,17 @@ class Diagnosis:
         if not isinstance(chain, ChainBeside):
             return found
         return replace(found.known_as(chain.in_frames(found.estimable)), chain=chain.exact)
+
+    def read_again(self, chain: Chain, values: FloatArray) -> "Diagnosis":
+        """The diagnosis with what a model file predicts, its chain and values (p,) as read, compared with itself."""
+        fit, sample = self.predictive.fit, self.names.sample.restricted(~self.predictive.outliers)
+        said, written = sample.residuals(fit.chain, fit.values), sample.residuals(chain, values)
+        return self.written_otherwise(rms(written - said, sample.counts))
+
+    def written_otherwise(self, difference: float) -> "Diagnosis":
+        """The diagnosis whose file predicts so far from what it says, which is said where it is more than `AGREES`."""
+        remarks = (WrittenOtherwise(difference),) if difference > AGREES else ()
+        return replace(self, written_difference=difference, caveats=(*self.caveats, *remarks))
 
     @property
     def reading_deviations(self) -> FloatArray:

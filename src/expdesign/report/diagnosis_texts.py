@@ -47,6 +47,7 @@ def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[
             "test_surprise": errors.test_surprise,
             "held_out": errors.how,
             "coverage_95": _finite(errors.coverage),
+            "written_difference": _finite(diagnosis.written_difference),
         },
         "stability": None if stable is None else {"refits": stable.refits, "same": stable.same},
         "caveats": sentences(diagnosis.caveats),

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from expdesign.counted import counted
+from expdesign.estimation.goodness import StatementOfFit
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.remarks import IdleActuators, Implausible
 from expdesign.report import words
@@ -37,13 +38,20 @@ def fit_sentences(result: Identification) -> list[str]:
     return texts
 
 
+def _diagnosed(statement: StatementOfFit, model: str, *, against: bool) -> str:
+    """A statement of fit; where there is no test, what the diagnosis says against the model takes its place."""
+    if against and statement.verdict == "noise estimated":
+        return words.sentence(f"{statement.tested}; what the diagnosis found speaks against {model}.")
+    return words.sentence(statement.sentence(model))
+
+
 def diagnosed_fit_sentences(result: "Diagnosis") -> list[str]:
     """What the statements of fit say of the base model and of the model that was found, in words."""
-    texts = [words.sentence(result.before.sentence())]
+    texts = [_diagnosed(result.before, "the base model", against=result.verdict != "consistent")]
     if result.before.worst is not None:
         texts.append(result.before.worst.sentence)
     if result.after is not result.before:
-        texts.append(words.sentence(result.after.sentence("the model that was found")))
+        texts.append(_diagnosed(result.after, "the model that was found", against=result.verdict == "unexplained"))
     factor = result.widening.parameters
     if factor > 1.0 and f"{factor:.3g}" != "1":
         texts.append(f"Predicted standard deviations are {factor:.3g} times wider than the stated noise makes them.")

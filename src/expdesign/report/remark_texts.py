@@ -1,5 +1,6 @@
 """Remarks of identification and diagnosis in sentences: a table by the kind of remark."""
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -15,6 +16,7 @@ from expdesign.diagnosis.remarks import (
     Sought,
     TooFewForLaws,
     WithoutMoment,
+    WrittenOtherwise,
 )
 from expdesign.estimation.remarks import (
     AliasedGeometry,
@@ -156,5 +158,11 @@ TEXTS: Mapping[type[Remark], Callable[[Any], str]] = {
     ),
     NotSought: lambda one: _NOT_SOUGHT[one.law],
     Averaged: _averaged,
+    WrittenOtherwise: lambda one: (
+        f"The model file predicts the fitted rows {one.difference:.2g} standard deviations of a reading away from what "
+        "is said here of the model. Predict with the model of `expdesign identify`."
+        if math.isfinite(one.difference)
+        else "The model file holds values that no machine has, and is refused. Predict with the model of `identify`."
+    ),
 }
 """What is said of each."""

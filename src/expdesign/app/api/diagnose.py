@@ -11,6 +11,7 @@ from expdesign.app.api.inputs import RobotInput, purpose_of
 from expdesign.app.api.recorded import RecordedResult, RecordingsInput, recorded_at, recorded_model
 from expdesign.app.api.result import PAGE
 from expdesign.assurance.plausibility.finding import Implausibility, say
+from expdesign.chain.models.model_file import Model, model_from_document, model_text
 from expdesign.chain.recordings.recordings import Recordings, complete_positions
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
 from expdesign.diagnosis.law_findings import curves
@@ -18,6 +19,7 @@ from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.diagnosis.stages import Stage
 from expdesign.errors import ArgumentError, InputError
+from expdesign.io.yaml_reader import parse_yaml
 from expdesign.report.diagnosis_report import diagnosis_report
 from expdesign.report.diagnosis_texts import diagnosis_record, terminal_lines
 from expdesign.report.page import Page
@@ -46,6 +48,16 @@ def _read_here(recordings: Recordings) -> Recordings:
         remedy = "`expdesign identify` fits them with the positions; here they are left out."
         say([Implausibility(f"a diagnosis reads complete positions, not {left}", remedy)], recordings.source)
     return found
+
+
+def _read_again(result: Diagnosis, model: Model) -> Diagnosis:
+    """The diagnosis with how far its file is from what it says of itself; infinite where the file is refused."""
+    text = model_text(model, model.folder)
+    try:
+        again = model_from_document(parse_yaml(text, "model.yaml", model.folder))
+    except InputError:
+        return result.written_otherwise(float("inf"))
+    return result.read_again(again.chain, again.values)
 
 
 @dataclass(frozen=True, repr=False)
@@ -208,6 +220,7 @@ def diagnose(
         birge_ratio=max(1.0, result.widening.parameters),  # less is noise that was stated too large
         verdict="refuted" if result.refuted else result.after.verdict,
     )
+    result = _read_again(result, model)
     at_targets = None
     if problem is not None:
         from expdesign.app.api.at_targets import AtTargets  # noqa: PLC0415 (of targets)
