@@ -39,7 +39,7 @@ proof: $(VENV)/testing
 	$(BIN)/pytest -m slow
 
 studies: $(VENV)/testing
-	$(BIN)/expdesign study all --force
+	$(BIN)/python -m thesis_studies --force
 
 # The wheel and the source archive, into dist/.
 release: $(VENV)/testing

@@ -56,7 +56,6 @@ PROOFS = {
     "plausibility/test_positions.py::test_commands_and_positions": "a mistake in positions that is not named",
     "ports/test_laws.py::test_the_band_covers": "a band that does not cover the true curve",
     "report/test_in_browser.py": "a page whose scripts fail in a browser",
-    "report/test_watch_in_browser.py": "a live view that fails in a browser",
     "sweeps/test_sweep.py::test_a_killed_worker": "a sweep that loses what a killed worker did",
 }
 

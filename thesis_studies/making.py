@@ -43,7 +43,7 @@ def prepare(name: str, folder: Path) -> Prepared:
     """
     studies = known_studies()
     if name not in studies:
-        raise InputError(f"there is no study `{name}`", remedy=f"Known: all, {', '.join(studies)}.")
+        raise InputError(f"there is no study `{name}`", remedy=f"Known: {', '.join(studies)}.")
     study = studies[name]
     document = read_yaml(folder / f"{name}.yaml")
     return Prepared(study, validate(study.settings, document), document)
@@ -76,7 +76,7 @@ def write_index(out: Path, *, force: bool = False) -> None:
     """Write the list of all studies, whose tables lie in `out`, into `out`."""
     frames = (read_frame(read_text(path)) for name in known_studies() for path in sorted((out / name).glob("*.csv")))
     found = [score for frame in frames for values in scores(frame).values() for score in values]
-    output_file(out / "README.md", index_text(found), Purpose("study all"), force=force)
+    output_file(out / "README.md", index_text(found), Purpose("thesis_studies"), force=force)
 
 
 def scores(frame: pd.DataFrame) -> dict[str, list[float]]:

@@ -13,7 +13,7 @@ def page_text(study: Study, settings: StudySection, pieces: Sequence[Piece]) -> 
     name = study.name()
     parts = [
         f"# {study.title}",
-        f"```\nexpdesign study {name}\n```",
+        f"```\npython -m thesis_studies {name}\n```",
         _wrapped(
             f"Made from [`configs/studies/{name}.yaml`](../../../configs/studies/{name}.yaml). "
             "The dimensions of the thesis are not public. Assumed here, or taken from where it says:"
@@ -28,7 +28,7 @@ def index_text(scores: Sequence[float]) -> str:
     """The list of all studies; `scores` are the standard errors between every prediction and its Monte-Carlo."""
     parts = [
         "# Studies",
-        "```\nexpdesign study all\n```",
+        "```\npython -m thesis_studies\n```",
         _wrapped(
             "What the thesis shows, computed again. Its dimensions are not public: every page says which figures are "
             "assumed. Each study is one file in `thesis_studies` and one configuration in `configs/studies`; "

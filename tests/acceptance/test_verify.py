@@ -195,16 +195,21 @@ def test_a_check_measurement_is_read_in_the_order_of_its_sequence() -> None:
     np.testing.assert_array_equal(check.readings[:, 0], frame["dx_m"].to_numpy()[::-1])
 
 
+ABOUT = "instrument: interferometer <X>\noperator: A. N. Other\ndate: 2026-03-01\nenvironment: 20.0 ± 0.1 °C\n"
+
+
 def test_the_command_writes_a_certificate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     files = {name: tmp_path / name for name in ("model.yaml", "check.csv", "config.yaml", "about.yaml")}
     files["model.yaml"].write_text(model_text(model(), tmp_path))
     files["check.csv"].write_text(csv_text(measured(commands(2), np.random.default_rng(1))))
     files["config.yaml"].write_text(yaml.safe_dump(CONFIG))
-    files["about.yaml"].write_text("instrument: interferometer <X>\noperator: A. N. Other\ndate: 2026-03-01\n")
+    files["about.yaml"].write_text(
+        "instrument: interferometer <X>\noperator: A. N. Other\ndate: 2026-03-01\nenvironment: 20.0 ± 0.1 °C\n"
+    )
     out = tmp_path / "out"
     code = call(
         "verify", files["model.yaml"], files["check.csv"], "--config", files["config.yaml"],
-        "--about", files["about.yaml"], "--environment", "20.0 ± 0.1 °C", "--out", out,
+        "--about", files["about.yaml"], "--out", out,
     )  # fmt: skip
     printed = capsys.readouterr()
     assert code == 0

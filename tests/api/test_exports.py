@@ -11,8 +11,8 @@ from tests.commands.calls import CONFIG, ROBOT, ROOT, call, recordings_file
 import expdesign as xd
 from expdesign.app.commands.listed import function_of, listed_commands
 
-FILES_ALONE = {"new", "report", "study"}
-"""Commands that write files or pages from what is stored, and compute nothing of their own."""
+FILES_ALONE = {"new"}
+"""Commands that write files, and compute nothing."""
 
 
 def test_every_command_is_a_function() -> None:

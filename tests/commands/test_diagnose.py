@@ -117,7 +117,7 @@ def test_it_says_so_and_the_same_recordings_give_the_same_bytes(
     assert "Verdict: explained." in printed.out
     assert "Leg 1 has" in printed.out
     assert "µm of play" in printed.out
-    for name in ("diagnosis.json", "report.json"):  # the page names files by their paths
+    for name in ("diagnosis.json", "model.yaml"):
         assert (tmp_path / "again" / name).read_bytes() == (diagnosed / "out" / name).read_bytes()
 
 

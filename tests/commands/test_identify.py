@@ -25,7 +25,7 @@ def test_it_writes_model_record_and_report(tmp_path: Path, capsys: pytest.Captur
     assert "leg 6:" in printed.out
     assert "Chi2" in printed.out
     assert "columns without a meaning here, kept but not used: note" in printed.err
-    names = [".expdesign.json", "identification.json", "model.yaml", "report.html", "report.json"]
+    names = [".expdesign.json", "identification.json", "model.yaml", "report.html"]
     assert sorted(path.name for path in out.iterdir()) == names
     record = json.loads((out / "identification.json").read_text(encoding="utf-8"))
     for name in ("stiffness", "unit", "chi2", "dof", "p_value", "covariance", "rank"):

@@ -108,11 +108,6 @@ def test_a_folder_of_another_robot(tmp_path: Path, capsys: pytest.CaptureFixture
     assert "this file is there already" in refusal(capsys, "identify", robot, recordings, "--out", out)
     assert call("diagnose", ROBOT, recordings, "--out", out) == 2
     assert (out / "model.yaml").read_bytes() == model
-    assert call("report", out) == 0  # the page of these very results
-    assert call("identify", ROBOT, recordings, "--out", out) == 0
-    (out / "report.html").write_text("notes of mine")
-    assert call("report", out) == 2
-    assert (out / "report.html").read_text() == "notes of mine"
 
 
 @pytest.mark.parametrize("form", ["sheet.xlsx", "sheet.csv"])

@@ -30,7 +30,6 @@ def test_run_writes_what_the_interfaces_say(config: Path, tmp_path: Path) -> Non
         "plan.csv",
         "plans.csv",
         "report.html",
-        "report.json",
         "run.json",
     ]
     pareto = pd.read_csv(out / "pareto.csv")

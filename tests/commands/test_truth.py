@@ -18,7 +18,7 @@ def softer(folder: Path, factor: float = 2.0) -> Path:
 
 
 def test_simulate_with_another_robot(tmp_path: Path) -> None:
-    for name, options in (("own", ()), ("soft", ("--truth", softer(tmp_path)))):
+    for name, options in (("own", ()), ("soft", ("--model", softer(tmp_path)))):
         assert call("simulate", CONFIG, plan_file(tmp_path), "--out", tmp_path / name, "--no-noise",
                     "--no-load-errors", *options) == 0  # fmt: skip
     own, soft = (pd.read_csv(tmp_path / name)["dz_m"] for name in ("own", "soft"))

@@ -137,11 +137,8 @@ def test_the_command_writes_what_the_interfaces_say(tmp_path: Path, capsys: pyte
     correlation = pd.read_csv(out / "correlation.csv")
     assert set(correlation["criterion"]) == set(known_criteria())
     assert correlation["coefficient"].between(-1.0, 1.0).all()
-    first = (out / "report.html").read_bytes()
     assert call("compare", config, "--out", tmp_path / "again", *options) == 0
     assert (tmp_path / "again" / "comparison.csv").read_bytes() == (out / "comparison.csv").read_bytes()
-    assert call("report", out) == 0
-    assert (out / "report.html").read_bytes() == first
     capsys.readouterr()
     for wrong in (["--plan", "mine"], ["--plan", "total=plan.csv"], ["--samples", 1]):
         assert call("compare", config, "--out", tmp_path / "no", *wrong) == 2

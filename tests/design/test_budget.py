@@ -168,7 +168,7 @@ def test_validation_rows_are_reachable_and_far_from_the_others() -> None:
 
 def test_criteria_of_the_plan_do_not_see_rows_for_validation(tmp_path: Path) -> None:
     case = limited(90.0, **{"experiment.validation": {"measurements": 2}})
-    found = expdesign.run(case, timed=False)
+    found = expdesign.run(case)
     assert (found.plan["split"] == "test").sum() == 2
     judged = expdesign.evaluate(case, found.plan).criteria["value"]
     best = found.pareto.iloc[found.front.recommended]
@@ -179,7 +179,7 @@ def test_criteria_of_the_plan_do_not_see_rows_for_validation(tmp_path: Path) -> 
     assert sheet.minutes == pytest.approx(best["cost_min"])
     assert set(sheet.text["split"]) == {"train", "test"}
     found.save(tmp_path / "run")
-    assert "Cost (min)" in (tmp_path / "run" / "report.json").read_text(encoding="utf-8")
+    assert "Cost (min)" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

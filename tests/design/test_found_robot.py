@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from tests.design.optimality.central_differences import gradient_table
 from tests.design.problems import HEXAPOD, changed, designs
 from tests.oracle import Array
 
@@ -21,7 +22,6 @@ from expdesign.errors import InputError
 from expdesign.io.yaml_reader import YamlDocument, parse_yaml
 from expdesign.mechanics.robots.robot_file import robot_from_document
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.optimality.gradient_check import gradient_table
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document

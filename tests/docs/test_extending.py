@@ -14,6 +14,7 @@ import pytest
 import yaml
 from scipy.spatial.transform import Rotation
 from tests.commands.calls import CONFIG, ROBOT, call
+from tests.design.optimality.central_differences import gradient_table
 from tests.identification.experiments import read
 
 import expdesign as xd
@@ -23,7 +24,6 @@ from expdesign.io.yaml_reader import parse_yaml
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import read_robot, robot_from_document
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.optimality.gradient_check import gradient_table
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
 from expdesign.planning.search import search

@@ -40,7 +40,7 @@ def _holds_the_truth_and_fails_another_robot(folder: Path) -> None:
     weak = yaml.safe_load((folder / "truth.yaml").read_text(encoding="utf-8"))
     weak["actuator_stiffness"] = (TRUTH / 3.0).tolist()
     (folder / "weak.yaml").write_text(yaml.safe_dump(weak), encoding="utf-8")
-    given = (folder / "config.yaml", folder / "commands.csv", "--truth", folder / "weak.yaml")
+    given = (folder / "config.yaml", folder / "commands.csv", "--model", folder / "weak.yaml")
     assert call("simulate", *given, "--out", folder / "weak.csv") == 0
     checked = (folder / "identified" / "model.yaml", folder / "weak.csv", "--config", folder / "config.yaml")
     assert call("verify", *checked, "--out", folder / "failed") == 3  # a certificate that says fail was made

@@ -17,7 +17,6 @@ from expdesign.report import words
 from expdesign.report.blocks import Figure
 from expdesign.report.montecarlo_report import montecarlo_report
 from expdesign.report.page import render
-from expdesign.report.stored import page_from_text, page_text
 
 
 @cache
@@ -71,11 +70,6 @@ def test_identifiers_are_unique_and_names_are_escaped() -> None:
     assert len(ids) == len(set(ids))
     assert EVIL_NAME not in re.sub(r"<script.*?</script>", "", page(), flags=re.DOTALL)
     assert EVIL_NAME in html.unescape(page())
-
-
-def test_page_is_made_again_from_its_record() -> None:
-    stored = page_text(montecarlo_report(repeated()))
-    assert render(page_from_text(stored, "report.json")) == page()
 
 
 def test_figures_are_drawn_in_a_browser(browser: Any, tmp_path: Path) -> None:

@@ -5,11 +5,12 @@ from pathlib import Path
 import numpy as np
 from tests.commands.calls import call
 
+import expdesign as xd
+
 
 def report(folder: Path, robot: Path, recordings: str) -> str:
     (folder / "r.csv").write_text(recordings, encoding="utf-8")
-    assert call("diagnose", robot, folder / "r.csv", "--out", folder / "out") == 0
-    return (folder / "out" / "report.json").read_text(encoding="utf-8")
+    return repr(xd.diagnose(robot, folder / "r.csv").page())
 
 
 def test_moments_on_a_body_that_stays_where_it_is(tmp_path: Path) -> None:

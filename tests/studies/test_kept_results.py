@@ -44,7 +44,7 @@ def test_the_index_lists_them_all() -> None:
         for each in scores(frame).values()
         for score in each
     ]
-    assert (KEPT / "README.md").read_text(encoding="utf-8") == index_text(found), "run `expdesign study all`"
+    assert (KEPT / "README.md").read_text(encoding="utf-8") == index_text(found), "run `python -m thesis_studies`"
     # Scores of predictions that hold are standard normal; many share their draws, so that the limits are wide.
     assert 0.8 < np.std(found) < 1.2
 

@@ -15,7 +15,7 @@ from expdesign.app.sweeps.engine import Processes, Serial, by_engine
 from expdesign.errors import NotIdentifiableError
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
-from expdesign.report.stored import page_text
+from expdesign.report.page import render
 
 COMPARED = {"samples": 50, "random": 2, "generations": 2, "seed": 3}
 
@@ -81,7 +81,7 @@ def test_repeated_experiments_by_an_engine(tmp_path: Path, truth: str | None, mo
         callback=lambda title, done, total, note: steps.append((done, total)),
     )
     assert there.record == here.record
-    assert page_text(there.page()) == page_text(here.page())
+    assert render(there.page()) == render(here.page())
     assert steps == [(done, 9) for done in range(10)]  # three causes of three batches
 
 

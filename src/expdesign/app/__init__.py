@@ -1,1 +1,1 @@
-"""The functions of the package, the commands made of them, engines for several processes, the live view."""
+"""The functions of the package, the commands made of them, engines for several processes."""

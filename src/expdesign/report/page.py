@@ -15,6 +15,7 @@ import gzip
 import html
 import json
 import re
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -26,7 +27,7 @@ from markupsafe import Markup, escape
 from plotly.offline import get_plotlyjs
 
 from expdesign.io.output import plain
-from expdesign.report.blocks import Block, DataTable, Figure, PageSection, SideBySide
+from expdesign.report.blocks import HERE, Block, DataTable, Figure, PageSection, SideBySide
 
 _FOLDER = Path(__file__).parent
 # Tile maps, which no page has, are a third of plotly.js: the source of their web worker, one text of half a megabyte;
@@ -73,8 +74,9 @@ class Page:
         object.__setattr__(self, "sections", [section for section in self.sections if section.blocks])
 
 
-def render(page: Page) -> str:
-    """The page as HTML."""
+def render(page: Page, folder: Path = Path()) -> str:
+    """The page as HTML; commands in it name files of `folder`, where it will lie, as seen from the current one."""
+    here = "" if folder == Path() else f"{shlex.quote(str(folder))}/"
     environment = Environment(
         loader=FileSystemLoader(_FOLDER),
         autoescape=True,
@@ -82,7 +84,7 @@ def render(page: Page) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["code"] = _with_code
+    environment.filters |= {"code": _with_code, "placed": lambda text: text.replace(HERE, here)}
     blocks = [block for section in page.sections for block in _flat(section.blocks)]
     figures = {block.id: block.plot for block in blocks if isinstance(block, Figure)}
     csv = {
@@ -127,11 +129,6 @@ def _packed_plotly() -> Markup:
     for part, rest in _TILE_MAPS:
         library = part.sub(rest, library)
     return packed(library)
-
-
-def known_scripts() -> set[str]:
-    """Names of the scripts that a page may ask for."""
-    return {file.name for file in _FOLDER.glob("*.js")}
 
 
 def plot_text(text: str) -> str:

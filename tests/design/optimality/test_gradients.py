@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.design.optimality.central_differences import criterion_gradients, gradient_table
 from tests.design.problems import BIPOD, HEXAPOD, designs, problem
 from tests.oracle import Array
 
@@ -12,7 +13,6 @@ from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import Criterion, known_criteria
 from expdesign.planning.optimality import differentiated
 from expdesign.planning.optimality.differentiated import Differentiated
-from expdesign.planning.optimality.gradient_check import criterion_gradients, gradient_table
 from expdesign.planning.problem import DesignProblem
 
 WRENCH = {

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.design.optimality.central_differences import criterion_gradients
 from tests.design.problems import HEXAPOD, designs, problem
 from tests.design.refined import refined
 
@@ -12,7 +13,6 @@ from expdesign.coordinates import SPATIAL
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.optimality.certificate import Certificate
-from expdesign.planning.optimality.gradient_check import criterion_gradients
 from expdesign.planning.optimality.kktpm import kktpm
 from expdesign.planning.problem import DesignProblem
 

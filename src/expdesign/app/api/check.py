@@ -4,9 +4,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-import numpy as np
-import pandas as pd
-
 from expdesign.app.api.configuration import checked_problem, problem_of
 from expdesign.app.api.inputs import RobotFile, RobotInput, purpose_of, robot_of
 from expdesign.app.api.load import read_document
@@ -32,7 +29,7 @@ from expdesign.io.yaml_reader import read_yaml
 from expdesign.mechanics.robots.robot import Robot, RobotSection
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import require_regular
-from expdesign.planning.sampling import Feasibility, feasibility, random_designs
+from expdesign.planning.sampling import Feasibility, feasibility
 from expdesign.planning.schema import RunSection
 from expdesign.report import fit_texts
 from expdesign.report.page import Page
@@ -178,25 +175,6 @@ class CheckedProblem(Checked):
         """Whether none of the poses drawn at random can be reached."""
         return self.feasibility.reachable == 0.0
 
-    def gradients(self) -> pd.DataFrame:
-        """Exact gradients of every criterion against central differences, with a verdict, at two random designs.
-
-        Raises:
-            InputError: every variable is fixed or discrete.
-        """
-        problem = self.problem
-        if problem.space.discrete.all():
-            what = "every variable of the design is fixed or discrete, so that there are no gradients to check"
-            remedy = "Give a variable an interval."
-            raise InputError(what, where=problem.source, remedy=remedy)
-        decisions = random_designs(problem)
-        # Two of those that identify everything; where there is none, the table says that nothing was evaluated.
-        assessment = problem.assessed(decisions)
-        from expdesign.planning.optimality.gradient_check import gradient_table  # noqa: PLC0415 (on request)
-
-        order = np.argsort(~assessment.identifies_targets, kind="stable")
-        return gradient_table(problem, decisions[order[:2]])
-
 
 @dataclass(frozen=True, repr=False)
 class CheckedSweep(Checked):
@@ -281,7 +259,7 @@ def check(
     Command:
         With --out a page is written in which the robot is drawn, its legs or joints numbered.
 
-        expdesign check configs/hexapod-h1.yaml --gradients
+        expdesign check configs/hexapod-h1.yaml
     """
     purpose = purpose_of("check", file)
     found: object = (file.as_model() or file) if isinstance(file, Result) else file

@@ -91,8 +91,6 @@ def read_recordings(recordings: RecordingsInput, robot: RobotInput) -> Recording
 
 
 MODEL = "model.yaml"
-_PAGE = ("report.json",)
-"""JSON files that hold a page, not a result."""
 _ROWS = ("plan.csv", "sheet.csv")
 """Tables that stand for the result of several tables."""
 
@@ -150,7 +148,7 @@ def open_result(folder: PathLike) -> SavedResult:
     about = written[last]
     names = [name for name, entry in written.items() if entry["command"] == about["command"]]
     found = [place / name for name in names if (place / name).exists()]
-    records = [path for path in found if path.suffix == ".json" and path.name not in _PAGE]
+    records = [path for path in found if path.suffix == ".json"]
     return SavedResult(
         place,
         json.loads(read_text(records[0])) if records else {},

@@ -16,7 +16,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.models.model_file import Model, model_text
 from expdesign.copying import Copied
 from expdesign.io.excel import is_excel_name, workbook
-from expdesign.io.output import csv_text, json_text, output_file, output_folder, write_bytes
+from expdesign.io.output import csv_text, json_text, output_file, output_folder, write_bytes, write_file
 from expdesign.io.tables_in_units import in_units
 from expdesign.io.written import Purpose
 
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from expdesign.report.page import Page
 
 PathLike = str | Path
-PAGE: Mapping[str, str] = {"report.html": "page", "report.json": "page"}
-"""The report and its content, the last of the files of a result."""
+PAGE: Mapping[str, str] = {"report.html": "page"}
+"""The report, the last of the files of a result."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -123,9 +123,9 @@ class FolderResult(Result):
             for name, content in contents.items():
                 write_bytes(scratch / name, content.encode("utf-8") if isinstance(content, str) else content)
             if page is not None:
-                from expdesign.report.stored import write_report  # noqa: PLC0415 (slow to import)
+                from expdesign.report.page import render  # noqa: PLC0415 (slow to import)
 
-                write_report(scratch, page, folder)
+                write_file(scratch / "report.html", render(page, folder))
         return folder / self.FIRST
 
 

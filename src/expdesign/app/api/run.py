@@ -32,7 +32,7 @@ from expdesign.planning.result import (
     protocol_frame,
     run_record,
 )
-from expdesign.planning.search import Follow, Progress, search
+from expdesign.planning.search import Progress, search
 from expdesign.report.design_report import design_report
 from expdesign.report.page import Page
 
@@ -126,10 +126,8 @@ def run(
     *,
     callback: Callback = silent,
     progress: bool = False,
-    follow: Follow = lambda state: None,
     ended: Callable[[], bool] = lambda: False,
     seconds: float | None = None,
-    timed: bool = True,
     searched: Callable[[RunResult], None] = lambda run: None,
 ) -> RunResult:
     """Find the Pareto front of DUIR against FEIR and the recommended plan.
@@ -140,11 +138,9 @@ def run(
         config: run configuration (YAML).
         callback: called with the stage, the steps done, the steps in all and a note (`Callback`).
         progress: whether progress is shown on standard error.
-        follow: called with the state of the search, its front so far; returns True to end it with what is there.
         ended: whether a person wants no more; asked after every generation and every round of bounding.
         seconds: end after so many seconds in all, writing included, with what is there: the search at once, bounds
             after the round that they are in. Without a limit, the same input gives the same front.
-        timed: whether the record says how long it took; without that, the same input gives the same bytes.
         searched: called with the run as it is before it is bounded, so that its plans can be kept.
 
     Raises:
@@ -163,7 +159,7 @@ def run(
     Command:
         Ctrl-C ends the search with what is there; all is written, and the plan before it is bounded.
 
-        expdesign run configs/hexapod-h1.yaml --out results/mine --watch
+        expdesign run configs/hexapod-h1.yaml --out results/mine
     """
     if seconds is not None and seconds < 0.0:
         raise ArgumentError(f"{seconds:g} s is no time", argument="seconds", remedy="Use at least 0.")
@@ -173,7 +169,7 @@ def run(
         what = "every pose and every load is fixed, so that there is nothing to choose"
         remedy = "Give an interval or a list of choices; `expdesign evaluate` judges a plan that is given."
         raise InputError(what, where=f"{problem.source}, experiment", remedy=remedy)
-    limit = _Limit(seconds, started, lambda state: bool(follow(state)) or ended(), ended, callback)
+    limit = _Limit(seconds, started, ended, callback)
     front = search(problem, limit.searching)
     unbounded = LowerBound(None, "not computed yet")
     purpose = purpose_of("run", config)
@@ -181,34 +177,26 @@ def run(
     searched(first)
     duir, total = _bounds(problem, front, callback, limit)
     result = replace(_result(problem, front, duir, total, limit.ended), purpose=purpose)
-    if timed:
-        result.record["wall_s"] = time.perf_counter() - started
+    result.record["wall_s"] = time.perf_counter() - started
     return result
 
 
 class _Limit:
     """What ends a run before its own end: a person, or the clock."""
 
-    def __init__(
-        self,
-        seconds: float | None,
-        started: float,
-        follow: Callable[[Progress], bool],
-        ended: Callable[[], bool],
-        callback: Callback,
-    ) -> None:
+    def __init__(self, seconds: float | None, started: float, ended: Callable[[], bool], callback: Callback) -> None:
         # What bounds and results take at the end is kept, as far as the limit allows for it.
         left = np.inf if seconds is None else seconds
         self._search_end = started + left - min(_BOUNDING + _WRITING, 0.4 * left) if seconds is not None else np.inf
         self._end = started + left - min(_WRITING, 0.2 * left) if seconds is not None else np.inf
-        self._follow, self._wanted, self._callback = follow, ended, callback
+        self._wanted, self._callback = ended, callback
         self.ended = ""
 
     def searching(self, state: Progress) -> bool:
         """Report; whether the search is to end."""
         best = f"front {len(state.front)}, hypervolume {state.hypervolume:.6g}"
         self._callback("searching", state.generation, 0, f"{state.note}: {best}")
-        wanted = self._follow(state) or time.perf_counter() > self._search_end
+        wanted = self._wanted() or time.perf_counter() > self._search_end
         if wanted and not self.ended:
             self.ended = f"generation {state.generation}, {state.note}"
         return bool(self.ended)

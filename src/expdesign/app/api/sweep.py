@@ -123,12 +123,11 @@ def run_files(config: dict[str, Any]) -> tuple[dict[str, str], float]:
 
     What is wrong with a run is its result; only what is wrong with the machine is raised.
     """
-    from expdesign.report.stored import CONTENT, page_text  # noqa: PLC0415 (slow to import)
-
     started = time.perf_counter()
     try:
-        result = run(problem_from_document(YamlDocument(CONFIG, Path(), config)), timed=False)
-        files = result.files() | {CONTENT: page_text(result.page())}
+        result = run(problem_from_document(YamlDocument(CONFIG, Path(), config)))
+        del result.record["wall_s"]
+        files = result.files()
     except ExpdesignError as error:
         files = {FAILURE: json_text({"message": error.message})}
     text = yaml_text(config)

@@ -11,7 +11,7 @@ COMMANDS = {
         "new", "check", "run", "sheet", "identify", "diagnose", "compensate", "verify",
     ),
     "Data": ("register", "correct", "simulate", "predict", "table", "physics"),
-    "Research": ("compare", "montecarlo", "sweep", "evaluate", "next", "study", "schema", "report"),
+    "Research": ("compare", "montecarlo", "sweep", "evaluate", "next", "schema"),
 }  # fmt: skip
 """Commands by the titles of their groups, in the order in which they are listed."""
 _FUNCTIONS = {"next": "plan_next"}

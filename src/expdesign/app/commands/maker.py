@@ -142,11 +142,10 @@ def _option(parameter: inspect.Parameter, hint: Any, text: str, spelling: Spelli
         kind, several = _kind(hint)
         text, default = (f"{text} Repeatable.", None) if several else (text, default)
     flag = f"--{spelling.name(name).replace('_', '-')}"
-    names = (flag, *spelling.aliases.get(name, ()))
     if kind is bool and default is not False:
-        names = (f"{flag}/--no-{flag.removeprefix('--')}",)
+        flag = f"{flag}/--no-{flag.removeprefix('--')}"
     shape: Any = list[kind] if several else kind  # type: ignore[valid-type]
-    return Annotated[shape if default is _EMPTY else shape | None, typer.Option(*names, help=text)], default
+    return Annotated[shape if default is _EMPTY else shape | None, typer.Option(flag, help=text)], default
 
 
 def _result_options(kind: Any, spelling: Spelling) -> Options:

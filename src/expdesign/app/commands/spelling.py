@@ -115,7 +115,6 @@ class Spelling:
 
     Attributes:
         names: of arguments that are called otherwise.
-        aliases: further options of an argument.
         positional: arguments with a default that are not options.
         written: arguments that are written as text.
         hidden: arguments that only Python has.
@@ -125,7 +124,6 @@ class Spelling:
     """
 
     names: Mapping[str, str] = field(default_factory=dict)
-    aliases: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     positional: tuple[str, ...] = ()
     written: Mapping[str, Written] = field(default_factory=dict)
     hidden: tuple[str, ...] = ()
@@ -153,9 +151,8 @@ SPELLINGS: Mapping[str, Spelling] = {
     "compare": Spelling(names={"plans": "plan"}, written={"plans": NAMED_FILES}, out="a new one under results/"),
     "diagnose": Spelling(hidden=("without",), always={"interruptible": True}),
     "register": Spelling(names={"deviation": "std"}, written={"deviation": LENGTH}),
-    "run": Spelling(hidden=("timed",), out="a new one under results/"),
+    "run": Spelling(out="a new one under results/"),
     "schema": Spelling(positional=("kind",), hidden=("robots",)),
-    "simulate": Spelling(aliases={"model": ("--truth",)}),
     "sweep": Spelling(names={"file": "sweep", "folder": "out"}, workers=None),
     "table": Spelling(written={"over": RANGES, "at": HELD, "error": ERRORS}),
 }
