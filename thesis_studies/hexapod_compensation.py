@@ -9,7 +9,6 @@ from pydantic import Field
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.validation.compensation import ExactCompensation
-from expdesign.assurance.validation.plants import EquilibriumPlant
 from expdesign.assurance.validation.repeated import root_mean_square
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.estimation.identify import identify
@@ -19,6 +18,7 @@ from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
 from thesis_studies.drawing import COLOURS, panels
+from thesis_studies.equilibrium import EquilibriumPlant
 from thesis_studies.pose_errors import MICRO, deviation_table, plan_of
 from thesis_studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text
 from thesis_studies.tables import column, rows_of

@@ -10,7 +10,6 @@ from pydantic import Field
 from scipy.optimize import brentq
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.validation.equilibrium import Equilibrium
 from expdesign.errors import InputError
 from expdesign.io.schema import Number, Positive, Section
 from expdesign.io.yaml_reader import YamlDocument
@@ -24,6 +23,7 @@ from expdesign.mechanics.loads.load import Payload, Wrench
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
 from thesis_studies.drawing import COLOURS, panels
+from thesis_studies.equilibrium import Equilibrium
 from thesis_studies.study import Picture, Piece, Shown, Study, StudySection, StudyTable, Tables, Text
 from thesis_studies.tables import column, rows_of
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.validation.plants import EquilibriumPlant
 from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError
@@ -15,6 +14,7 @@ from expdesign.io.table import parse_table
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.planning.plan import Plan, plan_frame
 from expdesign.planning.problem import DesignProblem
+from thesis_studies.equilibrium import EquilibriumPlant
 
 
 def with_stiffness(problem: DesignProblem, stiffness: FloatArray) -> DesignProblem:

@@ -7,10 +7,10 @@ import pandas as pd
 from scipy.stats import chi2
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.validation.plants import EquilibriumPlant
 from expdesign.assurance.validation.repeated import Estimate, mean, standard_deviation
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
+from thesis_studies.equilibrium import EquilibriumPlant
 from thesis_studies.pose_errors import MICRO
 
 Z = 2

@@ -96,7 +96,7 @@ if _typing.TYPE_CHECKING:  # the one list of what is exported; `__getattr__` rea
     from expdesign.app.api.table import table as table
     from expdesign.app.api.verify import VerificationResult as VerificationResult
     from expdesign.app.api.verify import verify as verify
-    from expdesign.app.sweeps.engine import WorkersError as WorkersError
+    from expdesign.app.parallel import WorkersError as WorkersError
     from expdesign.chain.declaration import Declaration as Declaration
     from expdesign.chain.declaration import Parameter as Parameter
     from expdesign.chain.declaration import Size as Size

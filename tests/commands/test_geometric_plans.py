@@ -62,11 +62,9 @@ def test_monte_carlo_of_geometry_and_stiffness_agrees_with_the_criteria(tmp_path
     assert np.abs(result.result.scores()).max() < 4.5
 
 
-def test_unknown_frames_and_other_plants_are_refused(tmp_path: Path) -> None:
+def test_unknown_frames_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="unknown frames"):
         xd.montecarlo(changed(tmp_path, {"frames": "unknown"}), poses(14), samples=100)
-    with pytest.raises(InputError, match="non-linear kinematics"):
-        xd.montecarlo(CONFIG, poses(14), samples=100, plant="equilibrium")
 
 
 @pytest.mark.slow

@@ -29,7 +29,7 @@ def test_every_option_has_help_and_every_argument_is_an_option(name: str) -> Non
     docstring, parameters = Docstring.of(function.__doc__), inspect.signature(function).parameters
     assert set(docstring.arguments) == set(parameters)
     spelling = SPELLINGS.get(name)
-    left_out = {"progress", "callback", "engine", "ended", "searched"}
+    left_out = {"progress", "callback", "executors", "ended", "searched"}
     if spelling is not None:
         left_out |= {*spelling.hidden, *spelling.always}
     names = {spelling.name(argument) if spelling else argument for argument in parameters}

@@ -11,8 +11,7 @@ from tests.oracle import Array
 from tests.robots.arms import ARMS, serial_robot
 
 from expdesign.assurance.validation.compensation import CONVERGENCE, ExactCompensation
-from expdesign.assurance.validation.equilibrium import Equilibrium
-from expdesign.assurance.validation.plants import EquilibriumPlant, ExplicitPlant
+from expdesign.assurance.validation.plants import ExplicitPlant
 from expdesign.assurance.validation.repeated import repeat, root_mean_square, standard_deviation
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
@@ -21,6 +20,7 @@ from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.load import Payload, Wrench
 from expdesign.planning.criteria.targets import Targets
 from expdesign.planning.plan import Plan
+from thesis_studies.equilibrium import Equilibrium, EquilibriumPlant
 from virtual_laboratory import Laboratory
 from virtual_laboratory import Robot as LaboratoryRobot
 

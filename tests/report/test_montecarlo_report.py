@@ -11,7 +11,6 @@ from tests.cases import ALL_ERRORS, setup
 from tests.report.conftest import EVIL_NAME, text_of
 from tests.report.test_in_browser import until
 
-from expdesign.assurance.validation.plants import PLANTS
 from expdesign.assurance.validation.repeated import Repeated, repeat
 from expdesign.report import words
 from expdesign.report.blocks import Figure
@@ -20,17 +19,17 @@ from expdesign.report.page import render
 
 
 @cache
-def repeated(plant: str = "explicit", errors: bool = True) -> Repeated:
+def repeated(errors: bool = True) -> Repeated:
     here = setup("irregular", "payload", errors=ALL_ERRORS if errors else ())
     plan = here.plan(np.random.default_rng(21), 4)
     problem = here.problem()
     object.__setattr__(problem, "source", f"{EVIL_NAME}.yaml")
-    return repeat(problem, plan, 4000, 22, plant=PLANTS[plant])
+    return repeat(problem, plan, 4000, 22)
 
 
 @cache
-def page(plant: str = "explicit", errors: bool = True) -> str:
-    return render(montecarlo_report(repeated(plant, errors)))
+def page(errors: bool = True) -> str:
+    return render(montecarlo_report(repeated(errors)))
 
 
 def test_criteria_and_their_prediction_are_there() -> None:
@@ -45,7 +44,7 @@ def test_criteria_and_their_prediction_are_there() -> None:
 def test_what_differs_is_said() -> None:
     """The same samples beside the prediction for half the noise."""
     result = repeated()
-    wrong = Repeated(result.problem, result.plan, dict(result.causes), "explicit", "normal", 1)
+    wrong = Repeated(result.problem, result.plan, dict(result.causes), "normal", 1)
     wrong.__dict__["deviations"] = {
         cause: (estimate, predicted / 2.0) for cause, (estimate, predicted) in result.deviations.items()
     }
@@ -54,13 +53,8 @@ def test_what_differs_is_said() -> None:
     assert "differ by more than three standard errors" in shown
 
 
-def test_a_mean_error_is_named_where_the_plant_is_not_linear() -> None:
-    assert "Nowhere is the mean error a larger part" in text_of(page("equilibrium"))
-    assert "mean error a larger part" not in text_of(page())
-
-
 def test_without_load_errors_they_are_not_drawn() -> None:
-    figures = [block for section in montecarlo_report(repeated("explicit", False)).sections for block in section.blocks]
+    figures = [block for section in montecarlo_report(repeated(False)).sections for block in section.blocks]
     names = {trace["name"] for figure in figures if isinstance(figure, Figure) for trace in figure.plot["data"]}
     assert not any("load errors" in name for name in names)
 

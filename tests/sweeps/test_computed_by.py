@@ -11,9 +11,7 @@ import pytest
 from tests.sweeps.small import sweep_file
 
 import expdesign as xd
-from expdesign.app.sweeps.cluster import Cluster
 from expdesign.app.sweeps.runs import LIBRARIES, ROOT, code_digest, computed_by, modules, sweep_runs
-from expdesign.errors import InputError
 from expdesign.io.yaml_reader import read_yaml
 
 VARY = {"experiment.measurements": [1, 2]}
@@ -107,28 +105,3 @@ def test_identities_do_not_depend_on_the_version_s_number(tmp_path: Path, monkey
     before = [run.identity for run in sweep_runs(document)]
     monkeypatch.setattr(xd, "__version__", "99.0")
     assert [run.identity for run in sweep_runs(document)] == before
-
-
-class Client:
-    """A cluster with a worker of another state."""
-
-    closed = False
-
-    def __init__(self, *values: object, **options: object) -> None:
-        pass
-
-    def run(self, work: object) -> dict[str, dict[str, str]]:
-        return {"tcp://one": computed_by(), "tcp://two": computed_by() | {"numpy": "1.0", "code": "another"}}
-
-    def close(self, **options: object) -> None:
-        Client.closed = True
-
-
-def test_a_worker_that_computes_otherwise_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    distributed = pytest.importorskip("distributed", reason="Dask is not installed (extra `cluster`)")
-    monkeypatch.setattr(distributed, "Client", Client)
-    with pytest.raises(InputError) as caught:
-        Cluster("tcp://localhost:1")
-    assert "worker tcp://two computes with code another instead of" in caught.value.message
-    assert f"numpy 1.0 instead of {computed_by()['numpy']}" in caught.value.message
-    assert Client.closed

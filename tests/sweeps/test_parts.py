@@ -1,6 +1,6 @@
 """Comparisons and repeated experiments have the same bytes wherever their parts are done."""
 
-import pickle
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -8,26 +8,16 @@ import numpy as np
 import pytest
 import yaml
 from tests.commands.calls import CONFIG, ROBOT, call, plan_file, refusal
-from tests.sweeps.small import CONFIGS, SMALL
+from tests.sweeps.small import CONFIGS, SMALL, Sent
 
 import expdesign as xd
-from expdesign.app.sweeps.engine import Processes, Serial, by_engine
+from expdesign.app.parallel import Processes, each_of
 from expdesign.errors import NotIdentifiableError
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
 from expdesign.report.page import render
 
 COMPARED = {"samples": 50, "random": 2, "generations": 2, "seed": 3}
-
-
-class Backwards(Serial):
-    """An engine that sends everything and returns results in another order, as workers may."""
-
-    def execute(self, work: Any, tasks: Any) -> Any:
-        sent = pickle.dumps((work, list(tasks)))
-        work, tasks = pickle.loads(sent)
-        for index in reversed(range(len(tasks))):
-            yield index, pickle.loads(pickle.dumps(work(tasks[index])))
 
 
 def small(folder: Path) -> Path:
@@ -42,14 +32,14 @@ def texts(folder: Path) -> dict[str, bytes]:
     return {file.name: file.read_bytes() for file in folder.iterdir()}
 
 
-def test_a_comparison_by_an_engine(tmp_path: Path) -> None:
+def test_a_comparison_by_an_executor(tmp_path: Path) -> None:
     config = small(tmp_path)
     steps: list[tuple[int, int]] = []
     here = xd.compare(config, **COMPARED)  # type: ignore[arg-type]
     there = xd.compare(
         config,
         **COMPARED,  # type: ignore[arg-type]
-        engine=Backwards(),
+        executors=Sent,
         callback=lambda title, done, total, note: steps.append((done, total)),
     )
     here.save(tmp_path / "here")
@@ -60,8 +50,8 @@ def test_a_comparison_by_an_engine(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("truth", [None, "robot"])
-def test_repeated_experiments_by_an_engine(tmp_path: Path, truth: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Also with a truth of its own, which travels as its model file."""
+def test_experiments_by_an_executor(tmp_path: Path, truth: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also with a truth of its own, which travels as well."""
     monkeypatch.setattr("expdesign.assurance.validation.simulation._BATCH", 150)
     really = None
     if truth is not None:
@@ -77,7 +67,7 @@ def test_repeated_experiments_by_an_engine(tmp_path: Path, truth: str | None, mo
         CONFIG,
         plan,
         **options,
-        engine=Backwards(),
+        executors=Sent,
         callback=lambda title, done, total, note: steps.append((done, total)),
     )
     assert there.record == here.record
@@ -109,11 +99,10 @@ def test_a_problem_arrives_as_it_left(name: str) -> None:
     problem = read_problem(CONFIGS / f"{name}.yaml")
     generator = np.random.default_rng(1)
     decisions = problem.space.sample(problem.space.measurements, generator).reshape(1, problem.space.measurements, -1)
-    (there,) = by_engine(problem, Backwards())(values, [(decisions,)])
+    ((_, there),) = each_of(problem, Sent)(values, [(decisions,)])
     assert there == values(problem, decisions)
-    assert by_engine(problem, Backwards())(condition, [(1.0,), (2.0,)]) == [
-        condition(problem, factor) for factor in (1.0, 2.0)
-    ]
+    found = dict(each_of(problem, Sent)(condition, [(1.0,), (2.0,)]))
+    assert found == {index: condition(problem, factor) for index, factor in enumerate((1.0, 2.0))}
 
 
 def values(problem: DesignProblem, decisions: Any) -> list[float]:
@@ -124,7 +113,7 @@ def values(problem: DesignProblem, decisions: Any) -> list[float]:
 def test_an_error_says_the_same_wherever_it_happens(tmp_path: Path) -> None:
     problem = read_problem(small(tmp_path))
     with pytest.raises(NotIdentifiableError) as caught:
-        by_engine(problem, Processes(1))(unidentified, [()])
+        list(each_of(problem, partial(Processes, 1))(unidentified, [()]))
     assert caught.value.message == f"{problem.source}: nothing is known. Measure."
 
 

@@ -3,17 +3,23 @@
 import errno
 import os
 import shutil
+import subprocess
+import sys
 import time
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from functools import partial
 from pathlib import Path
+from threading import Timer
 from typing import Any
 
 import pandas as pd
 import pytest
 from tests.commands.calls import call
-from tests.sweeps.small import contents, sweep_file
+from tests.sweeps.small import Sent, contents, sweep_file
 
 import expdesign as xd
-from expdesign.app.sweeps.engine import Engine, Processes, Serial, WorkersError
+from expdesign.app.parallel import Executors, Processes, WorkersError, results
 from expdesign.app.sweeps.store import sole_writer
 from expdesign.errors import InputError
 
@@ -29,17 +35,20 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     return file, folder / "out"
 
 
-class Interrupted(Serial):
-    """An engine that ends after some tasks."""
+class Interrupted(Executor):
+    """Ends after some tasks."""
 
     def __init__(self, count: int, error: BaseException) -> None:
         self.count, self.error = count, error
 
-    def execute(self, work: Any, tasks: Any) -> Any:
-        for index, task in enumerate(tasks):
-            if index == self.count:
-                raise self.error
-            yield index, work(task)
+    def submit(self, work: Callable[..., Any], /, *arguments: Any, **options: Any) -> "Future[Any]":
+        found: Future[Any] = Future()
+        if self.count > 0:
+            found.set_result(work(*arguments))
+        elif self.count == 0:
+            Timer(1.0, found.set_exception, [self.error]).start()
+        self.count -= 1
+        return found
 
 
 def test_each_run_has_a_folder_with_the_files_of_a_run(done: tuple[Path, Path]) -> None:
@@ -65,36 +74,25 @@ def test_processes_give_the_bytes_of_one_process(done: tuple[Path, Path], tmp_pa
 def test_an_interrupted_sweep_goes_on(done: tuple[Path, Path], tmp_path: Path, error: BaseException) -> None:
     out = tmp_path / "out"
     with pytest.raises(type(error)) as caught:
-        xd.sweep(done[0], out, engine=Interrupted(4, error))
+        xd.sweep(done[0], out, executors=partial(Interrupted, 4, error))
     if isinstance(error, WorkersError):
         assert "4 of 6 runs are finished and kept" in str(caught.value)
     kept = {name: data for name, data in contents(out).items() if name.startswith("runs")}
     expected = contents(done[1])
     assert len(kept) == 4 * 6
     assert all(expected[name] == data for name, data in kept.items())
-    counts: list[int] = []
-    xd.sweep(done[0], out, engine=Counting(counts))
-    assert counts == [2]
+    before = Sent.given
+    xd.sweep(done[0], out, executors=Sent)
+    assert Sent.given - before == 2
     assert contents(out) == expected
-
-
-class Counting(Serial):
-    """An engine that says how many tasks it was given."""
-
-    def __init__(self, counts: list[int]) -> None:
-        self.counts = counts
-
-    def execute(self, work: Any, tasks: Any) -> Any:
-        self.counts.append(len(tasks))
-        yield from super().execute(work, tasks)
 
 
 def test_a_longer_sweep_does_only_what_is_new(done: tuple[Path, Path], tmp_path: Path) -> None:
     file = sweep_file(tmp_path, vary=VARY | {"optimiser.seed": {"from": 0, "to": 3}})
     shutil.copytree(done[1], tmp_path / "out")
-    counts: list[int] = []
-    table = xd.sweep(file, tmp_path / "out", engine=Counting(counts)).table
-    assert counts == [2]
+    before = Sent.given
+    table = xd.sweep(file, tmp_path / "out", executors=Sent).table
+    assert Sent.given - before == 2
     assert len(table) == 8
 
 
@@ -129,9 +127,9 @@ def test_a_run_that_has_no_result_says_why_and_stops_no_other(tmp_path: Path) ->
     table = xd.sweep(file, tmp_path / "out").table
     assert list(table["status"]) == ["failed", "finished"]
     assert "stiffnesses" in table["message"].iloc[0] or "identif" in table["message"].iloc[0]
-    counts: list[int] = []
-    assert xd.sweep(file, tmp_path / "out", engine=Counting(counts)).failed == 1
-    assert counts == [0]
+    before = Sent.given
+    assert xd.sweep(file, tmp_path / "out", executors=Sent).failed == 1
+    assert Sent.given == before
 
 
 def test_what_a_killed_sweep_left_half_written_is_removed(done: tuple[Path, Path], tmp_path: Path) -> None:
@@ -165,7 +163,7 @@ def test_options_that_cannot_be_right(done: tuple[Path, Path], tmp_path: Path, o
     assert not (tmp_path / "out").exists()
 
 
-# The engines themselves, on tasks of their own.
+# Executors themselves, on tasks of their own.
 
 
 def squared(number: int) -> int:
@@ -192,25 +190,33 @@ def fails(number: int) -> int:
     raise ZeroDivisionError(number)
 
 
-@pytest.mark.parametrize("engine", [Serial(), Processes(1), Processes(2)])
-def test_an_engine_does_every_task_once(engine: Engine) -> None:
-    assert dict(engine.execute(squared, range(7))) == {number: number**2 for number in range(7)}
-    assert list(engine.execute(squared, [])) == []
+@pytest.mark.parametrize("executors", [None, Sent, partial(Processes, 1), partial(Processes, 2)])
+def test_every_task_is_done_once(executors: Executors | None) -> None:
+    assert dict(results(squared, range(7), executors)) == {number: number**2 for number in range(7)}
+    assert list(results(squared, [], executors)) == []
 
 
 def test_a_killed_worker_loses_nothing(tmp_path: Path) -> None:
     tasks = [(str(tmp_path / "marker"), number) for number in range(8)]
-    results = list(Processes(2).execute(dies_once, tasks))
+    found = list(results(dies_once, tasks, partial(Processes, 2)))
     assert (tmp_path / "marker").exists()
-    assert sorted(results) == [(number, number**2) for number in range(8)]
+    assert sorted(found) == [(number, number**2) for number in range(8)]
 
 
 def test_work_that_always_ends_its_process_is_given_up() -> None:
-    results: list[object] = []
     with pytest.raises(WorkersError, match="3 times"):
-        results.extend(Processes(1).execute(always_dies, range(6)))
+        list(results(always_dies, range(6), partial(Processes, 1)))
 
 
 def test_an_error_of_the_work_is_raised() -> None:
     with pytest.raises(ZeroDivisionError):
-        list(Processes(1).execute(fails, [1]))
+        list(results(fails, [1], partial(Processes, 1)))
+
+
+def test_without_locks_of_the_system(tmp_path: Path) -> None:
+    """Windows has no `fcntl`: sweeps are imported and done all the same."""
+    file = sweep_file(tmp_path, vary={"experiment.measurements": [1]})
+    code = "import sys; sys.modules['fcntl'] = None\nimport expdesign as xd\nprint(xd.sweep(*sys.argv[1:]).summary)"
+    command = [sys.executable, "-c", code, str(file), str(tmp_path / "out")]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("1 run in")

@@ -4,9 +4,9 @@ A file states the version of its format as `schema_version`; a robot file may le
 about the formats is in docs/versions.md.
 """
 
+from importlib.metadata import version as version_of
 from typing import Any, Literal
 
-import expdesign
 from expdesign.errors import InputError
 from expdesign.io.yaml_reader import YamlDocument
 
@@ -66,7 +66,7 @@ def _require_readable(document: YamlDocument, kind: Kind) -> None:
     if type(version) is not int or version in read:
         return
     known = f"version {read[0]}" if len(read) == 1 else f"versions {read[0]} to {read[-1]}"
-    what = f"schema version {version} is not known: expdesign {expdesign.__version__} reads {known} of this format"
+    what = f"schema version {version} is not known: expdesign {version_of('expdesign')} reads {known} of this format"
     remedy = "Correct the number."
     if version > read[-1]:
         remedy = "Install the version of expdesign that the file was made for, or a later one."

@@ -156,7 +156,10 @@ def _write(folder: Path, entries: dict[str, Any]) -> None:
 @contextlib.contextmanager
 def _alone(folder: Path) -> Iterator[None]:
     """Commands that write into one folder at the same time wait for one another, where the system lets them."""
-    handle = _locked(folder)
+    handle = None
+    with contextlib.suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        lock(handle, wait=True)
     try:
         yield
     finally:
@@ -164,16 +167,17 @@ def _alone(folder: Path) -> Iterator[None]:
             os.close(handle)
 
 
-def _locked(folder: Path) -> int | None:
+def lock(handle: int, *, wait: bool) -> None:
+    """Be the only one with a lock on an open file, until it is closed; nothing where the system has no such locks.
+
+    Raises:
+        OSError: another process has it, and that is not waited for.
+    """
     try:
         import fcntl  # noqa: PLC0415 (not on every system)
-
-        handle = os.open(folder, os.O_RDONLY)
-    except (ImportError, OSError):
-        return None
-    with contextlib.suppress(OSError):
-        fcntl.flock(handle, fcntl.LOCK_EX)
-    return handle
+    except ImportError:
+        return
+    fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
 
 
 def entries(folder: Path) -> dict[str, Any]:

@@ -7,6 +7,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
+from expdesign.copying import Copied
 from expdesign.errors import ExpdesignError, InputError, NotIdentifiableError
 from expdesign.estimation.coverage import STANDARD, Coverage
 from expdesign.estimation.load_errors import DeclaredLoadErrors
@@ -27,7 +28,7 @@ LIMIT_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, repr=False)
-class DesignProblem:
+class DesignProblem(Copied):
     """What can be measured, with what noise and load errors, and where accuracy is wanted.
 
     Attributes:

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-import expdesign
 from expdesign.arrays import FloatArray
 from expdesign.chain.instrument.deflection_noise import ReferencedNoise, series_by_pose
 from expdesign.chain.recordings.columns import REFERENCE
@@ -159,7 +158,7 @@ PACKAGES = ("casadi", "numpy", "pandas", "pymoo", "scipy")
 
 def versions() -> dict[str, str]:
     """The versions of the packages on which the numbers depend."""
-    return {"expdesign": expdesign.__version__} | {name: version(name) for name in PACKAGES}
+    return {name: version(name) for name in ("expdesign", *PACKAGES)}
 
 
 def run_record(problem: DesignProblem, front: Front, duir: LowerBound, total: LowerBound) -> dict[str, Any]:

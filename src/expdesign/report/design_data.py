@@ -165,7 +165,7 @@ def design_data(
         "recommended": front.recommended,
         "knee": front.knee,
         "objectives": front.objectives if len(front.objectives) > 1 else plotted(front),
-        "parallel": len(front.objectives) > 2,
+        "choosing": len(front.objectives) > 2,
         "criteria": {name: {"values": front.criteria[name], "title": criterion_title(name)} for name in names},
         "columns": plan_headings(plans),
         "budget": {

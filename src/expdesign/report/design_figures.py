@@ -1,7 +1,5 @@
 """Figures of the page of `expdesign run`; `design_report.js` fills in what depends on the chosen design."""
 
-from typing import Any
-
 import numpy as np
 
 from expdesign.assurance.acceptance.budget import UncertaintyBudget
@@ -10,7 +8,7 @@ from expdesign.planning.criteria.criterion import Criterion, known_criteria
 from expdesign.planning.front import Front
 from expdesign.report import words
 from expdesign.report.blocks import Figure
-from expdesign.report.figures import Trace, axis, bars_across, chart, curve, points
+from expdesign.report.figures import Trace, axis, bars_across, chart, points
 
 
 def described(name: str) -> Criterion | type[Criterion]:
@@ -78,40 +76,6 @@ def plotted(front: Front) -> tuple[str, ...]:
         return "total", Meir.name
     first, second, *_ = dict.fromkeys((*front.objectives, "duir", "feir"))
     return first, second
-
-
-def parallel_figure(front: Front) -> Figure:
-    """Every design as a line over the objectives, each scaled from its worst value (0) to its best (1)."""
-    names = tuple(dict.fromkeys((*front.objectives, "total")))
-    columns, ticks = [], []
-    for name in names:
-        values = front.criteria[name]
-        best, worst = (values.max(), values.min()) if described(name).maximise else (values.min(), values.max())
-        columns.append((values - worst) / (best - worst) if best != worst else np.ones(len(values)))
-        ticks.append(
-            f"{words.criterion(name)}<br>best {words.number(float(best))}<br>worst {words.number(float(worst))}"
-        )
-    scaled = np.stack(columns, axis=-1)
-
-    def line(design: int, name: str, shade: str, **look: Any) -> Trace:
-        places = list(range(len(names)))
-        over = {"mode": "lines+markers", **_hovering(front, [design] * len(names))}
-        return curve(name, places, scaled[design], shade, **over, **look)
-
-    recommended = front.recommended
-    faint = {"width": 1, "marker": {"size": 5}, "opacity": 0.45, "showlegend": False}
-    traces = [line(design, "", "design", **faint) for design in range(len(front))]
-    for name, shade in (("recommended", "recommended"), ("chosen", "ink")):
-        traces.append(line(recommended, f"{name}: design {recommended + 1}", shade, width=3, showlegend=True))
-    return chart(
-        "parallel", "All objectives side by side", traces,
-        "Every line is one design. Each objective is scaled from the worst value on the front (bottom) to the best "
-        "(top): lines that cross between two objectives show that one is bought with the other. Click a line to choose "
-        "its design.",
-        f"Parallel coordinates of {words.count(len(front), 'design')} over {', '.join(names)}.",
-        x={"tickvals": list(range(len(names))), "ticktext": ticks, "range": [-0.3, len(names) - 0.7]},
-        y=axis("worst → best", tickvals=[0, 0.5, 1], range=[-0.05, 1.05]), filename="objectives",
-    )  # fmt: skip
 
 
 def budget_figure(budget: UncertaintyBudget) -> Figure:

@@ -1,7 +1,7 @@
 // The page of `expdesign run`: choosing a design on a figure or in the table shows its plan, robot and error budget.
 "use strict";
 (() => {
-  const { designs, recommended, knee, criteria, parallel, columns, budget, view, targets, bound, captions } = report.data;
+  const { designs, recommended, knee, criteria, columns, budget, view, targets, bound, captions } = report.data;
   const element = (id) => document.getElementById(id);
   const robot = view ? robotView("robot", view) : null;
   const showEllipses = ellipseView(report.data.ellipses, designs);
@@ -36,17 +36,6 @@
         x: x0, y: y0, xref, yref, text: "lower bound of DUIR", showarrow: false, textangle: xref === "x" ? -90 : 0,
         xanchor: "left", yanchor: "bottom", font: { size: 12, color: "var(--muted)" },
       }));
-    });
-  }
-
-  function drawParallel() {
-    if (!parallel) return null;
-    return report.update("parallel", (figure) => {
-      const chosen = figure.data[figure.data.length - 1];
-      chosen.y = figure.data[current].y;
-      chosen.text = figure.data[current].text;
-      chosen.customdata = figure.data[current].customdata;
-      chosen.name = `chosen: design ${designs[current].number}`;
     });
   }
 
@@ -107,7 +96,7 @@
     }
     showState();
     const views = [showEllipses, showMap].filter(Boolean).map((show) => show(index));
-    return Promise.all([drawFront(), drawParallel(), drawBudget(), ...views]);
+    return Promise.all([drawFront(), drawBudget(), ...views]);
   }
 
   report.csv.plan = () => ({ filename: `plan-design-${designs[current].number}.csv`, text: designs[current].csv });
@@ -116,7 +105,6 @@
   if (showEllipses) report.csv["ellipse-table"] = () => ({ filename: `ellipses-design-${designs[current].number}.csv`, text: report.tableText("ellipse-table") });
   if (captions["criteria-table"]) report.csv["criteria-table"] = () => ({ filename: `criteria-design-${designs[current].number}.csv`, text: report.tableText("criteria-table") });
   report.csv.front = report.csv.designs;
-  report.csv.parallel = report.csv.designs;
 
   report.onChoice("designs", select);
   element("choose-recommended").addEventListener("click", () => select(recommended));
@@ -125,12 +113,10 @@
   if (horizontal) for (const selector of [horizontal, vertical]) selector.addEventListener("change", drawFront);
 
   select(recommended).then(() => {
-    for (const id of parallel ? ["front", "parallel"] : ["front"]) {
-      element(id).on("plotly_click", ({ points }) => {
-        const index = points[0].customdata;
-        select(Array.isArray(index) ? index[0] : index);
-      });
-    }
+    element("front").on("plotly_click", ({ points }) => {
+      const index = points[0].customdata;
+      select(Array.isArray(index) ? index[0] : index);
+    });
     document.documentElement.dataset.ready = "true";
   });
 })();

@@ -37,7 +37,6 @@ from expdesign.report.design_figures import (
     budget_figure,
     described,
     front_figure,
-    parallel_figure,
     plotted,
     shown_criteria,
 )
@@ -153,16 +152,14 @@ def _choice(problem: DesignProblem, front: Front, data: Mapping[str, Any]) -> Pa
     )
     jumps = Buttons((("choose-recommended", "Choose the recommended design"), ("choose-knee", "Choose the knee")))
     figures: list[Block] = [front_figure(front)]
-    below: list[Block] = []
-    if data["parallel"]:
+    if data["choosing"]:
         selectors = [
             Selector(id, label, [Option(name, words.criterion(name), name == plotted(front)[k]) for name in names])
             for k, (id, label) in enumerate((("horizontal", "Across"), ("vertical", "Up")))
         ]
         figures = [*selectors, *figures]
-        below.append(parallel_figure(front))
     chosen = Paragraph(design_summary(problem, front, front.recommended), id="chosen-text", live=True)
-    return PageSection("choice", "Choose another design", (SideBySide(figures, (table, jumps)), *below, chosen))
+    return PageSection("choice", "Choose another design", (SideBySide(figures, (table, jumps)), chosen))
 
 
 def _design(problem: DesignProblem, front: Front, accepted: Decision, data: Mapping[str, Any]) -> PageSection:

@@ -78,8 +78,7 @@ def agreement_figure(result: Repeated) -> Figure:
 def _densities(result: Repeated, target: int, axis: int) -> pd.DataFrame:
     """Error (µm or µrad) and densities (per µm or µrad) of every cause, simulated and predicted."""
     largest = max(1e6 * result.deviations[cause][1][target, axis] for cause in result.drawn)
-    centre = 1e6 * result.bias.value[target, axis] if result.plant != "explicit" else 0.0
-    edges = centre + SHOWN.half_width * largest * np.linspace(-1.0, 1.0, SHOWN.bins + 1)
+    edges = SHOWN.half_width * largest * np.linspace(-1.0, 1.0, SHOWN.bins + 1)
     middle = (edges[1:] + edges[:-1]) / 2.0
     columns: dict[str, Any] = {"error": middle.round(6)}
     for cause in result.drawn:

@@ -39,7 +39,7 @@ def montecarlo_report(result: Repeated, plan: str = "plan.csv") -> Page:
         PageSection("densities", "Densities", densities),
         PageSection("run", "How it was done", [Definitions(_settings(result))]),
         PageSection("words", "Words", [Definitions(_WORDS)]),
-        PageSection("next", "Next steps", [_next_steps(result.problem.source, plan)]),
+        PageSection("next", "Next steps", [_next_steps(result.problem.source)]),
     )
     return Page(
         title=f"Monte-Carlo of a calibration plan for {robot.name}",
@@ -72,19 +72,6 @@ def _conclusions(result: Repeated) -> list[str]:
             "What the prediction leaves out (errors so large that they are not linear, or the change of geometry "
             "under load) shows in this simulation."
         )
-    if result.plant == "equilibrium":
-        bias = result.bias
-        matters = result.problem.targets.importance > 0.0
-        tolerance = np.where(matters, np.sqrt(result.problem.targets.importance), 0.0)
-        worst = np.unravel_index(int(np.argmax(np.abs(bias.value) * tolerance)), bias.value.shape)
-        name = result.problem.loaded.robot.coordinates.deflection[worst[1]]
-        mean_error = words.with_error(1e6 * float(bias.value[worst]), 1e6 * float(bias.standard_error[worst]))
-        share = 100.0 * float(np.abs(bias.value[worst]) * tolerance[worst])
-        texts.append(
-            "The robot comes to rest in its exact equilibrium, while identification and compensation use the linear "
-            f"mapping. Nowhere is the mean error a larger part of the tolerance than in {words.axis(name)} at target "
-            f"{worst[0] + 1}: {mean_error} {words.micro_unit(name)}, {words.number(share, 2)} %."
-        )
     return texts
 
 
@@ -94,7 +81,7 @@ def _key_figures(result: Repeated) -> KeyFigures:
         found, predicted = result.criteria[cause]
         note = f"predicted {words.number(predicted, 4)}"
         items.append(KeyFigure(CRITERIA[cause], words.number(float(found.value), 4), "tolerances", note))
-    items.append(KeyFigure("Repetitions", str(result.samples), "", f"{result.plant} plant"))
+    items.append(KeyFigure("Repetitions", str(result.samples)))
     return KeyFigures(items)
 
 
@@ -151,7 +138,7 @@ def _deviation_table(result: Repeated) -> DataTable:
 
 def _settings(result: Repeated) -> list[tuple[str, str]]:
     return [
-        ("Plant", _PLANT_WORDS[result.plant]),
+        ("Robot", "the platform moves by A·c of the commanded pose, the mapping that identification uses"),
         ("Load errors", f"{result.distribution} with the standard deviations of the configuration"),
         ("True stiffness", "that of the robot file"),
         ("Seed", str(result.seed)),
@@ -167,21 +154,10 @@ def _score(value: float) -> str:
     return words.UNDETERMINED if np.isnan(value) else f"{value:+.2f}".replace("-", "−")
 
 
-def _next_steps(source: str, plan: str) -> NextSteps:
-    config = shlex.quote(source)
-    look = f"expdesign montecarlo {config} {shlex.quote(plan)} --plant equilibrium --out repeated"
-    return NextSteps(
-        [
-            ("Look for a better plan.", f"expdesign run {config} --out results/mine"),
-            ("Look at the neglected geometry under load.", look),
-        ]
-    )
+def _next_steps(source: str) -> NextSteps:
+    return NextSteps([("Look for a better plan.", f"expdesign run {shlex.quote(source)} --out results/mine")])
 
 
-_PLANT_WORDS = {
-    "explicit": "explicit: the platform moves by A·c of the commanded pose, the mapping that identification uses",
-    "equilibrium": "equilibrium: the platform rests where its legs' forces balance the load, with no linearisation",
-}
 _WORDS = [
     ("Repetition", "errors are drawn, the plan is measured, stiffness identified, and every target compensated"),
     ("z", "how many standard errors of the simulation lie between simulation and prediction; mostly within ±2"),

@@ -11,7 +11,7 @@ from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import TableInput, purpose_of, table_of
 from expdesign.app.api.result import PAGE, FolderResult
-from expdesign.app.sweeps.engine import Engine, by_engine
+from expdesign.app.parallel import Executors, each_of
 from expdesign.assurance.comparison.comparable import require_comparable
 from expdesign.assurance.comparison.contenders import Contender, drawn, optimised
 from expdesign.assurance.comparison.correlation import RankCorrelation, rank_correlations
@@ -20,7 +20,6 @@ from expdesign.assurance.model_error.meir import Meir
 from expdesign.errors import ArgumentError, InputError
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.certificate import Certificate, LowerBound
-from expdesign.planning.parts import one_after_another
 from expdesign.planning.plan import plan_frame, read_plan, without_validation
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.comparison_report import comparison_report
@@ -112,7 +111,7 @@ def compare(
     random: int = RANDOM,
     generations: int | None = None,
     seed: int = 1,
-    engine: Engine | None = None,
+    executors: Executors | None = None,
     callback: Callback = silent,
     progress: bool = False,
 ) -> ComparisonResult:
@@ -126,8 +125,8 @@ def compare(
         random: random designs per configuration.
         generations: of the search for each criterion; as configured if left out.
         seed: of the searches, the random designs and the experiments.
-        engine: that does searches, refinements and repetitions; one after another in this process if left out. The
-            results are the same.
+        executors: makes the executor that does searches, refinements and repetitions, e.g. `ProcessPoolExecutor`; one
+            after another in this process if left out. The results are the same.
         callback: called with the stage, the steps done, the steps in all and a note (`Callback`).
         progress: whether progress is shown on standard error.
 
@@ -167,10 +166,10 @@ def compare(
         def at(text: str, name: str = name) -> None:
             step(f"{name}: {text}")
 
-        parts = one_after_another(problem) if engine is None else by_engine(problem, engine)
-        contenders = [*optimised(problem, seed, generations, at, parts), *own]
+        each = each_of(problem, executors)
+        contenders = [*optimised(problem, seed, generations, at, each), *own]
         contenders += drawn(problem, random, seed) if random else []
-        judgements.append(judge(problem, contenders, samples, seed, at, parts))
+        judgements.append(judge(problem, contenders, samples, seed, at, each))
         bounds.append(Certificate(problem, 1.0).bound())
         at("lower bound")
     correlations = tuple(rank_correlations(judgement, seed) for judgement in judgements)

@@ -2,7 +2,6 @@
 
 from copy import copy
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, ClassVar, get_args
 
 import pandas as pd
@@ -12,14 +11,12 @@ from expdesign.app.api.configuration import Config
 from expdesign.app.api.evaluate import evaluate
 from expdesign.app.api.inputs import TableInput, TruthInput, purpose_of, require_known, require_seed, truth_of
 from expdesign.app.api.result import PAGE, FolderResult
-from expdesign.app.sweeps.engine import Engine, by_engine
-from expdesign.assurance.validation.plants import PLANTS
+from expdesign.app.parallel import Executors, each_of
 from expdesign.assurance.validation.repeated import Drawn, Elsewhere, Repeated, repeat
 from expdesign.assurance.validation.simulation import Repetitions, VirtualExperiment
-from expdesign.chain.models.model_file import Model, model_from_document, model_text
+from expdesign.chain.models.model_file import Model
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
-from expdesign.io.yaml_reader import parse_yaml
 from expdesign.mechanics.elastostatics.measurements import Distribution, LoadedRobot
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
@@ -28,10 +25,8 @@ from expdesign.report.page import Page
 
 MOST_SAMPLES = 5_000_000
 """Repetitions at most, whose samples are all kept in memory."""
-Common = tuple[Plan, int, str, Distribution]
-"""What all batches share: plan, seed, plant and distribution."""
-_ROOT = Path("/")
-"""What the paths of a truth that is sent to workers are relative to."""
+Common = tuple[Plan, int, Distribution]
+"""What all batches share: plan, seed and distribution."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -88,10 +83,9 @@ def montecarlo(
     *,
     samples: int = 100_000,
     seed: int = 1,
-    plant: str = "explicit",
     distribution: Distribution = "normal",
     truth: TruthInput | None = None,
-    engine: Engine | None = None,
+    executors: Executors | None = None,
     callback: Callback = silent,
     progress: bool = False,
 ) -> MonteCarloResult:
@@ -102,12 +96,11 @@ def montecarlo(
         plan: plan (CSV), of any number of rows.
         samples: number of repetitions.
         seed: of all random numbers.
-        plant: `explicit` (the linear mapping) or `equilibrium` (the exact equilibrium of a robot on legs).
         distribution: of the load errors, `normal` or `uniform` with the same standard deviations.
         truth: robot or model file (YAML) without further effects that is really measured and commanded; the
-            configuration's robot if left out. Its stiffness and, for the explicit plant, its geometry may differ.
-        engine: that does batches of repetitions; one after another in this process if left out. The results are the
-            same.
+            configuration's robot if left out. Its stiffness and its geometry may differ.
+        executors: makes the executor that does batches of repetitions, e.g. `ProcessPoolExecutor`; one after another
+            in this process if left out. The results are the same.
         callback: called with the stage, the steps done, the steps in all and a note (`Callback`).
         progress: whether progress is shown on standard error.
 
@@ -125,7 +118,6 @@ def montecarlo(
     Command:
         expdesign montecarlo configs/hexapod-h1.yaml results/mine/plan.csv --out results/mine-montecarlo
     """
-    require_known(plant, list(PLANTS), "plant", "plant")
     require_known(distribution, get_args(Distribution), "distribution", "distribution of load errors")
     if not 100 <= samples <= MOST_SAMPLES:
         what = f"{samples} repetitions are not from 100 to {MOST_SAMPLES}"
@@ -133,15 +125,14 @@ def montecarlo(
     require_seed(seed)
     judged = evaluate(config, plan)
     model = None if truth is None else truth_of(truth)
-    real = None if model is None else _truth(judged.problem, model, plant)
-    common = (judged.plan, seed, plant, distribution)
-    elsewhere = None if engine is None else _by_engine(judged.problem, engine, common, model, callback)
+    real = None if model is None else _truth(judged.problem, model)
+    common = (judged.plan, seed, distribution)
+    elsewhere = None if executors is None else _elsewhere(judged.problem, executors, common, model, callback)
     result = repeat(
         judged.problem,
         judged.plan,
         samples,
         seed,
-        plant=PLANTS[plant],
         distribution=distribution,
         truth=real,
         elsewhere=elsewhere,
@@ -149,41 +140,33 @@ def montecarlo(
     return MonteCarloResult(result, judged.remarks, purpose=purpose_of("montecarlo", config, plan))
 
 
-def _by_engine(
-    problem: DesignProblem, engine: Engine, common: Common, truth: Model | None, callback: Callback
+def _elsewhere(
+    problem: DesignProblem, executors: Executors, common: Common, truth: Model | None, callback: Callback
 ) -> Elsewhere:
-    """Batches by an engine; a truth travels as its model file."""
-    text = None if truth is None else model_text(truth, _ROOT)
+    """Batches by executors."""
 
     def elsewhere(batches: list[Drawn]) -> list[Repetitions]:
-        count, done = len(batches), 0
-        callback("repeating", 0, count, "")
-
-        def finished(index: int) -> None:
-            nonlocal done
-            done += 1
-            callback("repeating", done, count, "")
-
-        return by_engine(problem, engine)(_batch, [(drawn, common, text) for drawn in batches], finished)
+        found: dict[int, Repetitions] = {}
+        callback("repeating", 0, len(batches), "")
+        for index, batch in each_of(problem, executors)(_batch, [(drawn, common, truth) for drawn in batches]):
+            found[index] = batch
+            callback("repeating", len(found), len(batches), "")
+        return [found[index] for index in range(len(batches))]
 
     return elsewhere
 
 
-def _batch(problem: DesignProblem, drawn: Drawn, common: Common, truth: str | None) -> Repetitions:
+def _batch(problem: DesignProblem, drawn: Drawn, common: Common, truth: Model | None) -> Repetitions:
     """One batch, in a worker."""
-    (size, noise, load_errors), (plan, seed, plant, distribution) = drawn, common
-    real = None
-    if truth is not None:
-        real = _truth(problem, model_from_document(parse_yaml(truth, "truth", _ROOT)), plant)
-    return VirtualExperiment(problem, plan, PLANTS[plant], distribution, real).batch(size, seed, noise, load_errors)
+    (size, noise, load_errors), (plan, seed, distribution) = drawn, common
+    real = None if truth is None else _truth(problem, truth)
+    experiment = VirtualExperiment(problem, plan, distribution=distribution, truth=real)
+    return experiment.batch(size, seed, noise, load_errors)
 
 
-def _truth(problem: DesignProblem, model: Model, plant: str) -> LoadedRobot:
+def _truth(problem: DesignProblem, model: Model) -> LoadedRobot:
     """The robot that is measured, under the loads of the configuration."""
     robot, own = model.chain.robot, problem.loaded.robot
-    if plant != "explicit":
-        remedy = "Use argument `plant=explicit`, or a configuration of the true robot."
-        raise ArgumentError("another robot as the truth needs the explicit plant", argument="truth", remedy=remedy)
     if model.chain.effects:
         remedy = "Simulate single experiments of it with `simulate`."
         raise InputError("the truth has effects beyond the base model", where=model.source, remedy=remedy)

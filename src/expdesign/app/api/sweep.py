@@ -11,7 +11,7 @@ from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.inputs import document_of, purpose_of
 from expdesign.app.api.result import PathLike, Result, numeric
 from expdesign.app.api.run import run
-from expdesign.app.sweeps.engine import Engine, Serial
+from expdesign.app.parallel import Executors, results
 from expdesign.app.sweeps.runs import computed_by, sweep_runs
 from expdesign.app.sweeps.store import FAILURE, TABLE, TIMES, Store, sole_writer
 from expdesign.counted import counted
@@ -68,7 +68,7 @@ def sweep(
     file: PathLike,
     folder: PathLike,
     *,
-    engine: Engine | None = None,
+    executors: Executors | None = None,
     callback: Callback = silent,
     progress: bool = False,
     force: bool = False,
@@ -81,7 +81,8 @@ def sweep(
     Args:
         file: what varies (YAML).
         folder: folder for the results; the same folder continues a sweep.
-        engine: that does the runs; one after another in this process if left out.
+        executors: makes the executor that does the runs, e.g. `ProcessPoolExecutor`; one after another in this process
+            if left out.
         callback: called with the stage, the steps done, the steps in all and a note (`Callback`).
         progress: whether progress is shown on standard error.
         force: replace the tables of another sweep in the folder.
@@ -106,8 +107,7 @@ def sweep(
         done = store.count()
         callback("sweeping", done, len(runs), f"{done} were done before" if done else "")
         try:
-            results = (engine or Serial()).execute(run_files, [item.config for item in waiting])
-            for index, (files, seconds) in results:
+            for index, (files, seconds) in results(run_files, [item.config for item in waiting], executors):
                 store.put(waiting[index], files, seconds)
                 callback("sweeping", store.count(), len(runs), "")
             store.write_tables()

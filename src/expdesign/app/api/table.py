@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
 
-import expdesign
 from expdesign.app.api.inputs import ModelInput, model_of, purpose_of, require_seed
 from expdesign.app.api.result import FolderResult
 from expdesign.arrays import FloatArray
@@ -83,7 +83,7 @@ class CorrectionTableResult(FolderResult):
         errors = zip(self.outputs, table.stated, table.bound, table.found, strict=True)
         return {
             "model": self.model.source,
-            "version": expdesign.__version__,
+            "version": version("expdesign"),
             "axes": {name: {"low": float(a), "high": float(b), "nodes": int(n)} for name, a, b, n in rows},
             "held": self.held,
             "nodes": len(table.values),
@@ -98,7 +98,7 @@ class CorrectionTableResult(FolderResult):
     def c_source(self) -> str:
         """The table as one file of C99."""
         about = f"Robot {self.model.robot.get('name', '')}, model {Path(self.model.source).name}; "
-        about += f"made by expdesign {expdesign.__version__}. SI units."
+        about += f"made by expdesign {version('expdesign')}. SI units."
         return c_source(self.table, self.axes, self.outputs, list(self.held.items()), about)
 
 

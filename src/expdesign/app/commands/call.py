@@ -81,13 +81,12 @@ class Call:
         several = [name for name, one in parameters.items() if one.kind is inspect.Parameter.VAR_POSITIONAL]
         positional = [value for name in several for value in arguments.pop(name, ())]
         try:
-            if "engine" not in parameters:
+            if "executors" not in parameters:
                 return function(*positional, **arguments)
-            from expdesign.app.sweeps.engine import Serial, engine_of  # noqa: PLC0415 (most work in one process)
+            from expdesign.app.parallel import executors_of  # noqa: PLC0415 (most work in one process)
 
-            with engine_of(self.given.get("workers"), self.given.get("cluster"), self.spelling.workers) as engine:
-                # Work that stays in this process needs nothing to be sent.
-                return function(*positional, **arguments, engine=None if isinstance(engine, Serial) else engine)
+            with executors_of(self.given.get("workers"), self.given.get("cluster"), self.spelling.workers) as executors:
+                return function(*positional, **arguments, executors=executors)
         except ExpdesignError as error:
             where, remedy = self.spelling.said(error.where), self.spelling.said(error.remedy)
             raise ExpdesignError(self.spelling.said(error.what), where=where, remedy=remedy) from None

@@ -8,13 +8,13 @@ import importlib
 import logging
 import re
 import sys
+from importlib.metadata import version as version_of
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 from typer.main import get_command
 
-import expdesign
 from expdesign.app.commands.listed import COMMANDS, listed_commands
 from expdesign.app.commands.spelling import Spelling
 from expdesign.app.commands.terminal import encode_anything, terminated_as_interrupted, unwritable_output
@@ -22,7 +22,7 @@ from expdesign.errors import ExpdesignError, InputError
 
 _USAGE_ERROR: Any = typer.BadParameter.__base__
 """Base of the errors of a command line."""
-_OF_AN_OPTION = re.compile(r"Invalid value for `([^`]+)`: (.*)", re.DOTALL)
+_OF_AN_OPTION = re.compile(r"Invalid value for `([^`]+)`: (?:Value error, )?(.*)", re.DOTALL)
 _LOOK: dict[str, Any] = {
     "pretty_exceptions_enable": False,
     "rich_markup_mode": None,
@@ -78,7 +78,7 @@ app = typer.Typer(
 
 def _version(wanted: bool) -> None:
     if wanted:
-        print(f"expdesign {expdesign.__version__}")
+        print(f"expdesign {version_of('expdesign')}")
         raise typer.Exit
 
 

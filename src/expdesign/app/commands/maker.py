@@ -97,7 +97,8 @@ def _shown(function: Any, hints: dict[str, Any], spelling: Spelling) -> dict[str
     return {
         name: one
         for name, one in parameters.items()
-        if name not in never and not any(get_origin(part) is Callable for part in _parts(hints[name]))
+        if name == "executors"
+        or (name not in never and not any(get_origin(part) is Callable for part in _parts(hints[name])))
     }
 
 
@@ -108,7 +109,7 @@ def _options(
     arguments: Options = {}
     options: Options = {}
     for name, parameter in parameters.items():
-        if name == "engine":
+        if name == "executors":
             left = "as many as it has processors" if spelling.workers is None else str(spelling.workers)
             options["workers"] = Annotated[int | None, typer.Option(help=f"{WORKERS}; {left} if left out.")], None
             options["cluster"] = Annotated[str | None, typer.Option(help=CLUSTER)], None
@@ -119,7 +120,7 @@ def _options(
             kind, several = _kind(hints[name])
             several |= parameter.kind is inspect.Parameter.VAR_POSITIONAL
             shown = typer.Argument(help=docstring.option(name))
-            shape: Any = list[kind] if several else kind  # type: ignore[valid-type]
+            shape: Any = list[kind] if several else kind
             arguments[key] = Annotated[shape, shown], parameter.default
         else:
             text = _OPTION.sub(
@@ -134,7 +135,7 @@ def _option(parameter: inspect.Parameter, hint: Any, text: str, spelling: Spelli
     """Annotation and default of an option."""
     name, default = parameter.name, parameter.default
     written = spelling.written.get(name)
-    kind: type = str
+    kind: Any = str
     if written is not None:
         several, text = written.repeated, f"{text} {written.how}"
         default = _EMPTY if default is _EMPTY else None
@@ -144,7 +145,7 @@ def _option(parameter: inspect.Parameter, hint: Any, text: str, spelling: Spelli
     flag = f"--{spelling.name(name).replace('_', '-')}"
     if kind is bool and default is not False:
         flag = f"{flag}/--no-{flag.removeprefix('--')}"
-    shape: Any = list[kind] if several else kind  # type: ignore[valid-type]
+    shape: Any = list[kind] if several else kind
     return Annotated[shape if default is _EMPTY else shape | None, typer.Option(flag, help=text)], default
 
 
@@ -176,8 +177,8 @@ def _parts(hint: Any) -> tuple[Any, ...]:
     return tuple(part for part in parts if part is not NoneType)
 
 
-def _kind(hint: Any) -> tuple[type, bool]:
-    """What a person writes for a type, and whether several of it."""
+def _kind(hint: Any) -> tuple[Any, bool]:
+    """What a person writes for a type (one of its choices where it is a `Literal`), and whether several of it."""
     parts = _parts(hint)
     listed = [part for part in parts if get_origin(part) in (Sequence, Collection, list)]
     several = bool(listed)
@@ -185,5 +186,8 @@ def _kind(hint: Any) -> tuple[type, bool]:
     for kind in (Path, bool, float, int):
         if kind in parts:
             return kind, several
-    assert str in parts or any(get_origin(part) is Literal for part in parts), f"no option can say {hint}"
+    choices = [choice for part in parts if get_origin(part) is Literal for choice in get_args(part)]
+    if choices and str not in parts and not several:
+        return Literal[tuple(choices)], several
+    assert choices or str in parts, f"no option can say {hint}"
     return str, several

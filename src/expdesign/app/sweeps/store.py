@@ -4,7 +4,6 @@ A run's folder appears at once and complete, or not at all, so that its being th
 finished. Times depend on the machine and lie apart in `times.csv`; all else is the same bytes wherever it was computed.
 """
 
-import fcntl
 import json
 import shutil
 import time
@@ -18,6 +17,7 @@ import pandas as pd
 from expdesign.app.sweeps.runs import SweepRun, text_of
 from expdesign.errors import InputError
 from expdesign.io.output import csv_text, output_folder, write_file
+from expdesign.io.written import lock
 
 RUNS, TABLE, TIMES, LOCK = "runs", "sweep.csv", "times.csv", ".lock"
 FAILURE = "failure.json"
@@ -37,12 +37,12 @@ def sole_writer(folder: Path) -> Iterator[None]:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        lock = (folder / LOCK).open("w")
+        stream = (folder / LOCK).open("w")
     except OSError as error:
         raise InputError(f"cannot be written ({error.strerror})", where=str(folder), remedy="Name another.") from None
-    with lock:
+    with stream:
         try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # released with the process, however it ends
+            lock(stream.fileno(), wait=False)  # released with the process, however it ends
         except OSError:
             remedy = "Wait for it, or name another folder."
             raise InputError("another sweep is writing here", where=str(folder), remedy=remedy) from None

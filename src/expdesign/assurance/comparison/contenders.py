@@ -1,14 +1,13 @@
 """The designs that are compared: the best by each criterion alone, random ones, and plans that are given."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.comparison.options import COMPARISON
-from expdesign.planning.parts import Parts, one_after_another
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import planned
@@ -16,6 +15,8 @@ from expdesign.planning.sampling import starting_designs
 from expdesign.planning.search import search_single
 
 Origin = Literal["optimised", "random", "given"]
+Each = Callable[[Callable[..., Any], Sequence[tuple[Any, ...]]], Iterable[tuple[int, Any]]]
+"""Index and result of `work(problem, *arguments)` for each of many arguments, in the order in which they are done."""
 _RANDOM_STREAM = 7
 """Keeps the random designs apart from the searches' numbers of the same seed."""
 
@@ -34,31 +35,34 @@ def optimised(
     seed: int,
     generations: int | None,
     report: Callable[[str], None] = lambda text: None,
-    parts: Parts | None = None,
+    each: Each | None = None,
 ) -> list[Contender]:
     """The best design by each known criterion alone, as its own author would have chosen it.
 
     Every criterion is searched by itself, and once more from what all searches found: a design that was sought by one
     criterion often lies in a better valley of another. Of all designs that were found, each criterion has the best.
     Criteria that are the same (DUIR and `total` without load errors) are searched once, and one that no design changes
-    not at all. `parts` does the searches and refinements, which do not
+    not at all. `each` does the searches and refinements, which do not
     need each other.
 
     Raises:
         InfeasibleError: no design within the limits was found.
         NotIdentifiableError: no design identifies what the targets need.
     """
-    criteria, each = problem.criteria, parts or one_after_another(problem)
+    criteria, each = problem.criteria, each or here(problem)
     names = distinct_criteria(problem, seed)
-    found = each(_searched, [(name, seed, generations) for name in names])
+    found = dict(each(_searched, [(name, seed, generations) for name in names]))
     report("searched")
-    decisions = np.unique(np.concatenate(found), axis=0)
+    decisions = np.unique(np.concatenate([found[index] for index in range(len(names))]), axis=0)
     jobs = [(name, seed, generations, decisions) for name in names]
-    better = each(_searched, jobs, lambda index: report(names[index]))
+    better = {}
+    for index, genes in each(_searched, jobs):
+        better[index] = genes
+        report(names[index])
     for name in criteria:
         if name not in names:
             report(name)
-    designs = np.concatenate([decisions, *better])
+    designs = np.concatenate([decisions, *(better[index] for index in range(len(names)))])
     plans = [planned(problem, one) for one in designs]
     assessment = problem.assessed(designs)
     best = []
@@ -66,6 +70,11 @@ def optimised(
         values = criterion.values(assessment) * (-1.0 if criterion.maximise else 1.0)
         best.append(Contender(name, "optimised", plans[int(np.nanargmin(values))]))
     return best
+
+
+def here(problem: DesignProblem) -> Each:
+    """One after another."""
+    return lambda work, arguments: ((index, work(problem, *one)) for index, one in enumerate(arguments))
 
 
 def _searched(

@@ -12,11 +12,10 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.assurance.comparison.contenders import Contender
+from expdesign.assurance.comparison.contenders import Contender, Each, here
 from expdesign.assurance.comparison.options import COMPARISON
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.errors import NotIdentifiableError
-from expdesign.planning.parts import Parts, one_after_another
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 
@@ -134,11 +133,11 @@ def judge(
     samples: int,
     seed: int,
     report: Callable[[str], None] = lambda text: None,
-    parts: Parts | None = None,
+    each: Each | None = None,
 ) -> Judgement:
     """Judge designs by every criterion and by `samples` repetitions of experiment, identification and compensation.
 
-    `parts` does the repetitions of each design.
+    `each` does the repetitions of each design.
 
     Raises:
         NotIdentifiableError: no design identifies what the targets need.
@@ -156,13 +155,10 @@ def judge(
             judged.append(index)
         else:
             report(contender.name)
-    found = (parts or one_after_another(problem))(
-        _squares,
-        [(contenders[index].plan, samples, seed) for index in judged],
-        lambda position: report(contenders[judged[position]].name),
-    )
-    for index, one in zip(judged, found, strict=True):
-        squares[index] = one
+    arguments = [(contenders[index].plan, samples, seed) for index in judged]
+    for position, found in (each or here(problem))(_squares, arguments):
+        squares[judged[position]] = found
+        report(contenders[judged[position]].name)
     if np.isnan(squares).all():
         what = "no design identifies what the targets need"
         raise NotIdentifiableError(what, where=problem.source, remedy="Allow more measurements, axes or loads.")

@@ -9,7 +9,6 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.validation.compensation import CONVERGENCE
-from expdesign.assurance.validation.plants import ExplicitPlant, Plant
 from expdesign.assurance.validation.simulation import BatchSize, Repetitions, Simulation, VirtualExperiment, batch_sizes
 from expdesign.mechanics.elastostatics.measurements import Distribution, LoadedRobot
 from expdesign.planning.criteria.criterion import known_criteria
@@ -76,7 +75,6 @@ class Repeated:
         plan: what was measured.
         causes: simulations by the criterion that predicts them (`duir`, `feir`, `total`); without sources of load
             error `feir` is missing, and `total` is `duir`.
-        plant: name of the plant.
         distribution: of the load errors.
         seed: of all random numbers.
     """
@@ -84,7 +82,6 @@ class Repeated:
     problem: DesignProblem
     plan: Plan
     causes: dict[str, Simulation]
-    plant: str
     distribution: str
     seed: int
 
@@ -156,7 +153,6 @@ class Repeated:
             "measurements": len(self.plan),
             "samples": self.samples,
             "seed": self.seed,
-            "plant": self.plant,
             "distribution": self.distribution,
             "criteria": {cause: self._criterion_record(cause) for cause in CAUSES},
             "targets": [self._target(index) for index in range(len(self.problem.targets.configurations))],
@@ -207,7 +203,6 @@ def repeat(
     samples: int,
     seed: int,
     *,
-    plant: type[Plant] = ExplicitPlant,
     distribution: Distribution = "normal",
     truth: LoadedRobot | None = None,
     elsewhere: Elsewhere | None = None,
@@ -216,13 +211,13 @@ def repeat(
 
     `elsewhere` does the batches of all causes in any order and place; here, one after another, if left out.
     """
-    experiment = VirtualExperiment(problem, plan, plant, distribution, truth)
+    experiment = VirtualExperiment(problem, plan, distribution=distribution, truth=truth)
     causes, sizes = CAUSES if problem.loaded.sources else {"duir": CAUSES["duir"]}, batch_sizes(samples)
     batches = [(size, *drawn) for drawn in causes.values() for size in sizes]
     done = iter(elsewhere(batches) if elsewhere else (experiment.batch(size, seed, *how) for size, *how in batches))
     simulations = {cause: experiment.joined([next(done) for _ in sizes], *drawn) for cause, drawn in causes.items()}
     simulations.setdefault("total", simulations["duir"])
-    return Repeated(problem, plan, simulations, plant.name, distribution, seed)
+    return Repeated(problem, plan, simulations, distribution, seed)
 
 
 def _number(value: FloatArray | float) -> float | None:

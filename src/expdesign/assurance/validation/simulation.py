@@ -126,7 +126,7 @@ class VirtualExperiment:
 
     Raises:
         NotIdentifiableError: the plan does not identify what a target needs.
-        ArgumentError: plant or truth do not suit what is calibrated.
+        ArgumentError: the truth does not suit what is calibrated.
     """
 
     def __init__(
@@ -151,7 +151,7 @@ class VirtualExperiment:
         if problem.loaded.regressor.referenced:
             self._attain = self._elastic(plant, truth)
         else:
-            _require_nominal(plant, truth)
+            _require_nominal(truth)
             self._attain = self._geometric()
 
     @property
@@ -235,11 +235,8 @@ class VirtualExperiment:
         return readings
 
 
-def _require_nominal(plant: type[Plant], truth: LoadedRobot | None) -> None:
-    """Raise where a plant or a truth is asked for that geometric calibrations are not repeated with."""
-    if plant is not ExplicitPlant:
-        what = f"a geometric calibration is repeated with non-linear kinematics, not with the plant `{plant.name}`"
-        raise ArgumentError(what, argument="plant", remedy="Leave it out.")
+def _require_nominal(truth: LoadedRobot | None) -> None:
+    """Raise where a truth is asked for, which geometric calibrations are not repeated with."""
     if truth is not None:
         what = "a geometric calibration is repeated with the robot of the configuration"
         raise ArgumentError(what, argument="truth", remedy="Use `simulate` and `identify` for single experiments.")

@@ -8,11 +8,14 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.validation.compensation import CONVERGENCE
+from expdesign.assurance.validation.compensation import CONVERGENCE, Attained
+from expdesign.assurance.validation.plants import ExplicitPlant, Plant
 from expdesign.errors import ConvergenceError
-from expdesign.mechanics.loads.load import Load
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.loads.load import Load, Wrench
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.symbolic import BatchFunction
+from expdesign.planning.plan import Plan
 
 
 class Equilibrium:
@@ -58,4 +61,43 @@ class Equilibrium:
             if not rows.size:
                 return poses
         what = f"{rows.size} of {len(start)} loaded poses do not come to rest"
-        raise ConvergenceError(what, remedy="The load is beyond what the robot can bear; use the explicit plant.")
+        raise ConvergenceError(what, remedy="The load is beyond what the robot can bear.")
+
+
+class EquilibriumPlant(Plant):
+    """P2: the exact equilibrium of the loaded robot. Its difference from P1 is an error that no criterion predicts."""
+
+    def __init__(self, loaded: LoadedRobot, plan: Plan) -> None:
+        super().__init__(loaded, plan)
+        closed_form = self._robot = loaded.robot.inverse_kinematics
+        self._measured = Equilibrium(closed_form, loaded.load, self.true)
+        self._used = Equilibrium(closed_form, Wrench(closed_form.coordinates), self.true)
+        self._explicit = ExplicitPlant(loaded, plan)
+        self._lengths = closed_form.lengths(plan.configurations)
+        nothing = np.zeros((1, *plan.configurations.shape))
+        self._nominal = self._solved(self._explicit.deflections(nothing), nothing)
+
+    def deflections(self, added: FloatArray) -> FloatArray:
+        if not added.any():
+            return np.broadcast_to(self._nominal, added.shape).copy()
+        nothing = np.zeros((1, *added.shape[1:]))
+        start = self._nominal + (self._explicit.deflections(added) - self._explicit.deflections(nothing))
+        return self._solved(start, added)
+
+    def _solved(self, start: FloatArray, added: FloatArray) -> FloatArray:
+        """Deflections (s, m, n) in equilibrium from a first guess of them."""
+        poses = self.plan.configurations
+
+        def flat(values: FloatArray) -> FloatArray:
+            return np.broadcast_to(values, (len(added), *values.shape[-2:])).reshape(-1, values.shape[-1])
+
+        loaded = self._measured.poses(flat(poses + start), flat(self._lengths), flat(self.plan.loads), flat(added))
+        deflections: FloatArray = loaded.reshape(added.shape) - poses
+        return deflections
+
+    def errors(self, attained: Attained, target: FloatArray, wrench: FloatArray) -> FloatArray:
+        commands = attained.commands
+        loads = np.broadcast_to(wrench, commands.shape)
+        start = target + attained.errors
+        poses = self._used.poses(start, self._robot.lengths(commands), loads, np.zeros_like(commands))
+        return poses - target
