@@ -78,7 +78,7 @@ def test_from_the_configuration_to_commands(arm: object, tmp_path: Path, capsys:
     assert call("identify", robot, recordings, "--out", out) == 0
     found = json.loads((out / "identification.json").read_text())
     assert list(found["stiffness"]) == [f"joint {k + 1}" for k in range(joints)]
-    assert found["unit"] == "N*m/rad"
+    assert found["unit"] == "N·m/rad"
     assert call("diagnose", robot, recordings, "--out", tmp_path / "diagnosed") == 0
     assert call("predict", out / "model.yaml", plan, "--out", tmp_path / "predicted.csv") == 0
     assert np.isfinite(pd.read_csv(tmp_path / "predicted.csv")[["dx_m", "sz_m"]].to_numpy()).all()

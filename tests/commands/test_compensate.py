@@ -76,7 +76,7 @@ def test_corrections_and_what_to_expect_are_written_and_said(
     np.testing.assert_allclose(written["U_z_m"], 2.0 * written["sz_m"], rtol=1e-9)
     largest = 1e6 * written["correction_m"].max(), 1e6 * written["correction_rad"].max()
     length = 1e6 * written[["U_x_m", "U_y_m", "U_z_m"]].to_numpy().max()
-    assert f"largest correction {largest[0]:.3g} um, {largest[1]:.3g} urad; expected U {length:.3g} um" in said
+    assert f"largest correction {largest[0]:.3g} µm, {largest[1]:.3g} µrad; expected U {length:.3g} µm" in said
     assert written["beyond_calibration"].isna().all()
     assert len(said.splitlines()) == 1 + 4 + 2
     assert call("compensate", model, targets, "--out", tmp_path / "mm.csv", "--units", "mm,mrad") == 0

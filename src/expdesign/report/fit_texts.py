@@ -124,7 +124,7 @@ def identified_sentences(result: Identification) -> list[str]:
         half = (result.geometry.high - result.geometry.low) / 2.0
         texts.append(
             f"They identify {counted(half.size, 'parameter')} of the geometry, with 95 % intervals of "
-            f"±{1e6 * half.min():.3g} to ±{1e6 * half.max():.3g} µm."
+            f"±{words.size(float(half.min()), 'm')} to ±{words.size(float(half.max()), 'm')}."
         )
     return texts + fit_sentences(result)
 
@@ -154,8 +154,8 @@ def _geometry(result: Identification) -> list[str]:
         return []
     deviation = (result.geometry.high - result.geometry.low) / 4.0
     size = float(np.sqrt((result.geometry.estimate**2).mean()))
-    known = f"known to {1e3 * float(np.median(deviation)):.3g} mm (median)"
-    return [f"{len(deviation)} errors of joints and lengths: {1e3 * size:.3g} mm RMS, {known}"]
+    known = f"known to {words.size(float(np.median(deviation)), 'm')} (median)"
+    return [f"{len(deviation)} errors of joints and lengths: {words.size(size, 'm')} RMS, {known}"]
 
 
 def _stiffness(result: Identification) -> list[str]:

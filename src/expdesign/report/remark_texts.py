@@ -76,9 +76,9 @@ def _held_marker(one: HeldMarker) -> str:
     )
 
 
-def _small(size: float, name: str) -> str:
-    """A length in mm, or an angle in mrad."""
-    return f"{1e3 * size:.3g} {'mm' if name == 'translations' else 'mrad'}"
+def _size(value: float, name: str) -> str:
+    """A length or an angle, by whether translations or rotations are meant."""
+    return words.size(value, "m" if name == "translations" else "rad")
 
 
 def _confounded_time(one: ConfoundedTime) -> str:
@@ -128,12 +128,12 @@ TEXTS: Mapping[type[Remark], Callable[[Any], str]] = {
     ),
     NoiseBeyondStated: lambda one: (
         f"Residuals of the {one.name} are {one.needed / one.stated:.3g} times the stated standard deviation of "
-        f"{_small(one.stated, one.name)}: {_small(one.needed, one.name)} would agree with them. All intervals include "
-        f"a second component of {_small(one.extra, one.name)} (repeatability, or missing physics)."
+        f"{_size(one.stated, one.name)}: {_size(one.needed, one.name)} would agree with them. All intervals include "
+        f"a second component of {_size(one.extra, one.name)} (repeatability, or missing physics)."
     ),
     GenerousNoise: lambda one: (
-        f"The stated standard deviation of the {one.name}, {_small(one.stated, one.name)}, is far too large: "
-        f"{_small(one.needed, one.name)} from the residuals replaces it."
+        f"The stated standard deviation of the {one.name}, {_size(one.stated, one.name)}, is far too large: "
+        f"{_size(one.needed, one.name)} from the residuals replaces it."
     ),
     AliasedParameters: lambda one: (
         f"{len(one.names)} parameters are confounded with others and keep their assumed values and tolerances: "

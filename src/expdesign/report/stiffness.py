@@ -22,13 +22,13 @@ _HEADS = {"low": "Low", "high": "High", "springs_alone": "Springs alone", "robot
 
 
 def stiffness_unit(robot: Robot) -> str:
-    """N/m for actuators that change length, N*m/rad for those that turn."""
+    """N/m for actuators that change length, N·m/rad for those that turn."""
     return " or ".join(dict.fromkeys(_units(robot)))
 
 
 def _units(robot: Robot) -> list[str]:
     """The unit of the stiffness of every actuator."""
-    return ["N/m" if unit == "m" else "N*m/rad" for unit in robot.units]
+    return ["N/m" if unit == "m" else "N·m/rad" for unit in robot.units]
 
 
 def identified_stiffness(result: Identification) -> pd.DataFrame:

@@ -77,6 +77,14 @@ def fixed(value: float, decimals: int) -> str:
     return f"{round(value, decimals) + 0.0:.{decimals}f}".replace("-", "−")
 
 
+def size(value: float, unit: str) -> str:
+    """A length (`m`) or an angle (`rad`) in µm or µrad, from a thousand of them on in mm or mrad."""
+    if not math.isfinite(value):
+        return UNDETERMINED
+    prefix, factor = ("m", 1e3) if abs(value) >= 1e-3 else ("µ", 1e6)
+    return f"{factor * value:.3g} {prefix}{unit}"
+
+
 def count(value: int, singular: str, plural: str | None = None) -> str:
     """A number of things: `six measurements`, `one target`, `120 designs`."""
     noun = singular if value == 1 else (plural or f"{singular}s")

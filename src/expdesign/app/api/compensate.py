@@ -26,6 +26,7 @@ from expdesign.estimation.compensation.prediction import in_file_order, require_
 from expdesign.io.output import csv_text
 from expdesign.io.table import Table, parse_table
 from expdesign.mechanics.robots.robot import Robot
+from expdesign.report import words
 
 if TYPE_CHECKING:  # most commands are found without a configuration, and need not wait for planning
     from expdesign.app.api.configuration import Config
@@ -97,7 +98,7 @@ def compensate(
 
     Example:
         >>> xd.compensate("identified/model.yaml", "configs/bipod.yaml").summary
-        'largest correction 72.1 um; expected U 0.993 um'
+        'largest correction 72.1 µm; expected U 0.993 µm'
 
     Command:
         expdesign compensate results/mine/model.yaml targets.csv --out commands.csv
@@ -242,12 +243,5 @@ def _sizes(corrections: Corrections, translations: int, rows: list[int]) -> tupl
     pairs = [(corrections.translation[rows], expanded[:, :translations], "m")]
     if expanded.shape[1] > translations:
         pairs.append((corrections.rotation[rows], expanded[:, translations:], "rad"))
-    size, known = zip(*((_scaled(a.max(), unit), _scaled(b.max(), unit)) for a, b, unit in pairs), strict=True)
+    size, known = zip(*((words.size(a.max(), unit), words.size(b.max(), unit)) for a, b, unit in pairs), strict=True)
     return list(size), list(known)
-
-
-def _scaled(value: float, unit: str) -> str:
-    """In µm or µrad, from a thousand of them on in mm or mrad."""
-    if not np.isfinite(value):
-        return "not determined"
-    return f"{value * 1e3:.3g} m{unit}" if value >= 1e-3 else f"{value * 1e6:.3g} u{unit}"

@@ -31,6 +31,7 @@ from expdesign.io.table import Table
 from expdesign.io.units import Unit, unit_of
 from expdesign.mechanics.robots.orientation import rotation_matrix
 from expdesign.mechanics.robots.robot import Robot
+from expdesign.report import words
 
 
 @dataclass(frozen=True, repr=False)
@@ -62,8 +63,8 @@ class RegistrationResult(RecordedTable):
             return ""
         rms, worst = np.sqrt(np.mean([fit.rms**2 for fit in fits])), max(fits, key=lambda fit: fit.size)
         return (
-            f"points fit the robot's `markers` to {1e6 * rms:.3g} µm (RMS); the worst, {worst.worst}, is "
-            f"{1e6 * worst.size:.3g} µm off"
+            f"points fit the robot's `markers` to {words.size(float(rms), 'm')} (RMS); the worst, {worst.worst}, is "
+            f"{words.size(worst.size, 'm')} off"
         )
 
     @property
@@ -76,7 +77,7 @@ class RegistrationResult(RecordedTable):
         """How many rows there are, and how well the points were measured."""
         lines = [self.summary]
         if self.estimated is not None:
-            size = f"{self.estimated * 1e6:.3g} µm"
+            size = words.size(self.estimated, "m")
             lines.append(f"standard deviation of a coordinate, estimated from the residuals: {size}")
         return [*lines, *([self.marker_fit] if self.marker_fit else [])]
 
