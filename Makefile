@@ -7,7 +7,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c c
 CONFIG ?= configs/hexapod-h1.yaml
 CODE := src tests benchmarks docs thesis_studies virtual_laboratory
 
-.PHONY: run test lint proof studies release docs clean
+.PHONY: run test lint proof studies results release docs clean
 
 # What is installed, by a file in the environment for each: running needs the package alone, tests its extras as well.
 $(VENV)/running: pyproject.toml constraints.txt
@@ -40,6 +40,10 @@ proof: $(VENV)/testing
 
 studies: $(VENV)/testing
 	$(BIN)/python -m thesis_studies --force
+
+# A page of results/ by the commands that stand on it: make results NAME=false-alarms
+results: $(VENV)/testing
+	$(BIN)/python -m benchmarks.page $(NAME)
 
 # The wheel and the source archive, into dist/.
 release: $(VENV)/testing

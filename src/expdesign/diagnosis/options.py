@@ -74,7 +74,7 @@ class DiagnosisOptions:
         doubted: factor on probabilities of what something else may imitate: in an unexplained case that is fitted or
             located by laws, beside laws; its square where a mismatch remains.
         averaged_odds: prior odds of something beside the likeliest model: of 0.1, 0.3 and 1 the first gives machines
-            that hide nothing as small an error as the base model does (results/model-error).
+            that hide nothing as small an error as the base model does.
     """
 
     level: float = 0.01

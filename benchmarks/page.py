@@ -1,0 +1,42 @@
+"""`python -m benchmarks.page NAME`: carry out the commands of `results/NAME.md`, which stand in its first block."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+_FIRST = re.compile(r"^```\n(.*?)\n```$", re.DOTALL | re.MULTILINE)
+
+
+def pages() -> dict[str, Path]:
+    """The pages of results by their names."""
+    found = {path.stem: path for path in (ROOT / "results").glob("*.md")}
+    found["studies"] = ROOT / "results" / "studies" / "README.md"
+    return {name: path for name, path in sorted(found.items()) if name != "README"}
+
+
+def commands(page: Path) -> list[str]:
+    """The commands that make a page."""
+    match = _FIRST.search(page.read_text(encoding="utf-8"))
+    return [] if match is None else match[1].splitlines()
+
+
+def main(names: list[str]) -> int:
+    """Carry out the commands of pages, in the project's folder; the exit status of the first that fails."""
+    known = pages()
+    if not names or not set(names) <= set(known):
+        print(f"name one of {', '.join(known)}", file=sys.stderr)
+        return 2
+    here = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    for command in (line for name in names for line in commands(known[name])):
+        print(command, file=sys.stderr, flush=True)
+        done = subprocess.run(command, shell=True, cwd=ROOT, env=here, check=False)
+        if done.returncode != 0:
+            return done.returncode
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
