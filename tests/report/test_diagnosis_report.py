@@ -158,9 +158,9 @@ def test_what_could_be_in_its_place_is_printed_as_well() -> None:
     doubtful = replace(finding, indistinguishable=("leg_coupling",), rival=result.model)
     doubted = replace(result, findings=(doubtful,))
     printed = "\n".join(terminal_lines(doubted))
-    assert "do not distinguish it from leg coupling" in printed
+    assert "do not distinguish it from the force in one leg deflects another" in printed
     assert "plan-next.csv" in printed
-    assert "do not distinguish it from leg coupling" in "\n".join(conclusions(doubted, None))
+    assert "do not distinguish it from the force in one leg deflects another" in "\n".join(conclusions(doubted, None))
     assert "plan-next.csv" not in "\n".join(terminal_lines(result))
 
 

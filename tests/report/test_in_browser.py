@@ -218,7 +218,7 @@ def test_every_figure_and_table_is_saved(bipod_screen: Screen) -> None:
     pd.testing.assert_series_equal(table["total_std"] ** 2, variance, check_names=False, rtol=1e-5)
     robot = pd.read_csv(io.BytesIO(screen.download("button[data-csv=robot]", "robot.csv")))
     assert list(robot.columns) == ["part", "line", "x_m", "y_m"]
-    for figure, name in (("front", "front"), ("parallel", "objectives"), ("budget", "error-budget")):
+    for figure, name in (("front", "front"), ("budget", "error-budget")):
         picture = screen.download(f"button[data-picture=svg][data-of={figure}]", f"{name}.svg")
         assert picture.startswith(b"<svg")
     assert screen.download("button[data-picture=png][data-of=robot]", "robot.png").startswith(b"\x89PNG")
@@ -251,7 +251,7 @@ def test_any_two_criteria_span_the_figure(bipod_screen: Screen) -> None:
     script = "return document.getElementById('front').data[0].x"
     until(lambda: screen.run(script) == front.criteria["o1"].tolist())
     design = another(screen.case)
-    screen.click_point("parallel", design, 0)
+    screen.click_point("front", design, 0)
     until(lambda: screen.text("plan-title") != f"Plan of design {front.recommended + 1}")
 
 

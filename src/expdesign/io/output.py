@@ -6,7 +6,6 @@ CSV text of a table, reproducible to the byte.
 """
 
 import csv
-import dataclasses
 import io
 import json
 import logging
@@ -175,12 +174,8 @@ def json_text(content: Any) -> str:
     return json.dumps(content, indent=2, allow_nan=False) + "\n"
 
 
-PART = "part"
-"""Key that names the class of a part of a document."""
-
-
 def plain(value: Any) -> Any:
-    """A value for JSON: arrays become lists, what is not finite null, and dataclasses mappings that name them."""
+    """A value for JSON: arrays become lists, and what is not finite null."""
     kind = type(value)
     if kind is str or kind is int:  # nearly all that a page has
         return value
@@ -188,11 +183,7 @@ def plain(value: Any) -> Any:
         return value if math.isfinite(value) else None
     if isinstance(value, list | tuple):
         return [plain(entry) for entry in value]
-    if dataclasses.is_dataclass(value):
-        return {PART: kind.__name__} | {one.name: plain(getattr(value, one.name)) for one in dataclasses.fields(value)}
     if isinstance(value, Mapping):
-        if PART in value:
-            raise ValueError(f"`{PART}` is no key of data")
         return {str(key): plain(entry) for key, entry in value.items()}
     if isinstance(value, np.ndarray | np.generic):
         return plain(value.tolist())

@@ -113,28 +113,19 @@ def require_free_names(folder: Path, names: Iterable[str], purpose: Purpose, *, 
             require_free(path, purpose, force=force)
 
 
-def unchanged(path: Path) -> bool:
-    """Whether a file is as this program wrote it, for whatever purpose, or was removed since."""
-    place = path.resolve()
-    entry = entries(place.parent).get(place.name)
-    return entry is not None and (not place.exists() or entry.get("sha256") in (None, _digest(place)))
-
-
-def note_written(folder: Path, names: Iterable[str], purpose: Purpose | None, *, seen_from: Path | None = None) -> None:
+def note_written(folder: Path, names: Iterable[str], purpose: Purpose, *, seen_from: Path | None = None) -> None:
     """Enter files of a folder into its record.
 
     Args:
         folder: where the files lie.
         names: of the files.
-        purpose: for which they were written; the one that they have in the record if None.
+        purpose: for which they were written.
         seen_from: where the folder will lie, if it is a scratch folder.
     """
     with _alone(folder):
         noted = {name: entry for name, entry in entries(folder).items() if (folder / name).exists()}
-        for name in names:
-            about = purpose.seen_from(seen_from or folder) if purpose is not None else noted.get(name)
-            if about is not None:
-                noted[name] = about | {"sha256": _digest(folder / name)}
+        about = purpose.seen_from(seen_from or folder)
+        noted |= {name: about | {"sha256": _digest(folder / name)} for name in names}
         _write(folder, noted)
 
 

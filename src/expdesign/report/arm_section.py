@@ -160,7 +160,7 @@ def _geometry_texts(listed: list[Corrected]) -> list[str]:
 
 def _geometry_table(listed: list[Corrected]) -> DataTable:
     rows = [
-        [each.label, *(words.number(1e3 * x, 4) for x in (each.value, each.low, each.high)),
+        [each.label, *words.fitted(1e3 * each.value, 1e3 * each.low, 1e3 * each.high),
          "mm" if each.unit == "m" else "mrad", each.note or each.status]
         for each in listed
     ]  # fmt: skip
@@ -180,7 +180,12 @@ def _origin_table(found: ArmCalibration) -> DataTable:
     for name, (nominal, corrected) in origins(found).items():
         for which, pose in (("nominal", nominal), ("corrected", corrected)):
             rows.append(
-                [name, which, *(f"{1e3 * x:.3f}" for x in pose[:3]), *(f"{np.degrees(x):.4f}" for x in pose[3:])]
+                [
+                    name,
+                    which,
+                    *(words.fixed(1e3 * x, 3) for x in pose[:3]),
+                    *(words.fixed(float(np.degrees(x)), 4) for x in pose[3:]),
+                ]
             )
     columns = ["Joint", "", "x, mm", "y, mm", "z, mm", "roll, °", "pitch, °", "yaw, °"]
     return DataTable("origins-table", "Origins of the joints as in the URDF.", columns, rows)
@@ -198,7 +203,7 @@ def _frame_table(result: Identification, found: ArmCalibration) -> DataTable | N
         found.labels[chain.compliances : chain.base], parameters, values, deviation, strict=True
     ):
         factor, unit = (180.0 / np.pi, "°") if parameter.name.endswith("_rad") else (1e3, "mm")
-        rows.append([label, f"{factor * value:.4f}", words.number(NORMAL_95 * factor * spread, 2), unit])
+        rows.append([label, words.fixed(factor * value, 4), words.number(NORMAL_95 * factor * spread, 2), unit])
     caption = (
         "The instrument's pose in the base frame, and the markers on the tip. What the geometry cannot be told from is "
         "in them: the base frame is that of joint 1 as it is."

@@ -58,12 +58,13 @@ class Sentences(Block):
 
 @dataclass(frozen=True)
 class KeyFigure:
-    """One number worth reading first."""
+    """One number worth reading first; its tone is `good` or `bad` where it decides something."""
 
     label: str
     value: str
     unit: str = ""
     note: str = ""
+    tone: str = ""
 
 
 @dataclass(frozen=True)

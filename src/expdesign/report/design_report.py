@@ -107,7 +107,7 @@ def _summary(problem: DesignProblem, front: Front, run: Mapping[str, Any], accep
     minutes = design_minutes(problem, front)
     figures = [
         KeyFigure("Expected error after calibration", best["total"], "tolerances", "RMS over all axes together"),
-        KeyFigure("Acceptance, axis by axis", accepted.verdict, "", "every axis is below"),
+        KeyFigure("Acceptance, axis by axis", accepted.verdict, "", "each axis is in the uncertainty budget"),
         KeyFigure("From measurement noise (DUIR)", best["duir"], "tolerances"),
         KeyFigure("From load errors (FEIR)", best["feir"], "tolerances"),
         KeyFigure("Measurements", str(problem.space.measurements), "", poses_text(problem, front)),

@@ -29,6 +29,7 @@ from expdesign.report.diagnosis_figures import added, axis_figure, error_figure,
 from expdesign.report.diagnosis_texts import MEASURE_NEXT, conclusions, in_prose, located, next_recording
 from expdesign.report.options import SHOWN
 from expdesign.report.page import Page
+from expdesign.report.physics_words import effect_words, physics_words
 from expdesign.report.robot_section import SCRIPTS, picture
 from expdesign.report.robot_view import at_rest
 from expdesign.report.stiffness import added_physics, diagnosed_stiffness, stiffness_table
@@ -113,7 +114,7 @@ def _effects_table(result: Diagnosis) -> DataTable:
         return " to ".join(words.number(words.parameter(row.parameter, row.value).factor * value) for value in values)
 
     shown: dict[str, str | Callable[[Any], str]] = {
-        "Physics": lambda row: row.physics.replace("_", " "),
+        "Physics": lambda row: physics_words(row.physics),
         "Component": "component",
         "Parameter": title,
         "Value": lambda row: numbers(row, row.value),
@@ -150,7 +151,7 @@ def _considered(result: Diagnosis) -> list[Block]:
     for entry in entries[: SHOWN.models]:
         effects = entry["effects"]
         assert isinstance(effects, list)
-        physics = "; ".join(effects).replace("_", " ") or "base model"
+        physics = "; ".join(map(effect_words, effects)) or "base model"
         fitted = [_shown(entry["chi2"]), _shown(entry["penalised_misfit"]), "kept" if entry["kept"] else "not kept"]
         rows.append([str(entry["step"]), physics, *fitted, str(entry["reason"])])
     frame = pd.DataFrame([{**entry, "effects": "; ".join(entry["effects"])} for entry in entries])  # type: ignore[arg-type]

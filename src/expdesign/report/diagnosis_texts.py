@@ -14,6 +14,7 @@ from expdesign.probabilities import probability_text
 from expdesign.report import words
 from expdesign.report.fit_texts import coverage_sentence, diagnosed_fit_sentences
 from expdesign.report.options import SHOWN
+from expdesign.report.physics_words import physics_words
 from expdesign.report.remark_texts import sentences
 from expdesign.report.stiffness import added_physics, diagnosed_stiffness, stiffness_lines
 
@@ -217,7 +218,7 @@ def _finding(finding: Finding) -> str:
 
 
 def _instead(finding: Finding) -> str:
-    others = ", ".join(name.replace("_", " ") for name in finding.indistinguishable)
+    others = ", ".join(physics_words(name) for name in finding.indistinguishable)
     return f"; these recordings do not distinguish it from {others}" if others else ""
 
 

@@ -132,7 +132,7 @@ def hidden_figure(physics: tuple[HiddenPhysics, ...]) -> Figure:
 
 
 def _label(each: HiddenPhysics) -> str:
-    return f"{each.physics.replace('_', ' ')}, {each.component}"
+    return each.phrase if each.component in each.phrase else f"{each.phrase} ({each.component})"
 
 
 def _growth(each: HiddenPhysics) -> str:
@@ -160,6 +160,7 @@ def hidden_table(
     shown: dict[str, str | Callable[[Any], str]] = {
         "Effect": lambda row: phrases[row.Index],
         "Component": lambda row: f"{row.component} ({row.variant})" if row.variant else row.component,
+        "Parameter": lambda row: _titled(words.parameter(row.parameter, row.hidden)),
         "Hidden error": lambda row: words.number(row.error),
     }
     caption = (
@@ -175,13 +176,16 @@ def hidden_table(
             "uses up the tolerance, and what that adds to the total error."
         )
     shown |= {
-        "Hidden size": lambda row: _size(row.hidden),
-        "Noticed from": lambda row: _size(row.noticed),
-        "Tolerance used up at": lambda row: _size(row.tolerance_used_up),
-        "Parameter": "parameter",
+        "Hidden size": lambda row: _size(row, row.hidden),
+        "Noticed from": lambda row: _size(row, row.noticed),
+        "Tolerance used up at": lambda row: _size(row, row.tolerance_used_up),
     }
     return framed("hidden-table", caption, frame, shown, tall=True)
 
 
-def _size(value: float) -> str:
-    return words.number(value) if np.isfinite(value) else "never"
+def _titled(parameter: words.Column) -> str:
+    return f"{parameter.title}, {parameter.unit}" if parameter.unit else parameter.title
+
+
+def _size(row: Any, value: float) -> str:
+    return words.number(words.parameter(row.parameter, row.hidden).factor * value) if np.isfinite(value) else "never"

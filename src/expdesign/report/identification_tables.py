@@ -112,9 +112,9 @@ def geometry_section(result: Identification) -> PageSection:
     caption = "True minus nominal, in mm or mrad, with 95 % intervals. The CSV is in SI units."
     shown: dict[str, Callable[[Any], str]] = {
         "Parameter": lambda row: str(row.parameter).replace("_", " "),
-        "Error": lambda row: words.number(1e3 * row.estimate, 4),
-        "Low": lambda row: words.number(1e3 * row.low, 4),
-        "High": lambda row: words.number(1e3 * row.high, 4),
+        "Error": lambda row: words.fitted(1e3 * row.estimate, 1e3 * row.low, 1e3 * row.high)[0],
+        "Low": lambda row: words.fitted(1e3 * row.estimate, 1e3 * row.low, 1e3 * row.high)[1],
+        "High": lambda row: words.fitted(1e3 * row.estimate, 1e3 * row.low, 1e3 * row.high)[2],
     }
     table = framed("geometry-table", caption, frame, shown)
     return PageSection("geometry", "Geometry", [Sentences([text]), table])

@@ -59,7 +59,7 @@ class PageOptions:
     few_poses: float = 0.01
     arrow: float = 0.3
     axis: float = 0.1
-    label: float = 0.07
+    label: float = 0.11
     unbroken: int = 30
     negligible: float = 1e-6
 

@@ -30,6 +30,7 @@ from expdesign.estimation.remarks import (
 )
 from expdesign.report import words
 from expdesign.report.options import SHOWN
+from expdesign.report.physics_words import effect_words
 
 _NOT_SOUGHT = {
     Sought.TIME: "Laws of time and creep were not considered: the recordings have no column `time_s`.",
@@ -54,7 +55,7 @@ def _first(names: Sequence[str]) -> str:
 
 
 def _vector(components: Sequence[float]) -> str:
-    return "(" + ", ".join(f"{x:.4f}" for x in components) + ")"
+    return f"({', '.join(words.fixed(float(x), 4) for x in components)})"
 
 
 def _implausible(one: Implausible) -> str:
@@ -96,7 +97,10 @@ def _confounded_time(one: ConfoundedTime) -> str:
 
 
 def _averaged(one: Averaged) -> str:
-    named, more = ", ".join(f"`{effect}`" for effect in one.effects[: SHOWN.names]), len(one.effects) - SHOWN.names
+    named, more = (
+        "; ".join(effect_words(effect) for effect in one.effects[: SHOWN.names]),
+        len(one.effects) - SHOWN.names,
+    )
     return (
         f"{one.rows} rows are too few to rule out small effects. Predictions are the average over what may be there, "
         f"weighted by evidence: {named}{f' and {more} others' if more > 0 else ''}. Record more poses to decide."

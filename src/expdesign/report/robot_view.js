@@ -38,7 +38,7 @@ function robotView(id, view) {
     const level = Math.hypot(n[0], n[1]);
     const right = [-n[1] / level, n[0] / level, 0];
     const up = [-n[2] * right[1], n[2] * right[0], n[0] * right[1] - n[1] * right[0]];
-    const high = 0.75 * Math.tan(Math.PI / 8);
+    const high = 0.6 * Math.tan(Math.PI / 8);
     const wide = high * Math.min(1.5, clientWidth / Math.max(1, clientHeight - 68));
     const dot = (a, b) => a.reduce((sum, value, axis) => sum + value * b[axis], 0);
     let scale = 4 / Math.max(...frame.map(([low, top]) => top - low));
@@ -95,7 +95,7 @@ function robotView(id, view) {
         line: { color: "var(--muted)", width: 2, dash: "dash" },
       });
     }
-    const texts = view.axes.length ? view.labels.map((name) => name.replace("joint ", "")) : view.labels;
+    const texts = inSpace ? view.labels.map((name) => name.replace(/^(joint|leg) /, "")) : view.labels;
     traces.push(names(state, texts, first, { mode: "text", textposition: "middle center" }));
     if (view.markers.length) {
       traces.push(names(state, view.markers, first + view.labels.length, {

@@ -1,7 +1,10 @@
 """The certificate of `expdesign verify`: what was attained, against prediction and tolerance, and who signs for it."""
 
+import math
 from collections.abc import Mapping
 from importlib.metadata import version
+
+import numpy as np
 
 from expdesign.assurance.acceptance.certificate import About
 from expdesign.assurance.acceptance.check_measurement import CheckMeasurement
@@ -23,8 +26,10 @@ from expdesign.report.blocks import (
 from expdesign.report.page import Page
 
 _BLANK = "_" * 40
-_RESTS = "The files that this certificate rests on."
+_RESTS = "The files that this certificate rests on, with their SHA-256."
 _VERDICTS = {"no tolerance": "no decision"}
+_MARKS = {"conforms": "✓", "does not conform": "✗"}
+_TONES = {"pass": "good", "fail": "bad"}
 
 
 def verification_report(
@@ -41,12 +46,12 @@ def verification_report(
         number: of the certificate.
     """
     robot = model.chain.robot
-    listed = [[name, digest] for name, digest in files.items()] or [["none", "–"]]
+    listed = list(files.items()) or [("none", "–")]
     sections = (
         PageSection("statement", "Statement", (_figures(result), Sentences(statement(result)))),
         PageSection("subject", "Subject", (Definitions([("Certificate", number), *_subject(model, check, about)]),)),
         PageSection("results", "Results", (_table(result, model), Paragraph(_rule(result)))),
-        PageSection("files", "Files", (table_of("files-table", _RESTS, ["File", "SHA-256"], listed),)),
+        PageSection("files", "Files", (Paragraph(_RESTS), Definitions(listed))),
         PageSection("signature", "Signature", (Definitions((("Date", _BLANK), ("Name and signature", _BLANK))),)),
     )
     return Page(
@@ -119,7 +124,7 @@ def _readings_needed(result: Verification) -> list[str]:
 def _figures(result: Verification) -> KeyFigures:
     k, level = words.number(result.coverage.factor), f"{100 * result.coverage.level:.4g} %"
     items = [
-        KeyFigure("Verdict", _VERDICTS.get(result.verdict, result.verdict)),
+        KeyFigure("Verdict", _VERDICTS.get(result.verdict, result.verdict), tone=_TONES.get(result.verdict, "")),
         KeyFigure("Coverage factor", k, "", level),
     ]
     if result.verdict == "pass":
@@ -142,7 +147,9 @@ def _subject(model: Model, check: CheckMeasurement, about: About) -> list[tuple[
         ("Robot", f"{about.robot or robot.name} ({robot.kind})"),
         ("Serial number", about.serial_number or _BLANK),
         ("Load", about.load or _load(check)),
+        ("Numbers of the weights", about.weights or _BLANK),
         ("Instrument", about.instrument or _BLANK),
+        ("Number of the instrument", about.instrument_number or _BLANK),
         ("Environment", about.environment or _BLANK),
         ("Operator", about.operator or _BLANK),
         ("Date of measurement", about.date or _BLANK),
@@ -156,8 +163,14 @@ def _load(check: CheckMeasurement) -> str:
     payload = check.points.payload
     if payload is None:
         return "wrenches as in the recordings"
-    low, high = float(payload[:, 0].min()), float(payload[:, 0].max())
-    return f"{words.given(low)} kg" if low == high else f"{words.given(low)} to {words.given(high)} kg"
+
+    def spread(column: int, factor: float) -> str:
+        low, high = (factor * float(bound(payload[:, column])) for bound in (np.min, np.max))
+        return words.given(low) if low == high else f"{words.given(low)} to {words.given(high)}"
+
+    axes = zip("xyz", range(1, payload.shape[1]), strict=False)
+    centre = ", ".join(f"{axis} {spread(column, 1e3)}" for axis, column in axes)
+    return f"{spread(0, 1.0)} kg" + (f", centre of mass {centre} mm" if centre else "")
 
 
 def _table(result: Verification, model: Model) -> DataTable:
@@ -169,7 +182,7 @@ def _table(result: Verification, model: Model) -> DataTable:
     places = "; ".join(
         f"target {number}: "
         + ", ".join(
-            f"{column.title} {words.given(float(value) * column.factor)} {column.unit}"
+            _coordinate(column, float(value))
             for column, value in zip(columns_of_pose, target.configuration, strict=True)
         )
         for number, target in enumerate(result.targets, start=1)
@@ -180,6 +193,12 @@ def _table(result: Verification, model: Model) -> DataTable:
         else ("Errors of the attained pose (attained minus wanted).")
     )
     return table_of("results-table", caption, columns, rows)
+
+
+def _coordinate(column: words.Column, value: float) -> str:
+    """A coordinate of a target; an angle in degrees too."""
+    text = f"{column.title} {words.given(value * column.factor)} {column.unit}"
+    return f"{text} ({words.given(round(math.degrees(value), 4) + 0.0)}°)" if column.unit == "mrad" and value else text
 
 
 def _row(number: int, axis: AxisResult) -> list[str]:
@@ -197,7 +216,7 @@ def _row(number: int, axis: AxisResult) -> list[str]:
         micro(axis.expanded),
         "none" if axis.tolerance is None else words.number(1e6 * axis.tolerance),
         ratio,
-        axis.conformity,
+        f"{_MARKS.get(axis.conformity, '')} {axis.conformity}".lstrip(),
     ]
 
 

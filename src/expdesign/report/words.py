@@ -59,6 +59,13 @@ def number(value: float, digits: int = 3, scale: float = 0.0) -> str:
     return text.replace("-", "−")
 
 
+def fitted(value: float, low: float, high: float) -> tuple[str, str, str]:
+    """An estimate and its interval; dashes where nothing was fitted, so that there is no interval."""
+    if low == high:
+        return ("–", "–", "–")
+    return number(value, 4), number(low, 4), number(high, 4)
+
+
 def with_error(value: float, standard_error: float) -> str:
     """`value ± standard_error`, both to the second digit of the latter."""
     if not (math.isfinite(value) and 0.0 < standard_error < math.inf):
