@@ -120,7 +120,7 @@ def _options(
             kind, several = _kind(hints[name])
             several |= parameter.kind is inspect.Parameter.VAR_POSITIONAL
             shown = typer.Argument(help=docstring.option(name))
-            shape: Any = list[kind] if several else kind
+            shape: Any = list[kind] if several else kind  # type: ignore[valid-type]
             arguments[key] = Annotated[shape, shown], parameter.default
         else:
             text = _OPTION.sub(
