@@ -1,11 +1,12 @@
 """Nobody meets a half-written result."""
 
+import os
 from pathlib import Path
 
 import pytest
 
 from expdesign.errors import InputError
-from expdesign.io.output import json_text, output_folder, write_file
+from expdesign.io.output import json_text, output_folder, require_writable, write_file
 
 
 def names(folder: Path) -> list[str]:
@@ -85,3 +86,37 @@ def test_json_has_no_nan(value: float) -> None:
     assert json_text({"a": None}) == '{\n  "a": null\n}\n'
     with pytest.raises(ValueError, match="JSON"):
         json_text({"a": value})
+
+
+def test_what_a_killed_process_left_is_removed(tmp_path: Path) -> None:
+    left, young, other = (tmp_path / name for name in (".run-1.expdesign", ".run-2.expdesign", ".run-backup"))
+    for folder in (left, young, other):
+        folder.mkdir()
+    os.utime(left, (0, 0))
+    with output_folder(tmp_path / "run") as scratch:
+        os.utime(scratch, (0, 0))
+        write_file(tmp_path / "run.csv", "1")
+        with output_folder(tmp_path / "run") as second:  # a process that works is left alone
+            (second / "b.csv").write_text("1")
+        assert scratch.exists()
+    assert names(tmp_path) == [".run-2.expdesign", ".run-backup", "run", "run.csv"]
+
+
+def test_links_that_lead_to_themselves(tmp_path: Path) -> None:
+    loop = tmp_path / "loop"
+    loop.symlink_to(loop)
+    with pytest.raises(InputError, match="is a link that leads to itself"):
+        write_file(loop, "1")
+    with pytest.raises(InputError, match="is a link that leads to itself"):
+        require_writable(loop)
+
+
+def test_a_message_names_the_place_and_not_the_scratch_folder(tmp_path: Path) -> None:
+    def write() -> None:
+        with output_folder(tmp_path / "run") as scratch:
+            (scratch / "a.csv").mkdir()
+            write_file(scratch / "a.csv", "1")
+
+    with pytest.raises(InputError) as caught:
+        write()
+    assert caught.value.where == str(tmp_path / "run" / "a.csv")

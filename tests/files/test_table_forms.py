@@ -2,6 +2,8 @@
 
 import io
 import logging
+import time
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -140,3 +142,31 @@ def test_what_is_written_reads_back(tmp_path: Path) -> None:
     assert table.frame["note"].tolist() == ["ä"] * 100
     sheets = load_workbook(io.BytesIO(workbook(frame, notes=["one", "two"], blank="FFFFCC"))).sheetnames
     assert sheets == ["recordings", "notes"]
+
+
+def test_a_stray_cell_far_from_the_table(tmp_path: Path) -> None:
+    book = Workbook()
+    sheet = book.worksheets[0]
+    sheet.append(["sequence", "dz_m"])
+    sheet.append([1, 0.5])
+    sheet["A1048576"] = "end"
+    book.save(tmp_path / "rows.xlsx")
+    started = time.perf_counter()
+    table = read_table(tmp_path / "rows.xlsx")
+    assert time.perf_counter() - started < 5.0  # all cells between were made before: more than a minute
+    assert table.lines.tolist() == [2, 1048576]
+
+
+def test_a_workbook_that_unpacks_to_more_than_a_table(tmp_path: Path) -> None:
+    path = tmp_path / "rows.xlsx"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("xl/worksheets/sheet1.xml", b" " * 50_000_000)
+    with pytest.raises(InputError, match="which no table does"):
+        read_table(path)
+
+
+def test_a_text_is_no_formula() -> None:
+    frame = pd.DataFrame({"note": ['=HYPERLINK("x")', "+1a", "bell \a"]})
+    sheet = load_workbook(io.BytesIO(workbook(frame))).worksheets[0]
+    assert [cell.data_type for cell in sheet["A"]] == ["s"] * 4
+    assert sheet["A2"].value == '=HYPERLINK("x")'

@@ -20,6 +20,15 @@ if TYPE_CHECKING:
 
 ZIPPED = b"PK\x03\x04"
 """How every workbook begins."""
+MOST_CELLS = 10_000_000
+"""Of a table, rows times columns; a stray cell far from the table counts with all between."""
+_UNPACKED = 20_000_000
+"""Bytes to which a workbook may always unpack: half a million cells."""
+_PACKED = 25
+"""Times its size to which a larger one may: tables are packed to a tenth, texts that are made to fill a memory to a
+thousandth."""
+_FORMULA = ("=", "+", "-", "@")
+"""How texts begin that a spreadsheet may take for a formula."""
 OLD_WORKBOOK = b"\xd0\xcf\x11\xe0"
 """How workbooks of Excel up to 2003 (.xls) begin."""
 
@@ -41,13 +50,14 @@ def sheet_rows(data: bytes, source: str) -> tuple[Rows, str, list[str]]:
     from openpyxl import load_workbook  # noqa: PLC0415 (slow to import)
 
     try:
+        _require_unpackable(data, source)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of what a workbook holds besides cells
             book = load_workbook(io.BytesIO(data), data_only=True)
     except (zipfile.BadZipFile, KeyError, ValueError, OSError, EOFError, SyntaxError) as error:
         what = f"cannot be opened as an Excel workbook ({' '.join(str(error).split())})"
         raise InputError(what, where=source, remedy="Is it cut off? Save it again as .xlsx, or as CSV.") from None
-    sheets = [(sheet.title, _rows(sheet)) for sheet in book.worksheets]
+    sheets = [(sheet.title, _rows(sheet, source)) for sheet in book.worksheets]
     filled = [(title, rows) for title, rows in sheets if rows]
     if not filled:
         remedy = "A header row and at least one row are needed."
@@ -90,13 +100,28 @@ def _has_meaning(name: str) -> bool:
         return True
 
 
-def _rows(sheet: Any) -> Rows:
-    rows = [
-        (number, [_text(cell) for cell in cells]) for number, cells in enumerate(sheet.iter_rows(values_only=True), 1)
-    ]
-    rows = [(number, row) for number, row in rows if any(cell.strip() for cell in row)]
-    width = max((index + 1 for _, row in rows for index, cell in enumerate(row) if cell.strip()), default=0)
-    return [(number, row[:width]) for number, row in rows]
+def _require_unpackable(data: bytes, source: str) -> None:
+    """Raise an `InputError` where a workbook would unpack to far more than its cells can be worth."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        size = sum(part.file_size for part in archive.infolist())
+    if size > max(_UNPACKED, _PACKED * len(data)):
+        what = f"unpacks to {size / 1e6:.0f} MB, {size / len(data):.0f} times its size, which no table does"
+        raise InputError(what, where=source, remedy="Save the table as CSV.")
+
+
+def _rows(sheet: Any, source: str) -> Rows:
+    """Rows that have a text, as wide as the widest; cells between that do not exist are empty."""
+    rows: dict[int, dict[int, str]] = {}
+    for (number, column), cell in sheet._cells.items():  # its public iterators make every cell up to the farthest
+        text = _text(cell.value)
+        if text.strip():
+            rows.setdefault(number, {})[column] = text
+    width = max((max(cells) for cells in rows.values()), default=0)
+    if len(rows) * width > MOST_CELLS:
+        what = f"a table of {len(rows)} rows and {width} columns is too large"
+        remedy = "Is there a stray cell far to the right? Remove it, or save the table as CSV."
+        raise InputError(what, where=f"{source}, sheet `{sheet.title}`", remedy=remedy)
+    return [(number, [rows[number].get(column, "") for column in range(1, width + 1)]) for number in sorted(rows)]
 
 
 def _text(cell: Any) -> str:
@@ -127,9 +152,9 @@ def workbook(frame: pd.DataFrame, title: str = "recordings", notes: Sequence[str
     book = Workbook()
     sheet: Worksheet = book.worksheets[0]
     sheet.title = title
-    sheet.append([str(name) for name in frame.columns])
+    _append(sheet, [str(name) for name in frame.columns])
     for row in frame.itertuples(index=False):
-        sheet.append([_value(cell) for cell in row])
+        _append(sheet, [_value(cell) for cell in row])
     for cell in sheet[1]:
         cell.font = Font(bold=True)
     sheet.freeze_panes = "A2"
@@ -142,10 +167,21 @@ def workbook(frame: pd.DataFrame, title: str = "recordings", notes: Sequence[str
     if notes:
         other = book.create_sheet("notes")
         for line in notes:
-            other.append([line])
+            _append(other, [line])
     stream = io.BytesIO()
     book.save(stream)
     return stream.getvalue()
+
+
+def _append(sheet: Any, values: Sequence[object]) -> None:
+    """A row below the others, in which a text stays a text: `=HYPERLINK(...)` would be a formula otherwise."""
+    from openpyxl.cell.cell import ILLEGAL_CHARACTERS_RE  # noqa: PLC0415 (slow to import)
+
+    sheet.append([ILLEGAL_CHARACTERS_RE.sub("", one) if isinstance(one, str) else one for one in values])
+    for column, value in enumerate(values, 1):
+        if isinstance(value, str) and value.startswith(_FORMULA):
+            cell = sheet.cell(sheet.max_row, column)
+            cell.data_type, cell.quotePrefix = "s", True
 
 
 def _value(cell: object) -> object:

@@ -6,6 +6,7 @@ CSV text of a table, reproducible to the byte.
 """
 
 import csv
+import glob
 import io
 import json
 import logging
@@ -13,6 +14,7 @@ import math
 import os
 import shutil
 import tempfile
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -25,6 +27,7 @@ from expdesign.errors import InputError
 from expdesign.io.written import (
     Purpose,
     is_stream,
+    locked,
     note_written,
     require_free,
     require_free_names,
@@ -51,6 +54,10 @@ def _cell(value: object) -> str:
     return str(value)
 
 
+_SCRATCH = ".expdesign"
+"""How the names of scratch folders end: `.NAME-xxxxxxxx.expdesign`."""
+_YOUNG = 60.0
+"""s; a scratch folder may be made and not locked yet."""
 _LOG = logging.getLogger(__name__)
 """Says on level DEBUG what has been written completely."""
 
@@ -69,15 +76,10 @@ def output_folder(folder: Path, purpose: Purpose | None = None, *, force: bool =
     Raises:
         InputError: the folder cannot be made or written, or a file in it must not be replaced.
     """
-    try:
-        place = folder.resolve()
-        place.parent.mkdir(parents=True, exist_ok=True)
-        if place.exists() and not place.is_dir():
-            raise InputError("is a file, not a folder", where=str(folder), remedy="Name another folder.")
-        scratch = Path(tempfile.mkdtemp(prefix=f".{place.name}-", dir=place.parent))
-    except OSError as error:
-        raise _cannot_write(folder, error) from None
-    try:
+    place = _resolved(folder)
+    if place.exists() and not place.is_dir():
+        raise InputError("is a file, not a folder", where=str(folder), remedy="Name another folder.")
+    with _scratch(place, folder) as scratch:
         yield scratch
         names = sorted(file.name for file in scratch.iterdir())
         if purpose is not None:
@@ -92,11 +94,63 @@ def output_folder(folder: Path, purpose: Purpose | None = None, *, force: bool =
                 note_written(scratch, names, purpose, seen_from=place)
             scratch.chmod(0o755)
             os.replace(scratch, place)
-        _LOG.debug("%s", folder)
+        _LOG.debug("%s (%s)", folder, ", ".join(names))
+
+
+def _resolved(path: Path) -> Path:
+    """The place itself, where a path is a link; an `InputError` where links lead to themselves."""
+    try:
+        place = path.resolve()
+    except (OSError, RuntimeError):
+        place = path
+    if place.is_symlink():  # none is left otherwise
+        raise InputError("is a link that leads to itself", where=str(path), remedy="Name another place.")
+    return place
+
+
+@contextmanager
+def _scratch(place: Path, shown: Path) -> Iterator[Path]:
+    """A folder beside `place` for what is to take its place; it is removed when the block ends.
+
+    It is locked as long as its process lives, so that one which a killed process left behind is known and removed by
+    the next command that writes there.
+
+    Args:
+        place: what is written.
+        shown: the same in messages, also of what is written into the scratch folder.
+
+    Raises:
+        InputError: the scratch folder or something in it cannot be written.
+    """
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        for left in place.parent.glob(f".{glob.escape(place.name)}-*{_SCRATCH}"):
+            _remove_dead(left)
+        scratch = Path(tempfile.mkdtemp(prefix=f".{place.name}-", suffix=_SCRATCH, dir=place.parent))
+        lock = locked(scratch)
     except OSError as error:
-        raise _cannot_write(folder, error) from None
+        raise _cannot_write(shown, error) from None
+    try:
+        yield scratch
+    except OSError as error:
+        raise _cannot_write(shown, error) from None
+    except InputError as error:
+        where = error.where.replace(str(scratch), str(shown))
+        raise InputError(error.what, where=where, remedy=error.remedy) from None
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
+        if lock is not None:
+            os.close(lock)
+
+
+def _remove_dead(scratch: Path) -> None:
+    """Remove a scratch folder that no process holds. One that was made in this minute may not be locked yet."""
+    if time.time() - scratch.stat().st_mtime < _YOUNG:
+        return
+    lock = locked(scratch, wait=False)
+    if lock is not None:
+        shutil.rmtree(scratch, ignore_errors=True)
+        os.close(lock)
 
 
 def output_file(path: Path, content: str | bytes, purpose: Purpose, *, force: bool = False) -> None:
@@ -106,7 +160,7 @@ def output_file(path: Path, content: str | bytes, purpose: Purpose, *, force: bo
         InputError: the file cannot be written, or must not be replaced.
     """
     require_free(path, purpose, force=force)
-    write_bytes(path, content.encode("utf-8") if isinstance(content, str) else content)
+    write_bytes(path, encoded(content))
     if not is_stream(path):
         place = path.resolve()
         note_written(place.parent, [place.name], purpose)
@@ -132,11 +186,13 @@ def require_writable(folder: Path) -> None:
     if not above.is_dir():
         what = "is a file, not a folder" if above == folder else f"cannot be made, because {above} is a file"
         raise InputError(what, where=str(folder), remedy="Name another folder.")
-    try:
-        Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=above)).rmdir()  # rights alone do not tell
-    except OSError as error:
-        what = f"cannot be written ({error.strerror or error} in {above})"
-        raise InputError(what, where=str(folder), remedy="Name a place that is writable.") from None
+    with _scratch(above / _resolved(folder).name, folder):  # rights alone do not tell
+        pass
+
+
+def encoded(content: str | bytes) -> bytes:
+    """A content as UTF-8; what stands for bytes of a file's name that are none becomes `?`."""
+    return content.encode("utf-8", "replace") if isinstance(content, str) else content
 
 
 def write_file(path: Path, text: str) -> None:
@@ -145,28 +201,28 @@ def write_file(path: Path, text: str) -> None:
     Raises:
         InputError: the file cannot be written.
     """
-    write_bytes(path, text.encode("utf-8"))
+    write_bytes(path, encoded(text))
 
 
 def write_bytes(path: Path, content: bytes) -> None:
     """Write `content` to `path` in one step; see `write_file`."""
     require_regular(path)
-    try:
-        if is_stream(path):
-            path.write_bytes(content)
-            return
-        place = path.resolve()  # what a link points to is replaced, and not the link
-        place.parent.mkdir(parents=True, exist_ok=True)
-        handle, scratch = tempfile.mkstemp(prefix=f".{place.name}-", dir=place.parent)
+    if is_stream(path):
         try:
-            with os.fdopen(handle, "wb") as stream:
-                stream.write(content)
-            os.chmod(scratch, 0o644)
-            os.replace(scratch, place)
-        finally:
-            Path(scratch).unlink(missing_ok=True)
-    except OSError as error:
-        raise _cannot_write(path, error) from None
+            path.write_bytes(content)
+        except OSError as error:
+            raise _cannot_write(path, error) from None
+        return
+    place = _resolved(path)  # what a link points to is replaced, and not the link
+    if place.parent.name.startswith(".") and place.parent.name.endswith(_SCRATCH):  # nobody meets what lies there
+        try:
+            place.write_bytes(content)
+        except OSError as error:
+            raise _cannot_write(path, error) from None
+        return
+    with _scratch(place, path) as scratch:
+        (scratch / place.name).write_bytes(content)
+        os.replace(scratch / place.name, place)
 
 
 def json_text(content: Any) -> str:

@@ -3,6 +3,7 @@
 import difflib
 import logging
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -25,6 +26,8 @@ _MEANING = {
     "series": ": a whole number for each series, which rows share between which nothing was set anew",
 }
 """Of columns that people do not have by themselves."""
+_MOST_COLUMNS = 10_000
+"""A tree of a hundred joints has fewer than a thousand."""
 _LARGEST_INTEGER = 2.0**53
 """Beyond it a floating-point number no longer tells neighbouring integers apart."""
 
@@ -227,8 +230,13 @@ def _table(rows: Rows, source: str, notes: list[str], file: str = "") -> Table:
     if not filled:
         raise InputError("the file is empty", where=source, remedy="A header row and at least one row are needed.")
     header = [name.strip() for name in filled[0][1]]
-    for name in header:
-        if header.count(name) > 1:
+    if len(header) > _MOST_COLUMNS:
+        what = f"the header has {len(header)} columns"
+        raise InputError(
+            what, where=source, remedy=f"Is there a stray cell far to the right? At most {_MOST_COLUMNS} are read."
+        )
+    for name, count in Counter(header).items():
+        if count > 1:
             what = "the header has a column without a name" if name == "" else f"the column {name} stands there twice"
             raise InputError(what, where=f"{source}, row {filled[0][0]}", remedy="Correct the header.")
     body = filled[1:]

@@ -122,7 +122,8 @@ def note_written(folder: Path, names: Iterable[str], purpose: Purpose, *, seen_f
         purpose: for which they were written.
         seen_from: where the folder will lie, if it is a scratch folder.
     """
-    with _alone(folder):
+    # A scratch folder has one writer, who holds it already.
+    with _alone(folder) if seen_from is None else contextlib.nullcontext():
         noted = {name: entry for name, entry in entries(folder).items() if (folder / name).exists()}
         about = purpose.seen_from(seen_from or folder)
         noted |= {name: about | {"sha256": _digest(folder / name)} for name in names}
@@ -136,6 +137,8 @@ def claim(folder: Path, names: Iterable[str], purpose: Purpose) -> None:
 
 
 def _write(folder: Path, entries: dict[str, Any]) -> None:
+    for left in folder.glob(f"{RECORD}-*"):  # of a process that was killed, as only one writes at a time
+        left.unlink(missing_ok=True)
     scratch = folder / f"{RECORD}-{os.getpid()}"
     try:
         scratch.write_text(json.dumps(dict(sorted(entries.items())), indent=1) + "\n", encoding="utf-8")
@@ -147,10 +150,7 @@ def _write(folder: Path, entries: dict[str, Any]) -> None:
 @contextlib.contextmanager
 def _alone(folder: Path) -> Iterator[None]:
     """Commands that write into one folder at the same time wait for one another, where the system lets them."""
-    handle = None
-    with contextlib.suppress(OSError):
-        handle = os.open(folder, os.O_RDONLY)
-        lock(handle, wait=True)
+    handle = locked(folder)
     try:
         yield
     finally:
@@ -169,6 +169,26 @@ def lock(handle: int, *, wait: bool) -> None:
     except ImportError:
         return
     fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+
+
+def locked(folder: Path, *, wait: bool = True) -> int | None:
+    """A handle that holds a folder until it is closed, or its process ends; None where that cannot be had.
+
+    Args:
+        folder: to hold.
+        wait: for whoever holds it.
+    """
+    try:
+        handle = os.open(folder, os.O_RDONLY)
+    except OSError:  # also of a system on which folders cannot be opened
+        return None
+    try:
+        lock(handle, wait=wait)
+    except OSError:
+        if not wait:
+            os.close(handle)
+            return None
+    return handle
 
 
 def entries(folder: Path) -> dict[str, Any]:

@@ -10,6 +10,7 @@ There is one form, the same for single numbers, lists, ranges and choices: `x_m:
 """
 
 import re
+import stat
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -50,6 +51,17 @@ class YamlDocument:
             known = known[:-1]
         place = f"{self.source}, line {self.lines[known]}" if known in self.lines else self.source
         return f"{place}, {dotted(full)}" if full else place
+
+    def file(self, name: str) -> Path:
+        """The place of a file that is named in this one.
+
+        Raises:
+            InputError: it is a pipe or a device, which only a person can name: reading may never end.
+        """
+        place = self.folder / name
+        if place.exists() and not (place.is_file() or place.is_dir()):
+            raise InputError("this is a pipe or a device, not a file", where=str(place), remedy="Name a file.")
+        return place
 
     def part(self, *path: str | int) -> "YamlDocument":
         """The document below `path`, which must exist."""
@@ -195,6 +207,15 @@ else:
 class _Loader(_Nodes):
     """Safe loader whose numbers are those of YAML 1.2 (`1e8` is a number, `1:30` and `010` are not surprises)."""
 
+    _composed = 0
+
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+        self._composed += 1
+        if self._composed > _LARGEST_DOCUMENT:  # before all of them are in memory
+            raise yaml.YAMLError(f"more than {_LARGEST_DOCUMENT} entries")
+        node: yaml.Node | None = super().compose_node(parent, index)
+        return node
+
 
 _Dumper = yaml.CSafeDumper if yaml.__with_libyaml__ else yaml.SafeDumper
 
@@ -215,9 +236,13 @@ _Loader.add_implicit_resolver(
 
 def yaml_text(content: Mapping[str, Any]) -> str:
     """Content as YAML in the order of its keys, lines of 120 characters, lists of numbers in brackets."""
-    text: str = yaml.dump(
-        content, Dumper=_Dumper, sort_keys=False, default_flow_style=None, width=120, allow_unicode=True
-    )
+    try:
+        text: str = yaml.dump(
+            content, Dumper=_Dumper, sort_keys=False, default_flow_style=None, width=120, allow_unicode=True
+        )
+    except UnicodeEncodeError as error:
+        what = f"the name of a file in it is not UTF-8 text ({error.object!a})"
+        raise InputError(what, remedy="Rename the file.") from None
     return text
 
 
@@ -260,6 +285,9 @@ def read_text(path: Path) -> str:
 def read_bytes(path: Path) -> bytes:
     """The content of a file, or an `InputError` that says why there is none."""
     try:
+        mode = path.stat().st_mode
+        if stat.S_ISCHR(mode) or stat.S_ISBLK(mode) or stat.S_ISSOCK(mode):
+            raise InputError("this is a device, not a file", where=str(path), remedy="Name a file.")
         return path.read_bytes()
     except FileNotFoundError:
         raise InputError("there is no such file", where=str(path), remedy="Check the path.") from None

@@ -130,7 +130,7 @@ def _resolved(section: RunSection, robot: Any, poses: PoseSet) -> dict[str, Any]
 def _robot(section: RunSection, document: YamlDocument) -> tuple[Robot, Any, FoundRobot | None]:
     """The robot, the content of its file, and what it was found to be where that is a model file."""
     if isinstance(section.robot, str):
-        path = document.folder / section.robot
+        path = document.file(section.robot)
         if not _is_file(path):
             remedy = "Paths are relative to the configuration file."
             raise InputError(f"there is no file {path}", where=document.where(("robot",)), remedy=remedy)
@@ -330,7 +330,7 @@ def _poses(experiment: ExperimentSection, robot: Robot, document: YamlDocument) 
             raise InputError("there is no candidate", where=place, remedy="Name at least one pose, or a file (CSV).")
         return PoseSet(candidates=at_tips(_distinct(np.array(rows)), tips))
     if section.candidates is not None:
-        path = document.folder / section.candidates
+        path = document.file(section.candidates)
         if not _is_file(path):
             place = document.where((*where, "candidates"))
             raise InputError(f"there is no file {path}", where=place, remedy="Paths are relative to the configuration.")

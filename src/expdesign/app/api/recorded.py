@@ -35,6 +35,8 @@ _KNOWN = [
     *(column for names in vars(SPATIAL).values() if isinstance(names, tuple) for column in names),
 ]
 """Columns of robots in space."""
+_SHOWN = 20
+"""Columns that are named in one message."""
 _OF_THE_SHEET = ("do", "plan_row", "remarks")
 """Columns that the laboratory sheet has for people; recordings made from it keep them."""
 
@@ -172,7 +174,8 @@ def say_unknown_columns(recordings: Recordings) -> None:
         say([Implausibility(what, likely)], recordings.source)
         unknown = [name for name in unknown if name not in _KNOWN]
     if unknown:
-        names = ", ".join(_with_near(name) for name in unknown)
+        names = ", ".join(_with_near(name) for name in unknown[:_SHOWN])
+        names += f" and {len(unknown) - _SHOWN} more" if len(unknown) > _SHOWN else ""
         _LOG.info("%s: columns without a meaning here, kept but not used: %s", recordings.source, names)
 
 

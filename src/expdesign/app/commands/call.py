@@ -20,6 +20,17 @@ from expdesign.io.written import is_stream, require_free, require_free_names
 Force = Annotated[bool, typer.Option("--force", help="Replace files that are there for another purpose.")]
 
 
+def _place(text: str) -> Path:
+    """A path to write to; an empty text (an unset variable of a shell) would be the working folder."""
+    if not text.strip():
+        raise typer.BadParameter("it is empty: name a place, or `.` for this folder")
+    return Path(text)
+
+
+WRITTEN: dict[str, Any] = {"parser": _place, "metavar": "PATH"}
+"""What options have in common that say where something is written."""
+
+
 def note(text: str) -> None:
     """One line on standard error; standard output belongs to results."""
     print(text, file=sys.stderr, flush=True)

@@ -19,7 +19,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 
 import typer
 
-from expdesign.app.commands.call import Call
+from expdesign.app.commands.call import WRITTEN, Call
 from expdesign.app.commands.docstring import Docstring
 from expdesign.app.commands.listed import function_of
 from expdesign.app.commands.spelling import SPELLINGS, Spelling
@@ -158,15 +158,15 @@ def _result_options(kind: Any, spelling: Spelling) -> Options:
     place = docstring.option("folder" if "folder" in parameters else "file").rstrip(".")
     if getattr(kind, "FILES", ()):
         place += f" ({', '.join(kind.FILES)})"
-    options: Options = {"out": (Annotated[Path, typer.Option(help=f"{place}.")], _EMPTY)}
+    options: Options = {"out": (Annotated[Path, typer.Option(help=f"{place}.", **WRITTEN)], _EMPTY)}
     if spelling.out != "required":
-        shown = typer.Option(help=f"{place}; {spelling.out} if left out.")
+        shown = typer.Option(help=f"{place}; {spelling.out} if left out.", **WRITTEN)
         options["out"] = Annotated[Path | None, shown], None
     if "units" in parameters:
         options["units"] = Annotated[str | None, typer.Option(help=docstring.option("units"))], None
     if hasattr(kind, "save_record"):
         about = Docstring.of(kind.save_record.__doc__).option("file")
-        options["record"] = Annotated[Path | None, typer.Option(help=about)], None
+        options["record"] = Annotated[Path | None, typer.Option(help=about, **WRITTEN)], None
     options["force"] = Annotated[bool, typer.Option("--force", help=docstring.option("force"))], False
     return options
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from expdesign.app.commands.call import Force, note
+from expdesign.app.commands.call import WRITTEN, Force, note
 from expdesign.app.templates import kinds, needed
 from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
@@ -16,7 +16,7 @@ from expdesign.io.written import Purpose, require_free
 
 def command(
     kind: Annotated[str, typer.Argument(help=f"One of {', '.join(kinds())}; an arm is `serial`.")],
-    out: Annotated[Path, typer.Option(help="Folder for the files.")] = Path(),
+    out: Annotated[Path, typer.Option(help="Folder for the files.", **WRITTEN)] = Path(),
     force: Force = False,
 ) -> None:
     """Write a commented configuration that runs as it is, with its robot; or a sweep of one.

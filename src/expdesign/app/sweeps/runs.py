@@ -200,7 +200,7 @@ def text_of(value: Any) -> str:
 def _base(sweep: SweepSection, document: YamlDocument) -> dict[str, Any]:
     """The configuration that is varied, its paths made independent of where it lies."""
     if isinstance(sweep.config, str):
-        path = document.folder / sweep.config
+        path = document.file(sweep.config)
         if not path.is_file():
             remedy = "Paths are relative to the sweep file."
             raise InputError(f"there is no file {path}", where=document.where(("config",)), remedy=remedy)

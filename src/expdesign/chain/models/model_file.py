@@ -160,7 +160,7 @@ def model_text(model: Model, folder: Path) -> str:
     content = {
         "kind": "model",
         "schema_version": CURRENT_VERSIONS["identified model"],
-        "identified_from": model.source,
+        "identified_from": model.source.encode("utf-8", "replace").decode("utf-8"),
         **(
             {} if model.calibrated is None else {"calibrated": {k: list(v) for k, v in model.calibrated.ranges.items()}}
         ),

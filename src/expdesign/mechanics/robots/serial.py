@@ -117,7 +117,7 @@ class SerialRobot(Robot):
     @classmethod
     def from_document(cls, document: YamlDocument) -> Self:
         section = validate(SerialSection, document)
-        path = document.folder / section.urdf
+        path = document.file(section.urdf)
         try:
             known = path.is_file()
         except OSError:  # a name that is too long, or a folder that may not be read
