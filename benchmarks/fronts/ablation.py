@@ -1,10 +1,9 @@
-"""What each operator of the search contributes: fronts without it, at equal counted work.
+"""What each operator of the search contributes: fronts without it, at equal processor time.
 
 python -m benchmarks.fronts.ablation CONFIG ... [--seconds 4] [--seeds 1 2 3]
 
-The hypervolume of a front is that of the archive, in parts of what all variants and seeds of a configuration found
-together. Beside the operators one by one: recombination alone; recombination without pymoo's own mating; and survivors
-drawn at random in place of NSGA-II's.
+The hypervolume of a front is that of what is written, in parts of what all variants and seeds of a configuration found
+together.
 """
 
 import os
@@ -12,75 +11,35 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import argparse
-from collections.abc import Callable
+import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from unittest.mock import patch
 
 import numpy as np
-from pymoo.core.population import Population
-from pymoo.core.survival import Survival
 
 from expdesign.arrays import FloatArray
-from expdesign.planning.evolution import Evolution
+from expdesign.planning import search as module
 from expdesign.planning.front import hypervolume, non_dominated, reference_point
-from expdesign.planning.operators.operator import Credit
+from expdesign.planning.operators.state import Operator, State
+from expdesign.planning.optimality.objectives import Objectives
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
-from expdesign.planning.search import begun
 
-OPERATORS = ("recombination", "exchange", "pairs", "gradients", "continuation")
-
-
-class AnySurvive(Survival):  # type: ignore[misc]
-    """Survivors at random, none of which counts more than another."""
-
-    def _do(self, problem: Any, pop: Population, *args: Any, n_survive: int, random_state: Any, **kwargs: Any) -> Any:
-        survivors = pop[random_state.permutation(len(pop))[:n_survive]]
-        survivors.set("rank", np.zeros(len(survivors), dtype=int))
-        survivors.set("crowding", random_state.random(len(survivors)))
-        return survivors
+OPERATORS = ("exchange", "children", "pairs", "descent")
+VARIANTS = {"all": OPERATORS, **{f"without {name}": tuple(set(OPERATORS) - {name}) for name in OPERATORS}}
 
 
-def keep(found: Evolution, names: tuple[str, ...]) -> None:
-    """Leave a search some of its operators."""
-    found.operators = [operator for operator in found.operators if operator.name in names]
-    found.credit = Credit(len(found.operators), found.credit.floor, found.credit.memory)
+def searched(problem: DesignProblem, names: tuple[str, ...], seconds: float) -> FloatArray:
+    """Criteria (d, k) of the front after so many seconds of the processor, with operators of these names alone."""
+    every, began = module.operators_of, time.process_time()
 
+    def some(state: State) -> list[Operator]:
+        return [operator for operator in every(state) if operator.name in names]
 
-def without_mating(found: Evolution) -> None:
-    """Leave recombination its children of aims alone."""
-    recombination: Any = next(each for each in found.operators if each.name == "recombination")
-    recombination._mate = lambda count: Population.new(X=np.zeros((0, found.problem.n_var)))
-
-
-def any_survive(found: Evolution) -> None:
-    """Survivors at random."""
-    found.survival = AnySurvive()
-
-
-def without(name: str) -> Callable[[Evolution], None]:
-    """All operators but one."""
-    return lambda found: keep(found, tuple(each for each in OPERATORS if each != name))
-
-
-VARIANTS: dict[str, Callable[[Evolution], None]] = {
-    "all": lambda found: None,
-    **{f"without {name}": without(name) for name in OPERATORS},
-    "recombination alone": lambda found: keep(found, ("recombination",)),
-    "without mating": without_mating,
-    "survivors at random": any_survive,
-}
-
-
-def searched(problem: DesignProblem, change: Callable[[Evolution], None], seconds: float) -> FloatArray:
-    """Criteria (d, k) of the archive after so many counted seconds."""
-    found = begun(problem)
-    if found.operators:
-        change(found)
-        while found.state.work.seconds < seconds:
-            found.next()
-    return found.state.archive.values
+    with patch.object(module, "operators_of", some):
+        front = module.search(problem, ended=lambda: "time" if time.process_time() - began > seconds else "")
+    return Objectives(problem).values(problem.assessed(front.decisions))
 
 
 def shares(problem: DesignProblem, fronts: dict[tuple[str, int], FloatArray]) -> dict[tuple[str, int], FloatArray]:
@@ -113,8 +72,8 @@ def main() -> None:
         problem, fronts = read_problem(config), {}
         for seed in given.seeds:
             seeded = replace(problem, optimiser=replace(problem.optimiser, seed=seed))
-            for name, change in VARIANTS.items():
-                fronts[name, seed] = searched(seeded, change, given.seconds)
+            for name, operators in VARIANTS.items():
+                fronts[name, seed] = searched(seeded, operators, given.seconds)
         found = shares(problem, fronts)
         for (name, _), each in found.items():
             every[name].append(each)

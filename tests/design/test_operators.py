@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pymoo.core.population import Population
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
-from expdesign.planning.evolution import evolution
-from expdesign.planning.operators.operator import State
-from expdesign.planning.operators.recombination import CanonicalOrder
+from expdesign.planning.loop import InTurn, Settable
+from expdesign.planning.operators.state import State
 from expdesign.planning.optimality.exchange import Exchange
 from expdesign.planning.pymoo_problem import DesignPopulation
 from expdesign.planning.sampling import reachable_measurements, starting_designs
@@ -27,8 +27,9 @@ def parents(count: int) -> tuple[DesignPopulation, Array]:
 def test_repair_is_the_canonical_order() -> None:
     population, vectors = parents(50)
     space = population.design_problem.space
-    repaired = CanonicalOrder(space)._do(population, vectors)
-    np.testing.assert_array_equal(population.decisions(repaired), space.canonical(population.decisions(vectors)))
+    repaired = Settable(population.design_problem).do(population, Population.new(X=vectors))
+    expected = space.canonical(population.decisions(vectors))
+    np.testing.assert_array_equal(population.decisions(repaired.get("X").astype(float)), expected)
 
 
 def test_every_design_that_the_search_evaluates_is_in_canonical_order(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -52,9 +53,46 @@ def state_of(base: dict[str, Any]) -> State:
     """What a search knows after its first designs."""
     case = problem(base)
     drawn = starting_designs(case, 60, np.random.default_rng(3))
-    found = evolution(DesignPopulation(case), drawn)
-    found.next()
-    return found.state
+    population = DesignPopulation(case)
+    state = State(population, np.random.default_rng([3, 1]))
+    values, violations = population.criteria(drawn)
+    feasible = (violations <= 0.0).all(axis=1)
+    state.learn(drawn[feasible], values[feasible])
+    return state
+
+
+class Proposes:
+    """An operator that proposes one random design as often as it is asked."""
+
+    def __init__(self, name: str) -> None:
+        self.name, self.asked = name, 0
+
+    def propose(self, state: State) -> Array:
+        self.asked += 1
+        space = state.problem.space
+        return space.sample(space.measurements, state.generator)[None]
+
+
+def test_operators_are_asked_in_turn_and_one_that_brings_nothing_less_often() -> None:
+    state, operators = state_of(HEXAPOD), [Proposes("brings"), Proposes("brings nothing")]
+    mating = InTurn(state, list(operators))
+    names = []
+    for _ in range(60):
+        assert len(mating.do(state.population, Population.empty(), 10)) == 1
+        names.append(mating.name)
+        mating.brought(0.1 if mating.name == "brings" else 0.0)
+    assert names[:6] == ["brings", "brings nothing"] * 3
+    assert 8 <= operators[1].asked <= 20
+    assert mating.expected == pytest.approx(0.1)
+
+
+def test_a_search_ends_where_no_operator_makes_a_new_design() -> None:
+    class Silent(Proposes):
+        def propose(self, state: State) -> Array:
+            return state.archive.designs[:0]
+
+    mating = InTurn(state_of(HEXAPOD), [Silent("one"), Silent("other")])
+    assert len(mating.do(DesignPopulation(problem(HEXAPOD)), Population.empty(), 10)) == 0
 
 
 def test_parents_are_sought_among_all_that_was_met() -> None:

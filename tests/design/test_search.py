@@ -12,9 +12,7 @@ from tests.oracle import Array
 from expdesign.errors import InfeasibleError, NotIdentifiableError
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.evolution import expected_gain
 from expdesign.planning.front import Front
-from expdesign.planning.operators.operator import Credit
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.pymoo_problem import UNIDENTIFIED, DesignPopulation
 from expdesign.planning.search import Progress, search
@@ -136,29 +134,6 @@ def test_progress_is_reported_every_generation() -> None:
     assert volumes == sorted(volumes)
     assert front.hypervolume == pytest.approx(volumes[-1], rel=5e-3)
     assert volumes[-1] > volumes[0] > 0.0
-
-
-def test_an_operator_is_asked_by_what_it_brought() -> None:
-    credit = Credit(3, floor=5, memory=0.5)
-    gains = {0: 0.0, 1: 1.0, 2: 0.1}
-    asked = []
-    for _ in range(40):
-        chosen = credit.choose()
-        asked.append(chosen)
-        credit.learn(chosen, gains[chosen], 1.0)
-    assert set(asked[:3]) == {0, 1, 2}
-    counts = np.bincount(asked)
-    assert counts[1] > 20
-    assert counts.min() >= 5  # each now and then, whatever it brought
-
-
-def test_a_single_long_generation_does_not_end_a_search() -> None:
-    """Exchanges of long plans take longer than a second, and what they miss others may find."""
-    brief = [(0.125, 0.01)] * 30
-    assert expected_gain(brief, 5) == pytest.approx(0.08)
-    assert expected_gain([*brief, (30.0, 0.0)], 5) == pytest.approx(0.04)
-    assert expected_gain([*brief, *[(30.0, 0.0)] * 5], 5) == pytest.approx(0.5 * 0.05)
-    assert expected_gain([*brief, *[(30.0, 0.0)] * 10], 5) == 0.0
 
 
 @pytest.mark.parametrize(("effort", "other"), [("quick", "normal"), ("normal", "thorough")])

@@ -24,6 +24,7 @@ class Front:
         reference_point: of the hypervolume.
         evaluations: designs evaluated by the search.
         missing: estimated share of the hypervolume that the front lacks; None where nothing is known of it.
+        ended: why the search ended, in words.
     """
 
     decisions: FloatArray
@@ -36,6 +37,7 @@ class Front:
     reference_point: FloatArray
     evaluations: int
     missing: float | None = None
+    ended: str = ""
 
     def __len__(self) -> int:
         return len(self.decisions)

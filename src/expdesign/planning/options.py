@@ -6,7 +6,7 @@ from typing import Literal
 Effort = Literal["quick", "normal", "thorough"]
 
 EXPECTED_GAIN: dict[Effort, float] = {"quick": 5e-3, "normal": 1e-3, "thorough": 1e-4}
-"""Share of the hypervolume (or ten times that of `total`) that a further second of work has to bring."""
+"""Share of the hypervolume (or ten times that of `total`) that a further turn of all operators has to bring."""
 
 
 @dataclass(frozen=True)
@@ -19,14 +19,10 @@ class SearchOptions:
 
     Attributes:
         population: designs that survive from generation to generation, and fewest that a front is thinned to.
-        generations: of the search at most; None where only the gain that is expected ends it.
+        generations: of the search at most; None where only `effort` ends it.
         seed: of all random numbers.
         polish: whether designs descend along exact gradients.
-        effort: what a further second of work has to bring (`EXPECTED_GAIN`).
-        most_generations: where the configuration names no number, so that every search ends.
-        floor: generations after which an operator is asked again whatever it brought (adaptive operator selection with
-            a floor for each, Thierens, GECCO 2005).
-        memory: weight of the last gain in an operator's average.
+        effort: what a further turn of all operators has to bring (`EXPECTED_GAIN`).
         aims: directions of one generation in the space of the objectives, the ends among them.
         children: of an aim in a generation of recombination: along the front, at an end that the convex relaxation
             knows, at another end.
@@ -38,7 +34,6 @@ class SearchOptions:
         chances: that exchanges for a point along the front also begin at a design drawn at random, and that those for
             an end exchange measurements for their own variants too where variables are continuous.
         draws: random measurements, trials of a design, and how often, where exchanges cannot be judged by sums.
-        corrected: designs that are predicted in gaps of the front and then descend.
         roundings: rounds of the relaxation, plans drawn from its weights, and how many of them the search begins with.
         brief: steps of a descent of a new design; a new valley shows after a few.
         along: points along the front from which descents set out, and their steps.
@@ -53,9 +48,6 @@ class SearchOptions:
     seed: int = 1
     polish: bool = True
     effort: Effort = "normal"
-    most_generations: int = 2000
-    floor: int = 16
-    memory: float = 0.5
     aims: int = 12
     children: tuple[int, int, int] = (2, 6, 24)
     parents: tuple[int, int, float] = (4000, 12, 1e-4)
@@ -64,7 +56,6 @@ class SearchOptions:
     drawn: tuple[int, int] = (500, 60)
     chances: tuple[float, float] = (0.3, 0.5)
     draws: tuple[int, int, int] = (24, 60, 6)
-    corrected: int = 40
     roundings: tuple[int, int, int] = (2, 400, 8)
     brief: int = 6
     along: tuple[int, int] = (24, 8)
@@ -108,8 +99,6 @@ class ExchangeOptions:
         together: largest number of entries of the sums that are formed at a time.
         judged: pairs that are judged exactly.
         least: part of DUIR² that remains at least: the linear estimate can be negative.
-        map_cost: options that cost as much as the maps of one measurement.
-        variant_cost: the same of the maps of many variants at once.
         near: other measurements of a plan near whose loads one is varied.
         helps: relative gain that counts as one.
         levels: of a discrete variable that are all tried; of more, its neighbours and its ends are.
@@ -121,26 +110,11 @@ class ExchangeOptions:
     together: int = 10_000_000
     judged: int = 60
     least: float = 0.05
-    map_cost: int = 50
-    variant_cost: int = 25
     near: int = 8
     helps: float = 1e-9
     levels: int = 6
     poses: int = 40
     kept: float = 0.7
-
-
-@dataclass(frozen=True)
-class ContinuationOptions:
-    """How gaps of a front are filled (`operators/continuation`).
-
-    Attributes:
-        same: part of a variable's range by which neighbours of one valley differ at most.
-        most: predictions of one generation.
-    """
-
-    same: float = 0.5
-    most: int = 100
 
 
 @dataclass(frozen=True)
@@ -257,7 +231,7 @@ class AscentOptions:
 
 
 START, NEXT, DESCENT = StartOptions(), NextOptions(), DescentOptions()
-EXCHANGE, CONTINUATION = ExchangeOptions(), ContinuationOptions()
+EXCHANGE = ExchangeOptions()
 RELAXATION = RelaxationOptions()
 THOROUGH, BRIEF = AscentOptions(), AscentOptions(samples=1000, starts=16, steps=15, passes=1)
 """What commands use."""

@@ -1,6 +1,7 @@
 """A design problem: everything that a run configuration says, as objects that the search and the criteria work on."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,11 @@ from expdesign.planning.found_robot import FoundRobot
 from expdesign.planning.laboratory_sheet import Costs
 from expdesign.planning.options import SearchOptions
 from expdesign.planning.space import DesignSpace
+
+
+def go_on() -> None:
+    """Nothing ends what is going on."""
+
 
 LIMIT_ROUNDING = 1e-12
 """m or rad beyond a limit that are rounding."""
@@ -52,6 +58,7 @@ class DesignProblem(Copied):
         costs: of measuring, where the configuration states them.
         budget: of time in place of a number of measurements, or None.
         validation: rows of a plan that are kept for validation.
+        interrupt: called before every evaluation of measurements; raises to end what is going on.
     """
 
     loaded: LoadedRobot
@@ -74,6 +81,7 @@ class DesignProblem(Copied):
     further: tuple[Criterion, ...] = ()
     known: Information | None = None
     estimator: Estimator = "generalised"
+    interrupt: Callable[[], None] = field(default=go_on, compare=False)
 
     def __repr__(self) -> str:
         objectives = ", ".join(criterion.name for criterion in self.objectives)
@@ -97,6 +105,7 @@ class DesignProblem(Copied):
         """The pieces of every criterion for b designs: configurations (b, m, n_q), loads (b, m, k), series (b, m), 0
         for what is not measured.
         """
+        self.interrupt()
         measurements = self.loaded.measure(configurations, loads)
         shared = tuple(source.shared for source in self.loaded.sources)
         if series is None:
@@ -116,6 +125,7 @@ class DesignProblem(Copied):
             G·A, reading per parameter, shape (..., k, n_p), and G·D·L, reading per standard deviation of each load
             error, shape (..., k, d) in the order of `shared_errors`.
         """
+        self.interrupt()
         measurements = self.loaded.measure(configurations, loads)
         axes = np.eye(measurements.observation.shape[-2])[self.noise.axes]
         whitener = self.noise.whitener_at(measurements.jacobians.pose) @ axes
@@ -136,6 +146,7 @@ class DesignProblem(Copied):
 
     def reachable(self, decisions: FloatArray) -> BoolArray:
         """Which measurements (..., g) can be taken: within the robot's limits and those of `experiment.constraints`."""
+        self.interrupt()
         configurations, loads = self.space.decode(decisions)
         usable: BoolArray = self.loaded.robot.usable(configurations)
         if self.constraints is not None:

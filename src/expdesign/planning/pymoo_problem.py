@@ -6,12 +6,17 @@ from pymoo.core.problem import Problem
 from expdesign.arrays import FloatArray
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
 from expdesign.planning.constraints import LIMITS
+from expdesign.planning.operators.archive import Archive
 from expdesign.planning.optimality.objectives import Objectives
 from expdesign.planning.problem import DesignProblem
 
 UNIDENTIFIED = 1e30
 """Objective of a design that identifies too little. Such a design also violates a constraint, so that the number never
 reaches a front; it is finite only because NaN and infinity upset the ranking of the others."""
+
+
+_FEW, _MEASUREMENTS = 25, 4000
+"""Designs that are evaluated together where that is costly, and measurements of designs where it is not."""
 
 
 class DesignPopulation(Problem):  # type: ignore[misc]
@@ -24,6 +29,7 @@ class DesignPopulation(Problem):  # type: ignore[misc]
     Attributes:
         design_problem: what is designed.
         wanted: the objectives and `total`.
+        archive: of the feasible designs that were evaluated.
         evaluations: designs evaluated so far.
     """
 
@@ -31,6 +37,11 @@ class DesignPopulation(Problem):  # type: ignore[misc]
         space = problem.space
         self.design_problem = problem
         self.wanted = Objectives(problem)
+        shape = space.measurements, space.decisions
+        self.archive = Archive(shape, len(problem.objectives), self.wanted.names)
+        # What has no gradient has a costly evaluation.
+        costly = not self.wanted.differentiable.all()
+        self._together = _FEW if costly else max(1, _MEASUREMENTS // max(1, space.measurements))
         self.evaluations = 0
         super().__init__(
             n_var=space.measurements * space.decisions,
@@ -51,11 +62,22 @@ class DesignPopulation(Problem):  # type: ignore[misc]
         return values[:, : self.n_obj], violations
 
     def criteria(self, decisions: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The same with `total` behind the objectives, where it is none of them."""
-        problem, count = self.design_problem, len(decisions)
-        if count == 0:
-            return np.zeros((0, len(self.wanted.criteria))), np.zeros((0, self.n_ieq_constr))
-        self.evaluations += count
+        """The same with `total` behind the objectives, where it is none of them.
+
+        Designs are evaluated in parts, after each of which they are known, whatever ends the search.
+        """
+        values, violations = np.zeros((0, len(self.wanted.criteria))), np.zeros((0, self.n_ieq_constr))
+        for start in range(0, len(decisions), self._together):
+            part = decisions[start : start + self._together]
+            found, beyond = self._part(part)
+            self.evaluations += len(part)
+            feasible = (beyond <= 0.0).all(axis=1)
+            self.archive.add(part[feasible], found[feasible])
+            values, violations = np.concatenate([values, found]), np.concatenate([violations, beyond])
+        return values, violations
+
+    def _part(self, decisions: FloatArray) -> tuple[FloatArray, FloatArray]:
+        problem = self.design_problem
         configurations, loads = problem.space.decode(decisions)
         assessment = problem.assessed(decisions)
         condition = assessment.measurements.jacobians.condition.max(axis=1)

@@ -168,6 +168,7 @@ def run_record(problem: DesignProblem, front: Front, duir: LowerBound, total: Lo
         "seed": problem.optimiser.seed,
         "versions": versions(),
         "evaluations": front.evaluations,
+        "search_ended": front.ended,
         "duir_lower_bound": duir.value,
         "duir_lower_bound_certified_on": duir.certified_on,
         "total_lower_bound": total.value,

@@ -1,19 +1,24 @@
-"""The search for the Pareto front, which can be asked for what it has at any moment (theory.md 6).
+"""The search for the Pareto front, which can be ended at any moment with what it has (theory.md 15).
 
-A front is followed by predictions between its designs, of which those in the widest gaps alone are corrected. What is
-written is pursued at last to where the optimality conditions hold; a design that is still rough then is left out where
-the front can do without it.
+Random designs come first, then roundings of the convex relaxation; `loop.py` improves on them. What is written is
+pursued at last to where the optimality conditions hold; a design that is still rough then is left out where the front
+can do without it.
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.callback import Callback
+from pymoo.core.duplicate import DefaultDuplicateElimination
+from pymoo.core.evaluator import Evaluator
+from pymoo.core.population import Population
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.arrays import FloatArray, IntArray
 from expdesign.errors import InfeasibleError, InputError
 from expdesign.planning.criteria.criterion import Criterion, criterion_values, known_criteria
-from expdesign.planning.evolution import Evolution, evolution, expected_gain
 from expdesign.planning.front import (
     Front,
     drawn_with,
@@ -24,9 +29,16 @@ from expdesign.planning.front import (
     reference_point,
     spread,
 )
-from expdesign.planning.operators.operator import State
+from expdesign.planning.loop import InTurn, LittleGain, Settable
+from expdesign.planning.operators.archive import Archive
+from expdesign.planning.operators.children import Children
+from expdesign.planning.operators.descent import FrontDescent
+from expdesign.planning.operators.exchange import SingleExchange
+from expdesign.planning.operators.pairs import PairExchange
+from expdesign.planning.operators.state import Operator, State
 from expdesign.planning.optimality.kktpm import kktpm
 from expdesign.planning.optimality.objectives import Pace, descended
+from expdesign.planning.options import EXPECTED_GAIN
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.pymoo_problem import DesignPopulation
 from expdesign.planning.sampling import require_identifiable, starting_designs
@@ -55,56 +67,134 @@ class Progress:
 
 Follow = Callable[[Progress], bool | None]
 """Called with the state of a search; returns True to end it with the designs that are there."""
+MOST_GENERATIONS = 2000
+"""Where the configuration names no number, so that every search ends."""
+BY_HAND = "it was ended by hand"
 
 
-def search(problem: DesignProblem, report: Follow = lambda progress: None, start: FloatArray | None = None) -> Front:
+class _EndedError(Exception):
+    """The search has no more time."""
+
+
+def search(
+    problem: DesignProblem,
+    report: Follow = lambda progress: None,
+    start: FloatArray | None = None,
+    ended: Callable[[], str] = lambda: "",
+) -> Front:
     """The Pareto front of the problem's objectives.
 
-    The same problem and seed give the same front, bit for bit, unless `report` ends the search.
+    The same problem and seed give the same front, bit for bit, unless `report` or `ended` ends the search.
 
     Args:
         problem: what can be measured, and by which criteria designs are judged.
         report: called after every generation.
         start: designs (d, m, g) that are known, for the first generation.
+        ended: why the search is to end now, in words; empty to go on. Asked before every evaluation, once a design is
+            known.
 
     Raises:
         InfeasibleError: no pose is within the robot's limits.
         NotIdentifiableError: no design identifies what the targets need.
-        InputError: `report` ended the search before any design was known.
+        InputError: the search was ended before any design was known.
     """
-    drawn = _drawn(problem)
     if problem.space.decisions == 0:
-        return _front(problem, drawn[:1], DesignPopulation(problem), None, 0.0)
-    found = evolution(DesignPopulation(problem), drawn if start is None else np.concatenate([drawn, start]))
-    course = _Course(problem.optimiser.generations or 0, report)
-    complete = _first_generation(found, course)
-    while not complete and not course.ended and found.has_next():
-        found.next()
-        course.add(found, found.operators[found.asked].name)
-    if course.point is None and course.ended:
+        drawn = starting_designs(problem, 1, np.random.default_rng(problem.optimiser.seed))
+        require_identifiable(problem, drawn)
+        return _front(problem, DesignPopulation(problem), drawn, None, "nothing is to be chosen", 0.0)
+    course = _Course(problem, report, ended)
+    population = DesignPopulation(replace(problem, interrupt=course.go_on))
+    archive, missing = population.archive, 0.0
+    course.archive = archive
+    try:
+        missing = _searched(population, course, start)
+    except _EndedError:
+        missing = _gaps(problem, archive)
+    if not len(archive):
         what = "the search was ended before any plan was known"
         raise InputError(what, where=problem.source, remedy="Give it more time.")
-    missing, archive = 0.0 if complete else _missing(found), found.state.archive
-    if not complete and not course.ended:
-        settle(found.state, archive.designs[_chosen(problem, archive.values, len(problem.objectives))])
-    return _front(problem, archive.designs, DesignPopulation(problem), course.point, missing, found)
+    if not course.ended and missing > 0.0:
+        with suppress(_EndedError):  # what is there is written
+            settle(population, archive.designs[_chosen(problem, archive.values, len(problem.objectives))])
+    return _front(problem, population, archive.designs, course.point, course.why, missing)
 
 
-def begun(problem: DesignProblem) -> Evolution:
-    """A search after its first generation, for whoever wants to go on with it as he likes (`benchmarks`)."""
-    found = evolution(DesignPopulation(problem), _drawn(problem))
-    _first_generation(found, _Course(0, lambda progress: None))
+def _searched(population: DesignPopulation, course: "_Course", start: FloatArray | None) -> float:
+    """Search until it ends by itself; the estimated share of the hypervolume that the front lacks."""
+    problem, archive = population.design_problem, population.archive
+    options, evaluator = problem.optimiser, Evaluator()
+    drawn = starting_designs(problem, options.population, np.random.default_rng(options.seed))
+    drawn = drawn if start is None else np.concatenate([drawn, start])
+    sampled = Settable(problem).do(population, Population.new(X=_vectors(population, drawn)))
+    sampled = DefaultDuplicateElimination().do(sampled)
+    evaluator.eval(population, sampled)
+    if not len(archive):
+        require_identifiable(problem, drawn)
+        _require_finite(problem, drawn)
+    archive.brought()
+    course.point = reference_point(archive.front) if len(archive) else None
+    feasible = (sampled.get("G") <= 0.0).all(axis=1)
+    if feasible.any():
+        course.point = reference_point(sampled.get("F").astype(float)[feasible])
+    course.add("random designs")
+    every = every_design(problem)
+    if every is not None:
+        population.criteria(every)
+        course.add("every design there is")
+        course.why = "every design was evaluated"
+        return 0.0
+    first = np.concatenate([relaxed_designs(problem), repeated_designs(problem), structured_designs(problem)])
+    state = State(population, np.random.default_rng([options.seed, 1]))
+    mating = InTurn(
+        state, operators_of(state), repair=Settable(problem), eliminate_duplicates=DefaultDuplicateElimination()
+    )
+    most = options.generations or MOST_GENERATIONS
+    termination = LittleGain(archive, mating, EXPECTED_GAIN[options.effort], most)
+    algorithm = NSGA2(
+        pop_size=options.population,
+        sampling=Population.merge(sampled, Population.new(X=_vectors(population, first))),
+        mating=mating,
+        repair=Settable(problem),
+        evaluator=evaluator,
+        callback=_Learn(state, course, mating, termination),
+    )
+    algorithm.setup(population, termination=termination, seed=options.seed)
+    while algorithm.has_next():
+        algorithm.next()
+    course.why = termination.why
+    return min(1.0, _gaps(problem, archive) + mating.expected)
+
+
+def operators_of(state: State) -> list[Operator]:
+    """The operators that have anything to do in a problem."""
+    problem = state.problem
+    found: list[Operator] = [SingleExchange(), Children()]
+    if state.sums and (problem.space.settings is None or problem.budget is None):
+        found.append(PairExchange())
+    if state.smooth:
+        found.append(FrontDescent())
     return found
 
 
-def _drawn(problem: DesignProblem) -> FloatArray:
-    """Designs (b, m, g) at random, of which some identify what the targets need, with finite objectives."""
-    settings, space = problem.optimiser, problem.space
-    drawn = starting_designs(problem, settings.population, np.random.default_rng(settings.seed))
-    require_identifiable(problem, drawn)
-    if space.decisions:
-        _require_finite(problem, drawn)
-    return drawn
+def _vectors(population: DesignPopulation, designs: FloatArray) -> FloatArray:
+    """Designs (b, m, g) as decision vectors (b, m·g)."""
+    return designs.reshape(len(designs), population.n_var)
+
+
+class _Learn(Callback):  # type: ignore[misc]
+    """After every generation: what was evaluated is learnt from, and reported."""
+
+    def __init__(self, state: State, course: "_Course", mating: InTurn, termination: LittleGain) -> None:
+        super().__init__()
+        self._state, self._course, self._mating, self._termination = state, course, mating, termination
+
+    def notify(self, algorithm: NSGA2) -> None:
+        made = algorithm.off
+        if made is not None:
+            designs = self._state.population.decisions(made.get("X").astype(float))
+            feasible = (made.get("G") <= 0.0).all(axis=1)
+            self._state.learn(designs[feasible], made.get("criteria").astype(float)[feasible])
+        self._course.add(self._mating.name, self._termination.generations)
 
 
 def search_single(
@@ -128,34 +218,12 @@ def search_single(
     return search(replace(problem, objectives=(criterion,), optimiser=options), start=start)
 
 
-def _first_generation(found: Evolution, course: "_Course") -> bool:
-    """Designs at random, then roundings of the convex relaxation; whether they are all designs that there are."""
-    problem = found.state.problem
-    found.next()
-    course.add(found, "random designs")
-    if course.ended:
-        return False
-    every = every_design(problem)
-    if every is not None:
-        found.take(every)
-        course.add(found, "every design there is")
-        return True
-    first = relaxed_designs(problem), repeated_designs(problem), structured_designs(problem)
-    found.take(np.concatenate(first))
-    course.add(found, "designs of the convex relaxation")
-    return False
-
-
-def _missing(found: Evolution) -> float:
-    """Estimated share of the hypervolume that the front lacks: in the gaps between its designs, and what the search
-    would have brought in a further second.
-    """
-    front, gaps = found.state.archive.front, 0.0
-    front = front[non_dominated(front)] if len(front) else front
-    if front.shape[1] == 2 and not found.state.problem.space.discrete.all():
-        gaps = float(gap_shares(front[np.argsort(front[:, 0])]).sum())
-    gain = expected_gain(found.history_of_work, len(found.operators))
-    return min(1.0, gaps + gain)
+def _gaps(problem: DesignProblem, archive: Archive) -> float:
+    """Estimated share of the hypervolume that a front of two objectives lacks in the gaps between its designs."""
+    front = archive.front
+    if front.shape[1] != 2 or problem.space.discrete.all():
+        return 0.0
+    return float(gap_shares(front[np.argsort(front[:, 0])]).sum())
 
 
 def _require_finite(problem: DesignProblem, designs: FloatArray) -> None:
@@ -176,39 +244,51 @@ def _require_finite(problem: DesignProblem, designs: FloatArray) -> None:
 class _Course:
     """What is reported: the front so far, and its hypervolume with respect to a point that stays.
 
-    `ended` says whether somebody who was reported to wants no more.
+    Attributes:
+        archive: of the search, once there is one.
+        point: of the hypervolume.
+        ended: whether somebody wants no more.
+        why: the search ended, in words.
     """
 
-    def __init__(self, generations: int, report: Follow) -> None:
-        self.ended, self.volume = False, 0.0
+    def __init__(self, problem: DesignProblem, report: Follow, ended: Callable[[], str]) -> None:
+        self.archive: Archive | None = None
         self.point: FloatArray | None = None
-        self._generations, self._report, self._generation = generations, report, -1
+        self.ended, self.why, self._volume = False, "", 0.0
+        self._generations, self._report, self._ended = problem.optimiser.generations or 0, report, ended
 
-    def add(self, found: Evolution, note: str) -> None:
+    def go_on(self) -> None:
+        """Raise where a design is known and somebody wants no more."""
+        if self.archive is not None and len(self.archive) and (why := self._ended()):
+            self._end(why)
+
+    def _end(self, why: str) -> None:
+        self.ended, self.why = True, why
+        raise _EndedError
+
+    def add(self, note: str, generation: int = 0) -> None:
         """Report what a search knows."""
-        self._generation = len(found.history_of_work)
-        archive = found.state.archive
-        front = archive.front[non_dominated(archive.front)] if len(archive) else archive.front
+        assert self.archive is not None
+        front = self.archive.front
         if self.point is None and len(front):
-            feasible = (found.pop.get("G") <= 0.0).all(axis=1)
-            self.point = reference_point(found.pop.get("F").astype(float)[feasible])
+            self.point = reference_point(front)
         if self.point is not None:
-            self.volume = max(self.volume, hypervolume(front, self.point))
-        wanted = self._report(Progress(self._generation, self._generations, front, self.volume, note))
-        self.ended = self.ended or bool(wanted)
+            self._volume = max(self._volume, hypervolume(front, self.point))
+        if self._report(Progress(generation, self._generations, front, self._volume, note)):
+            self._end(self._ended() or BY_HAND)
 
 
 def _front(
     problem: DesignProblem,
-    decisions: FloatArray,
     population: DesignPopulation,
+    decisions: FloatArray,
     point: FloatArray | None,
+    why: str,
     missing: float,
-    found: Evolution | None = None,
 ) -> Front:
-    """What is kept of designs (d, m, g)."""
-    evaluations = found.state.population.evaluations if found else 1
-    values, violations = population.criteria(decisions)
+    """What is kept of designs (d, m, g) that a search evaluated."""
+    evaluations = max(population.evaluations, 1)
+    values, violations = DesignPopulation(problem).criteria(decisions)
     objectives = values[:, : len(problem.objectives)]
     feasible = np.flatnonzero((violations <= 0.0).all(axis=1))
     if feasible.size == 0:
@@ -231,6 +311,7 @@ def _front(
         reference_point=point,
         evaluations=evaluations,
         missing=missing,
+        ended=why,
     )
 
 
@@ -259,25 +340,20 @@ def all_criteria(problem: DesignProblem, decisions: FloatArray) -> dict[str, Flo
 _PACE = Pace(steps=30, tolerance=1e-8, inner=1e-7)
 
 
-def settle(state: State, chosen: FloatArray) -> None:
+def settle(population: DesignPopulation, chosen: FloatArray) -> None:
     """Pursue those of designs (d, m, g) that do not satisfy the optimality conditions to the end, in the archive."""
-    space, archive = state.problem.space, state.archive
+    problem, archive, objectives = population.design_problem, population.archive, population.wanted
+    space, enough = problem.space, problem.optimiser.settled
     # In coarse steps, or held by other constraints, an optimum does not satisfy the conditions of a continuous one.
-    coarse = bool((space.grid.steps > state.options.settled * (space.upper - space.lower)).any())
-    if not state.smooth or coarse or state.problem.constraints is not None or len(chosen) == 0:
+    coarse = bool((space.grid.steps > enough * (space.upper - space.lower)).any())
+    smooth = objectives.smooth and problem.optimiser.polish
+    if not smooth or coarse or problem.constraints is not None or len(chosen) == 0:
         return
-    proximity = kktpm(state.problem, chosen)
-    rough = chosen[~(proximity <= state.options.settled)]
+    proximity = kktpm(problem, chosen)
+    rough = chosen[~(proximity <= enough)]
     if len(rough) == 0 or np.isnan(proximity).all():
         return
-    values, _ = state.population.criteria(rough)
+    values, _ = population.criteria(rough)
     aims = at_points(values[:, : archive.objectives], spans(archive.values)[: archive.objectives], values.shape[1])
-    found, _ = descended(state.objectives, rough, aims, _PACE)
-    archive.add(*state.evaluated(found))
-    known = {design.tobytes(): place for place, design in enumerate(archive.designs)}
-    left = [known[design.tobytes()] for design in rough if design.tobytes() in known]
-    ends = set(np.argmin(archive.values, axis=0).tolist())
-    drop: BoolArray = np.zeros(len(archive), dtype=bool)
-    drop[[place for place in left if place not in ends]] = True
-    if not drop.all():
-        archive.designs, archive.values = archive.designs[~drop], archive.values[~drop]
+    population.criteria(problem.settable(descended(objectives, rough, aims, _PACE)))
+    archive.leave_out(rough)

@@ -125,7 +125,7 @@ def _improved(problem: DesignProblem, known: Information, decisions: FloatArray,
         tried = np.concatenate([exchange.singles(best[None], aims, pool, varied=varied) for varied in (False, True)])
         if objectives.smooth:
             starts = Aims(*(np.repeat(part, 2, axis=0) for part in (aims.centres, aims.weights)))
-            tried = np.concatenate([tried, descended(objectives, tried, starts, _PACE)[0]])
+            tried = np.concatenate([tried, descended(objectives, tried, starts, _PACE)])
         values = np.nan_to_num(objectives.values(here.assessed(tried))[:, 0], nan=np.inf)
         values[~problem.loaded.robot.usable(space.decode(tried)[0]).all(axis=1)] = np.inf
         reached = int(values.argmin())

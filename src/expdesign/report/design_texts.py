@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from expdesign.planning.front import Front
-from expdesign.planning.options import SearchOptions
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
 from expdesign.report.blocks import HERE, Definitions, NextSteps, PageSection
@@ -130,12 +129,6 @@ def _missing(share: float | None) -> str:
     return f"about {share:.2%} of it (estimate; unknown branches of the front are not included)"
 
 
-def _length(settings: SearchOptions) -> str:
-    if settings.generations is None:
-        return f"until further work promises little (effort `{settings.effort}`)"
-    return f"{words.count(settings.generations, 'generation')} at most (effort `{settings.effort}`)"
-
-
 def about_run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> PageSection:
     """How the designs were searched for, and their further criteria."""
     robot, settings = problem.loaded.robot, problem.optimiser
@@ -148,7 +141,8 @@ def about_run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> P
         *([] if problem.found is None else [("Model of the robot", problem.found.note)]),
         ("Configuration", problem.source),
         ("Objectives", ", ".join(words.criterion(name) for name in front.objectives)),
-        ("Search", f"NSGA-II, population {settings.population}, {_length(settings)}"),
+        ("Search", f"NSGA-II, population {settings.population}, effort `{settings.effort}`"),
+        ("Why it ended", f"{words.sentence(run.get('search_ended', front.ended) or 'not recorded')}."),
         ("Seed", str(run.get("seed", settings.seed))),
         ("Designs evaluated", str(run.get("evaluations", front.evaluations))),
         ("Hypervolume", f"{words.number(front.hypervolume, 4)} with respect to ({point})"),

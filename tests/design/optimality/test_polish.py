@@ -90,7 +90,7 @@ def test_measurements_that_share_their_reference_keep_sharing_it() -> None:
     functions = Objectives(here)
     weights = np.tile([1.0, 0.0], (len(first), 1))
     pace = Pace(steps=60, tolerance=1e-9, inner=1e-9)
-    found, _ = descended(functions, first, Aims(np.zeros_like(weights), weights), pace)
+    found = descended(functions, first, Aims(np.zeros_like(weights), weights), pace)
     np.testing.assert_array_equal(series_by_pose(here.space.decode(found)[0]), series)
     assert (functions.values(here.assessed(found))[:, 0] < functions.values(here.assessed(first))[:, 0]).all()
     measure = kktpm(here, found)

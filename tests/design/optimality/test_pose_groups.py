@@ -74,7 +74,7 @@ def test_descents_do_not_join_series_that_want_one_pose() -> None:
     starts = here.space.canonical(starting_designs(here, 6, np.random.default_rng(2)))
     weights = np.tile([1.0, 0.0], (6, 1))
     pace = Pace(steps=60, tolerance=1e-9, inner=1e-9)
-    found = here.settable(descended(Objectives(here), starts, Aims(np.zeros_like(weights), weights), pace)[0])
+    found = here.settable(descended(Objectives(here), starts, Aims(np.zeros_like(weights), weights), pace))
     before, after = ([len(np.unique(planned(here, each).series)) for each in designs] for designs in (starts, found))
     assert max(before) > 1
     assert sorted(after) == sorted(before)

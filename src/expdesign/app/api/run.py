@@ -32,7 +32,7 @@ from expdesign.planning.result import (
     protocol_frame,
     run_record,
 )
-from expdesign.planning.search import Progress, search
+from expdesign.planning.search import BY_HAND, Progress, search
 from expdesign.report.design_report import design_report
 from expdesign.report.page import Page
 
@@ -72,7 +72,11 @@ class RunResult(FolderResult):
     @property
     def lines(self) -> list[str]:
         """The summary, what is accepted of the recommended design, and what is not known of it."""
-        lines = [self.summary, *sentences(recommended_acceptance(self.problem, self.front))]
+        lines = [
+            self.summary,
+            f"The search ended because {self.front.ended}.",
+            *sentences(recommended_acceptance(self.problem, self.front)),
+        ]
         if "accuracy" in self.record:
             lines.append(self.record["accuracy"]["sentence"])
         if self.record["duir_lower_bound"] is None:
@@ -138,9 +142,9 @@ def run(
         config: run configuration (YAML).
         callback: called with the stage, the steps done, the steps in all and a note (`Callback`).
         progress: whether progress is shown on standard error.
-        ended: whether a person wants no more; asked after every generation and every round of bounding.
-        seconds: end after so many seconds in all, writing included, with what is there: the search at once, bounds
-            after the round that they are in. Without a limit, the same input gives the same front.
+        ended: whether a person wants no more; asked before every evaluation of designs and in every round of bounding.
+        seconds: end after so many seconds in all, writing included, with what is there. Without a limit, the same input
+            gives the same front.
         searched: called with the run as it is before it is bounded, so that its plans can be kept.
 
     Raises:
@@ -170,7 +174,7 @@ def run(
         remedy = "Give an interval or a list of choices; `expdesign evaluate` judges a plan that is given."
         raise InputError(what, where=f"{problem.source}, experiment", remedy=remedy)
     limit = _Limit(seconds, started, ended, callback)
-    front = search(problem, limit.searching)
+    front = search(problem, limit.reported, ended=limit.searching)
     unbounded = LowerBound(None, "not computed yet")
     purpose = purpose_of("run", config)
     first = replace(_result(problem, front, unbounded, unbounded, limit.ended), purpose=purpose)
@@ -189,17 +193,24 @@ class _Limit:
         left = np.inf if seconds is None else seconds
         self._search_end = started + left - min(_BOUNDING + _WRITING, 0.4 * left) if seconds is not None else np.inf
         self._end = started + left - min(_WRITING, 0.2 * left) if seconds is not None else np.inf
-        self._wanted, self._callback = ended, callback
+        self._wanted, self._callback, self._seconds = ended, callback, seconds
+        self._last = "the first designs"
         self.ended = ""
 
-    def searching(self, state: Progress) -> bool:
-        """Report; whether the search is to end."""
+    def reported(self, state: Progress) -> bool:
+        """Report; whether a person wants the search to end."""
         best = f"front {len(state.front)}, hypervolume {state.hypervolume:.6g}"
         self._callback("searching", state.generation, 0, f"{state.note}: {best}")
-        wanted = self._wanted() or time.perf_counter() > self._search_end
-        if wanted and not self.ended:
-            self.ended = f"generation {state.generation}, {state.note}"
-        return bool(self.ended)
+        self._last = f"generation {state.generation}, {state.note}"
+        return bool(self.searching())
+
+    def searching(self) -> str:
+        """Why the search is to end now; empty to go on."""
+        by_clock = time.perf_counter() > self._search_end
+        if not by_clock and not self._wanted():
+            return ""
+        self.ended = self._last
+        return f"its time of {self._seconds:g} s was over" if by_clock else BY_HAND
 
     def bounding(self) -> bool:
         """Whether bounds are to end."""

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.planning.operators.operator import State
+from expdesign.planning.operators.state import State
 from expdesign.planning.optimality.exchange import variants
 from expdesign.planning.options import EXCHANGE
 from expdesign.planning.sampling import extreme_measurements, reachable_measurements
@@ -24,7 +24,7 @@ class SingleExchange:
 
     name = "exchange"
 
-    def offspring(self, state: State) -> FloatArray:
+    def propose(self, state: State) -> FloatArray:
         aims = state.aims(state.options.aims)
         parents = state.best(aims)
         found, of = [], []
@@ -57,7 +57,6 @@ class SingleExchange:
         plans = _random_plans(len(offered), random, space.measurements, state.generator)
         designs = np.concatenate([_thinned(state, parents), offered[plans]])
         exchange = state.exchange
-        before = exchange.options
         found = designs.copy()
         if space.settings is not None:
             drawn = extreme_measurements(
@@ -69,7 +68,6 @@ class SingleExchange:
         varied = state.gridded or bool(state.generator.random() < chance)
         for some, own, loaded in ((aims.single, varied, True), (~aims.single, state.gridded, state.gridded)):
             found[some] = exchange.singles(found[some], aims[some], offered, varied=own, loaded=loaded)
-        state.work.exchanged(exchange.options - before)
         return found
 
 
@@ -95,96 +93,6 @@ def _random_plans(listed: int, count: int, m: int, generator: np.random.Generato
     repeated = np.arange(m) < generator.integers(1, m + 1, size=(count, 1))
     found: IntArray = np.where(repeated, plans[:, :1], plans)
     return found
-
-
-class PairExchange:
-    """Exchanges two measurements at once, of children of the designs that are best by one criterion alone: what is
-    least there, exchanges of single ones miss most. With them, plans of one or two measurements that are repeated.
-    """
-
-    name = "pairs"
-
-    def offspring(self, state: State) -> FloatArray:
-        ends = state.ends()
-        aims = ends.joined(state.along(max(2, state.options.aims // 2)))
-        found, places = self._repeated(state, aims)
-        problem, m = state.problem, state.problem.space.measurements
-        if m > 1 and problem.space.settings is None:
-            of = np.repeat(np.arange(len(ends)), state.children(ends) // 2)
-            children = bred(state, ends, of)
-            number = state.options.pairs[1]
-            drawn = np.argsort(state.generator.random((len(children), number, m)), axis=2)[..., :2]
-            offered = np.concatenate([state.library, state.stock])
-            before = state.exchange.options
-            children = state.exchange.pairs(children, ends[of], drawn, offered)
-            if state.gridded:
-                children = state.exchange.singles(children, ends[of], state.library[:20], varied=True)
-            state.work.exchanged(state.exchange.options - before)
-            found, places = np.concatenate([found, children]), np.concatenate([places, of])
-        return state.descended(found, aims[places], state.options.brief)
-
-    @staticmethod
-    def _repeated(state: State, aims: Aims) -> tuple[FloatArray, IntArray]:
-        """Plans of repeated measurements not much farther from their aims than the best known, one for each."""
-        problem = state.problem
-        if not repetitions_count(state):
-            return np.zeros((0, problem.space.measurements, problem.space.decisions)), np.zeros(0, dtype=np.int64)
-        share = float(state.generator.choice((0.5, 0.8)))
-        number, paired = state.options.drawn
-        drawn = extreme_measurements(problem, number, share, state.generator)
-        before = state.exchange.options
-        found, of, scores = state.exchange.repeated(drawn, aims, 1, paired)
-        state.work.exchanged(state.exchange.options - before)
-        order = np.lexsort((scores, of))
-        first = order[np.unique(of[order], return_index=True)[1]]
-        known = aims.scores(state.archive.values).min(axis=1)
-        kept = first[scores[first] < known[of[first]] + 0.25]
-        return found[kept], of[kept]
-
-
-def repetitions_count(state: State) -> bool:
-    """Whether repeated measurements are worth looking at: where load errors count, and nothing else is asked of a plan
-    than that its measurements can be taken.
-    """
-    return (
-        bool(state.problem.loaded.sources)
-        and state.sums
-        and state.problem.constraints is None
-        and state.problem.budget is None
-    )
-
-
-_KINDS = 5
-"""Ways to make a child, of which the last, a plan drawn anew, keeps a search from settling where it is."""
-
-
-def bred(state: State, aims: Aims, of: IntArray) -> FloatArray:
-    """One child (c, m, g) for each entry of `of` (c,), sorted: which aim's best designs are its parents.
-
-    Some are mixed from two parents, some have one variable of one measurement changed, one in five is drawn anew, and
-    the others have one measurement of a parent replaced by one of another.
-    """
-    elites = state.elite(aims)
-    return np.concatenate(
-        [_bred(state, elites[aim], int(count)) for aim, count in zip(*np.unique(of, return_counts=True), strict=True)]
-    )
-
-
-def _bred(state: State, elite: FloatArray, count: int) -> FloatArray:
-    draw, (number, m, g) = state.generator.integers, elite.shape
-    children = elite[draw(number, size=count)]
-    rows, place = np.arange(count), draw(m, size=count)
-    others = elite.reshape(-1, g)[draw(number * m, size=count)]
-    # A plan drawn anew takes longer than a budget allows, and what is left of it then is a plan by chance.
-    kind = draw(_KINDS if state.problem.budget is None else _KINDS - 1, size=count)
-    fresh = state.stock[draw(len(state.stock), size=(count, m))]
-    varied = variants(state.problem, children)[rows, place]
-    own = varied[rows, draw(varied.shape[1], size=count)]
-    others = np.where((kind == 2)[:, None], own, others)
-    children[rows, place] = others
-    children = np.where((kind == _KINDS - 1)[:, None, None], fresh, children)
-    mixed = (state.generator.random((count, m)) < 0.5) & ((kind == 1) | (kind == 3))[:, None]
-    return np.where(mixed[..., None], elite[draw(number, size=count)], children)
 
 
 def drawn_exchanges(state: State, parents: FloatArray, aims: Aims) -> FloatArray:
@@ -229,7 +137,6 @@ def _best_drawn(state: State, parents: FloatArray, aims: Aims, common: FloatArra
         listed = np.where(space.of_pose & (second % 4 == 1)[..., None], there, listed)
     trials[first, second, place] = np.where((second % 2 == 0)[..., None], varied, listed)
     trials = space.canonical(trials)
-    state.work.evaluated(batch * drawn, m)
     assessment = state.problem.assessed(trials.reshape(-1, *trials.shape[2:]))
     values = state.objectives.values(assessment).reshape(batch, drawn, -1)
     score = achieved(values, aims.centres[:, None], aims.weights[:, None])

@@ -36,21 +36,14 @@ class Exchange:
         problem: the design problem.
         names: of the criteria k of the aims, all in `ADDITIVE`.
         factor: on the load errors, so that `total` is √(DUIR² + factor²·FEIR²).
-
-    Attributes:
-        options: how many alternatives were judged so far; one among series counts four times.
     """
 
     def __init__(self, problem: DesignProblem, names: tuple[str, ...], factor: float = 1.0) -> None:
         self._problem, self._space, self._names = problem, problem.space, names
         self._sums = PlanSums(problem, factor)
-        # Sums over series are not sums over their measurements, and cost more.
-        self._cost = 4 if problem.noise.shared_reference else 1
-        self.options = 0
 
     def _scores(self, sums: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
         """How far designs are from their aims, (...), by their sums (..., c); centres and weights (..., k)."""
-        self.options += self._cost * int(np.prod(sums.shape[:-1]))
         with np.errstate(all="ignore"):
             noise, force = self._sums.variances(sums)
             both = {"duir": noise, "feir": force, "total": noise + force}
@@ -90,6 +83,7 @@ class Exchange:
         for sweep in range(EXCHANGE.sweeps):
             helped = np.zeros(batch, dtype=bool)
             for place in range(m):
+                self._problem.interrupt()
                 for start in range(0, len(moving), together):
                     part = moving[start : start + together]
                     # Sums of what remains, not differences, which would lose digits.
@@ -98,7 +92,6 @@ class Exchange:
                     if own:
                         more = self._own_options(designs[part], place, varied, sweep if loaded else None)
                         theirs = sums.parts(more.reshape(-1, g)).reshape(*more.shape[:2], -1)
-                        self.options += EXCHANGE.variant_cost * more.shape[0] * more.shape[1] if varied else 0
                         joined = sums.joined(rest, others[..., pose], theirs, more[..., pose])
                         options = np.concatenate([options, joined], axis=1)
                     scores = self._scores(options, aims.centres[part, None], aims.weights[part, None])
@@ -140,7 +133,6 @@ class Exchange:
                 tried = np.where(own[:, None] & pose, offered[:, None], design)
                 theirs = np.repeat(parts[None], len(offered), axis=0)
                 theirs[:, own] = sums.parts(tried[:, own].reshape(-1, len(pose))).reshape(len(offered), own.sum(), -1)
-                self.options += EXCHANGE.map_cost * len(offered) * int(own.sum())
                 scores = self._scores(sums.sums(theirs, tried[..., pose]), centre, weight)
                 best = int(scores.argmin())
                 if scores[best] < score - EXCHANGE.helps * (1.0 + abs(score)):
@@ -206,7 +198,6 @@ class Exchange:
         """Alternatives (c,), (c,), by index, for the two measurements of a plan with parts (m, c)."""
         with np.errstate(all="ignore"):  # of a plan that identifies nothing
             noise, force = self.estimates(parts, pair, offered)
-        self.options += len(noise) ** 2 // 10
         squares = {"duir": noise, "feir": force, "total": noise + force}
         aimed = [k for k in range(len(self._names)) if weight[k] > 0.0]
         score = np.maximum.reduce([(np.sqrt(squares[self._names[k]]) - centre[k]) * weight[k] for k in aimed])

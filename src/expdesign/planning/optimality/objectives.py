@@ -154,8 +154,8 @@ class Pace(NamedTuple):
     radius: float = 0.1
 
 
-def descended(objectives: Objectives, starts: FloatArray, aims: Aims, pace: Pace) -> tuple[FloatArray, int]:
-    """Designs (b, m, g) nearer to their aims than the starts (b, m, g), and how many steps of single designs it took.
+def descended(objectives: Objectives, starts: FloatArray, aims: Aims, pace: Pace) -> FloatArray:
+    """Designs (b, m, g) nearer to their aims than the starts (b, m, g).
 
     Measurements that share their reference keep sharing it, and no others do. Where an aim asks for a criterion without
     gradient, the start stays.
@@ -164,14 +164,13 @@ def descended(objectives: Objectives, starts: FloatArray, aims: Aims, pace: Pace
         aims.weights[:, ~objectives.differentiable[: aims.weights.shape[1]]] > 0.0, axis=1
     )
     if without.any():
-        moved, steps = descended(objectives, starts[~without], aims[~without], pace)
         found = starts.copy()
-        found[~without] = moved
-        return found, steps
+        found[~without] = descended(objectives, starts[~without], aims[~without], pace)
+        return found
     groups = PoseGroups.of(objectives.problem, starts)
     series, tie = (None, None) if groups is None else (groups.numbers, groups.tied)
     search = MinimaxSearch(objectives.problem, Scalarised(objectives, aims, series), tie)
     found = search.minimise(
         starts, iterations=pace.steps, radius=pace.radius, tolerance=pace.tolerance, inner=pace.inner
     )
-    return (found if groups is None else groups.apart(found)), search.steps
+    return found if groups is None else groups.apart(found)

@@ -154,7 +154,7 @@ class MinimaxSearch:
         self._space = problem.space
         self._pieces, self._tie = pieces, tie
         self._limits = Limits(problem)
-        self._inner, self.steps = 1e-9, 0
+        self._inner, self._interrupt = 1e-9, problem.interrupt
         self._free: BoolArray = (~self._space.discrete) & (self._space.upper > self._space.lower)
         self._span = (self._space.upper - self._space.lower)[self._free]
 
@@ -196,7 +196,7 @@ class MinimaxSearch:
         for _ in range(iterations):
             if alive.size == 0:
                 break
-            self.steps += len(alive)
+            self._interrupt()
             here = points.take(alive)
             programs = self._programs(here, hessian[alive], radii[alive])
             solution = _solve_scaled(programs, radii[alive], self._inner)

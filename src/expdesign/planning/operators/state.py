@@ -1,10 +1,7 @@
-"""What an operator of the search is, what it knows, and which is asked next.
+"""What a search knows, and what an operator of it is.
 
-A search keeps the designs that no other one dominates, and the best of each criterion (`Archive`). What it has done is
-counted so that it does not depend on the machine: evaluations of designs, steps of descents and options of exchanges at
-fixed rates in seconds of a processor, fitted to searches of the shipped configurations on a server of 2026. Operators
-are asked by what they brought per second of that (adaptive operator selection by adaptive pursuit of the best,
-Thierens, GECCO 2005), each at least every so many generations.
+An operator proposes designs for directions in the space of the objectives: those of the archive's ends, and points
+along its front, other ones every time.
 """
 
 from dataclasses import dataclass, field
@@ -14,7 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.planning.front import hypervolume, non_dominated, reference_point
+from expdesign.planning.operators.archive import Archive
 from expdesign.planning.optimality.exchange import Exchange, exchanges_are_sums
 from expdesign.planning.optimality.objectives import Objectives, Pace, descended
 from expdesign.planning.options import SearchOptions
@@ -22,132 +19,6 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.planning.pymoo_problem import DesignPopulation
 from expdesign.planning.sampling import extreme_measurements
 from expdesign.planning.scalarisation import Aims, along, ends
-
-WEIGHTS = {"total": 10.0, "duir": 1.0}
-"""What a share of a criterion's least value counts against the same share of the hypervolume, in which the recommended
-plan and the least DUIR hardly show: a search ends where a second brings 0.1 % of the one and 0.01 % of `total`."""
-
-
-class Archive:
-    """Non-dominated designs, without a limit to their number.
-
-    Args:
-        shape: m and g of a design.
-        objectives: number of criteria that span the front.
-        weights: what the share by which each criterion falls counts against the same share of the hypervolume, shape
-            (k,); criteria behind the objectives are kept at their least alone.
-
-    Attributes:
-        designs: shape (d, m, g).
-        values: of the criteria, minimised, shape (d, k).
-        objectives: see above.
-    """
-
-    def __init__(self, shape: tuple[int, int], objectives: int, weights: FloatArray) -> None:
-        self.designs: FloatArray = np.zeros((0, *shape))
-        self.values: FloatArray = np.zeros((0, len(weights)))
-        self.objectives, self._weights = objectives, weights
-
-    def __len__(self) -> int:
-        return len(self.designs)
-
-    @property
-    def front(self) -> FloatArray:
-        """Objectives (d, k) of the designs."""
-        return self.values[:, : self.objectives]
-
-    def add(self, designs: FloatArray, values: FloatArray) -> float:
-        """Take designs (b, m, g) with criteria (b, k) into account; the gain that they bring.
-
-        The gain is the share of the hypervolume, and the shares by which the least of each criterion falls by their
-        weights; 1 for the first designs.
-        """
-        if len(designs) == 0:
-            return 0.0
-        before = self.values
-        together, both = np.concatenate([self.designs, designs]), np.concatenate([self.values, values])
-        kept = np.concatenate([non_dominated(both[:, : self.objectives]), np.argmin(both, axis=0)])
-        kept = np.unique(kept)
-        self.designs, self.values = together[kept], both[kept]
-        return 1.0 if len(before) == 0 else self._gain(before)
-
-    def _gain(self, before: FloatArray) -> float:
-        least, now = before.min(axis=0), self.values.min(axis=0)
-        falls = np.clip((least - now) / np.maximum(np.abs(least), 1e-300), 0.0, 1.0)
-        gain = float(self._weights @ falls)
-        if self.objectives == 1:
-            return gain
-        point = reference_point(self.front[non_dominated(self.front)])
-        volume = hypervolume(self.front, point)
-        if volume <= 0.0:
-            return gain
-        return gain + max(0.0, 1.0 - hypervolume(before[:, : self.objectives], point) / volume)
-
-
-EVALUATION, OPTION = 5.0e-5, 4.0e-7
-"""s of evaluating a measurement of a design, and of an option of an exchange."""
-ROUND, STEP, VARIABLE, CUBE = 6.0e-3, 3.0e-5, 3.0e-6, 3.4e-10
-"""s of a step of descents together, of one of them, for a variable of it, and for the cube of their number (the
-factorisations of its programs)."""
-CALL = 0.013
-"""s of a generation, whatever its operator does."""
-
-
-@dataclass
-class Work:
-    """Counted seconds."""
-
-    seconds: float = 0.0
-
-    def called(self) -> None:
-        """An operator."""
-        self.seconds += CALL
-
-    def evaluated(self, designs: int, measurements: int) -> None:
-        """So many designs of m measurements."""
-        self.seconds += EVALUATION * designs * measurements
-
-    def descended(self, rounds: int, steps: int, variables: int) -> None:
-        """So many steps together, and of single designs with n free variables."""
-        self.seconds += rounds * ROUND + steps * (STEP + VARIABLE * variables + CUBE * variables**3)
-
-    def exchanged(self, options: int) -> None:
-        """So many options were judged by their sums."""
-        self.seconds += OPTION * options
-
-
-@dataclass
-class Credit:
-    """What operators have brought per second of work, and which to ask.
-
-    Attributes:
-        count: number of operators.
-        floor: generations after which each is asked again.
-        memory: weight of the last gain in the average.
-    """
-
-    count: int
-    floor: int
-    memory: float
-    rates: list[float] = field(default_factory=list)
-    waiting: list[int] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        self.rates, self.waiting = [np.inf] * self.count, [0] * self.count
-
-    def choose(self) -> int:
-        """The operator to ask: one that waited too long, else the one that has brought most."""
-        longest = int(np.argmax(self.waiting))
-        chosen = longest if self.waiting[longest] >= max(self.floor, self.count) else int(np.argmax(self.rates))
-        self.waiting = [0 if index == chosen else waited + 1 for index, waited in enumerate(self.waiting)]
-        return chosen
-
-    def learn(self, operator: int, gain: float, seconds: float) -> None:
-        """What an operator brought for so much work."""
-        rate, before = gain / seconds, self.rates[operator]
-        mixed = self.memory * rate + (1.0 - self.memory) * before
-        self.rates[operator] = rate if np.isinf(before) else mixed
-
 
 RELAXED = ("duir", "total")
 """Criteria whose ends designs of the convex relaxation are near."""
@@ -164,7 +35,7 @@ class Operator(Protocol):
 
     name: str
 
-    def offspring(self, state: "State") -> FloatArray:
+    def propose(self, state: "State") -> FloatArray:
         """New designs (b, m, g), as many as it likes; they need not be within limits."""
 
 
@@ -174,23 +45,24 @@ class State:
 
     Attributes:
         population: evaluates designs; its problem has the objectives by which the search goes.
-        archive: the designs that are kept.
         generator: of all that is drawn.
-        work: what was done so far.
         met: the latest designs (b, m, g) that were feasible, and their criteria (b, k): valleys that others dominate
             today may have the better children.
         library: measurements (l, g) of good designs.
     """
 
     population: DesignPopulation
-    archive: Archive
     generator: np.random.Generator
-    work: Work = field(default_factory=Work)
     met: tuple[FloatArray, FloatArray] = field(init=False)
     library: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __post_init__(self) -> None:
         self.met = self.archive.designs, self.archive.values
+
+    @property
+    def archive(self) -> Archive:
+        """The designs that are kept."""
+        return self.population.archive
 
     @property
     def problem(self) -> DesignProblem:
@@ -237,14 +109,6 @@ class State:
     def stock(self) -> FloatArray:
         """Measurements (l, g) drawn once, half of their continuous variables at ends."""
         return extreme_measurements(self.problem, self.options.pairs[0], 0.5, self.generator)
-
-    def evaluated(self, designs: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Those of designs (b, m, g) that are feasible, as they can be set, and their criteria (b, k)."""
-        designs = self.problem.settable(designs)
-        self.work.evaluated(*designs.shape[:2])
-        values, violations = self.population.criteria(designs)
-        feasible = (violations <= 0.0).all(axis=1)
-        return designs[feasible], values[feasible]
 
     def learn(self, designs: FloatArray, values: FloatArray) -> None:
         """Keep designs (d, m, g) with criteria (d, k), and their measurements; of similar ones the latest."""
@@ -315,7 +179,4 @@ class State:
         """Designs (b, m, g) nearer to their aims than the starts (b, m, g), by gradients; the starts where none are."""
         if not self.smooth or len(starts) == 0:
             return starts
-        found, taken = descended(self.objectives, starts, aims, Pace(steps))
-        space = self.problem.space
-        self.work.descended(steps, taken, space.measurements * int((~space.discrete).sum()))
-        return found
+        return descended(self.objectives, starts, aims, Pace(steps))
