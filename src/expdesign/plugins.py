@@ -24,24 +24,28 @@ GROUPS = {
     "expdesign.chain.ports.places": ("expdesign.ports", "name"),
 }
 """Groups of entry points by the packages in which the kinds lie, and the attribute that names one of a kind."""
+ELSEWHERE = {"expdesign.planning.criteria": ("expdesign.assurance.model_error",)}
+"""Packages in which implementations of a kind lie beside the kind's own."""
 _REGISTERED: list[type] = []
 _KEPT: list[Callable[[], None]] = []
 
 
 def implementations(package: str, base: type[T]) -> list[type[T]]:
-    """Concrete subclasses of `base`: in the modules of `package` and of its folders, in their order, then from outside.
+    """Concrete subclasses of `base`: in the modules of `package` and of its folders, in their order, then in packages
+    beside it (`ELSEWHERE`), then from outside.
 
     Raises:
         InputError: an entry point cannot be loaded, or is nothing of that kind.
     """
     found: list[type[T]] = []
-    path = importlib.import_module(package).__path__
-    for info in sorted(pkgutil.walk_packages(path, f"{package}."), key=lambda module: module.name):
-        module = importlib.import_module(info.name)
-        for value in vars(module).values():
-            defined_here = isinstance(value, type) and value.__module__ == module.__name__
-            if defined_here and issubclass(value, base) and not inspect.isabstract(value):
-                found.append(value)
+    for place in (package, *ELSEWHERE.get(package, ())):
+        path = importlib.import_module(place).__path__
+        for info in sorted(pkgutil.walk_packages(path, f"{place}."), key=lambda module: module.name):
+            module = importlib.import_module(info.name)
+            for value in vars(module).values():
+                defined_here = isinstance(value, type) and value.__module__ == module.__name__
+                if defined_here and issubclass(value, base) and not inspect.isabstract(value):
+                    found.append(value)
     return found + _from_outside(package, base, found) if package in GROUPS else found
 
 

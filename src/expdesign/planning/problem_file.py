@@ -20,10 +20,9 @@ from expdesign.mechanics.loads.errors.source import LoadErrorSource
 from expdesign.mechanics.loads.load import Load, Payload, Wrench
 from expdesign.mechanics.robots.kinematic_tree import TIP_COLUMN
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Robot
-from expdesign.planning.asked_criterion import NAMES, asked_criteria
 from expdesign.planning.budget import Budget, read_budget, read_costs
 from expdesign.planning.constraints import read_constraints, required
-from expdesign.planning.criteria.criterion import Criterion, known_criteria
+from expdesign.planning.criteria.criterion import Criterion, criteria_of_problem, kinds, known_criteria
 from expdesign.planning.criteria.targets import Targets
 from expdesign.planning.found_robot import FoundRobot, robot_of, with_geometric_stiffness
 from expdesign.planning.measurement_file import (
@@ -99,7 +98,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         coverage=STANDARD if section.acceptance is None else section.acceptance.chosen,
         robot_file=str(document.folder / section.robot) if isinstance(section.robot, str) else "",
     )
-    further = asked_criteria(problem, section, document)
+    further = criteria_of_problem(problem, section, document)
     return replace(problem, objectives=_objectives(section.objectives, further, document), further=further)
 
 
@@ -360,7 +359,9 @@ def _objectives(names: list[str], further: tuple[Criterion, ...], document: Yaml
     for index, name in enumerate(names):
         if name not in known:
             place = document.where(("objectives", index))
-            raise InputError(f"unknown criterion `{name}`", where=place, remedy=nearest(name, (*known, *NAMES)))
+            raise InputError(
+                f"unknown criterion `{name}`", where=place, remedy=nearest(name, [cls.name for cls in kinds()])
+            )
     if len(set(names)) != len(names):
         raise InputError("a criterion stands there twice", where=where, remedy="Name each once.")
     if not names:

@@ -30,8 +30,8 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.row import RowData, row_data
 from expdesign.errors import InputError
 from expdesign.io.yaml_reader import YamlDocument
-from expdesign.planning.asked_criterion import AskedCriterion
 from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.criterion import Criterion
 from expdesign.planning.criteria.information import Information
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.schema import ModelErrorsSection, RunSection
@@ -57,7 +57,7 @@ class Hidden:
     freedom: IntArray
 
 
-class Meir(AskedCriterion):
+class Meir(Criterion):
     """The largest MEIR_e over the effects that are considered.
 
     Args:
@@ -74,6 +74,7 @@ class Meir(AskedCriterion):
     unit = "tolerances"
     root_mean_square = True
     differentiable = False
+    of_problem = True
 
     def __init__(
         self,
@@ -93,8 +94,10 @@ class Meir(AskedCriterion):
         self.directions = Directions(chain, chain.start() if known is None else known.values, physics)
 
     @classmethod
-    def asked(cls, problem: DesignProblem, section: RunSection, document: YamlDocument) -> Self:
+    def for_problem(cls, problem: DesignProblem, section: RunSection, document: YamlDocument) -> Self | None:
         """Raises `InputError`: no physics is left, a name is unknown, a size not positive, or there is no such test."""
+        if section.model_error is None and cls.name not in section.objectives:
+            return None
         try:
             assumptions = Assumptions(**dict(section.model_error or ModelErrorsSection()))
         except InputError as error:

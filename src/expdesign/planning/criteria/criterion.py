@@ -8,15 +8,20 @@ objective of a search that uses gradients.
 
 from abc import ABC, abstractmethod
 from functools import lru_cache
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
+from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.differentiation import is_recorded, plain
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.plugins import implementations, when_forgotten
+
+if TYPE_CHECKING:
+    from expdesign.planning.problem import DesignProblem
+    from expdesign.planning.schema import RunSection
 
 
 class Criterion(ABC):
@@ -30,6 +35,7 @@ class Criterion(ABC):
         root_mean_square: whether it is the root of a sum of squares, which is at its least, with a kink, where it is 0.
         differentiable: whether its values have gradients; without them no design descends towards it, and designs have
             no KKT proximity.
+        of_problem: whether it needs more than an assessment, so that it is made for one problem (`for_problem`).
     """
 
     name: ClassVar[str]
@@ -38,6 +44,7 @@ class Criterion(ABC):
     maximise: ClassVar[bool] = False
     root_mean_square: ClassVar[bool] = False
     differentiable: ClassVar[bool] = True
+    of_problem: ClassVar[bool] = False
 
     @abstractmethod
     def values(self, assessment: Assessment) -> FloatArray:
@@ -46,6 +53,16 @@ class Criterion(ABC):
         One expression in NumPy, without writing into arrays: gradients and optimality conditions come from it by
         automatic differentiation (`differentiation.py`). A maximum is written with `assessment.largest`.
         """
+
+    @classmethod
+    def for_problem(cls, problem: "DesignProblem", section: "RunSection", document: YamlDocument) -> Self | None:
+        """The criterion of one problem, as its configuration says; None where that does not ask for it.
+
+        Raises:
+            InputError: the configuration asks for it and does not suit it.
+        """
+        del problem, section, document
+        return cls()
 
 
 def criterion_values(criterion: Criterion, assessment: Assessment) -> FloatArray:
@@ -77,10 +94,23 @@ _REMEDY = (
 )
 
 
+def kinds() -> list[type[Criterion]]:
+    """Every criterion's class."""
+    return implementations("expdesign.planning.criteria", Criterion)  # type: ignore[type-abstract]
+
+
+def criteria_of_problem(
+    problem: "DesignProblem", section: "RunSection", document: YamlDocument
+) -> tuple[Criterion, ...]:
+    """Criteria beside those of every design for which a configuration asks."""
+    found = (cls.for_problem(problem, section, document) for cls in kinds() if cls.of_problem)
+    return tuple(criterion for criterion in found if criterion is not None)
+
+
 @lru_cache(maxsize=1)
 def known_criteria() -> dict[str, Criterion]:
     """Every criterion by its name, in a fixed order: `duir`, `feir`, `total`, then the others by name."""
-    found = {cls.name: cls() for cls in implementations("expdesign.planning.criteria", Criterion)}  # type: ignore[type-abstract]
+    found = {cls.name: cls() for cls in kinds() if not cls.of_problem}
     first = ("duir", "feir", "total")
     return {name: found[name] for name in (*first, *sorted(set(found) - set(first)))}
 
