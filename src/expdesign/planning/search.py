@@ -125,9 +125,7 @@ def _searched(population: DesignPopulation, course: "_Course", start: FloatArray
     options, evaluator = problem.optimiser, Evaluator()
     drawn = starting_designs(problem, options.population, np.random.default_rng(options.seed))
     drawn = drawn if start is None else np.concatenate([drawn, start])
-    sampled = Settable(problem).do(population, Population.new(X=_vectors(population, drawn)))
-    sampled = DefaultDuplicateElimination().do(sampled)
-    evaluator.eval(population, sampled)
+    sampled = _evaluated(population, evaluator, drawn)
     if not len(archive):
         require_identifiable(problem, drawn)
         _require_finite(problem, drawn)
@@ -144,7 +142,10 @@ def _searched(population: DesignPopulation, course: "_Course", start: FloatArray
         course.why = "every design was evaluated"
         return 0.0
     first = np.concatenate([relaxed_designs(problem), repeated_designs(problem), structured_designs(problem)])
+    relaxed = _evaluated(population, evaluator, first)
     state = State(population, np.random.default_rng([options.seed, 1]))
+    for made in (sampled, relaxed):  # the better ones last, so that their measurements are offered first
+        _learn(state, made)
     mating = InTurn(
         state, operators_of(state), repair=Settable(problem), eliminate_duplicates=DefaultDuplicateElimination()
     )
@@ -152,7 +153,7 @@ def _searched(population: DesignPopulation, course: "_Course", start: FloatArray
     termination = LittleGain(archive, mating, EXPECTED_GAIN[options.effort], most)
     algorithm = NSGA2(
         pop_size=options.population,
-        sampling=Population.merge(sampled, Population.new(X=_vectors(population, first))),
+        sampling=Population.merge(sampled, relaxed),
         mating=mating,
         repair=Settable(problem),
         evaluator=evaluator,
@@ -176,9 +177,21 @@ def operators_of(state: State) -> list[Operator]:
     return found
 
 
-def _vectors(population: DesignPopulation, designs: FloatArray) -> FloatArray:
-    """Designs (b, m, g) as decision vectors (b, m·g)."""
-    return designs.reshape(len(designs), population.n_var)
+def _evaluated(population: DesignPopulation, evaluator: Evaluator, designs: FloatArray) -> Population:
+    """Distinct ones of designs (b, m, g) as they can be set, evaluated."""
+    made = Population.new(X=designs.reshape(len(designs), population.n_var))
+    if len(made):
+        made = DefaultDuplicateElimination().do(Settable(population.design_problem).do(population, made))
+        evaluator.eval(population, made)
+    return made
+
+
+def _learn(state: State, made: Population) -> None:
+    """Keep what is feasible of evaluated designs."""
+    if len(made):
+        feasible = (made.get("G") <= 0.0).all(axis=1)
+        designs = state.population.decisions(made.get("X").astype(float))
+        state.learn(designs[feasible], made.get("criteria").astype(float)[feasible])
 
 
 class _Learn(Callback):  # type: ignore[misc]
@@ -189,11 +202,8 @@ class _Learn(Callback):  # type: ignore[misc]
         self._state, self._course, self._mating, self._termination = state, course, mating, termination
 
     def notify(self, algorithm: NSGA2) -> None:
-        made = algorithm.off
-        if made is not None:
-            designs = self._state.population.decisions(made.get("X").astype(float))
-            feasible = (made.get("G") <= 0.0).all(axis=1)
-            self._state.learn(designs[feasible], made.get("criteria").astype(float)[feasible])
+        if self._mating.asked >= 0 and algorithm.off is not None:
+            _learn(self._state, algorithm.off)
         self._course.add(self._mating.name, self._termination.generations)
 
 

@@ -188,11 +188,15 @@ def run(
 class _Limit:
     """What ends a run before its own end: a person, or the clock."""
 
-    def __init__(self, seconds: float | None, started: float, ended: Callable[[], bool], callback: Callback) -> None:
-        # What bounds and results take at the end is kept, as far as the limit allows for it.
-        left = np.inf if seconds is None else seconds
-        self._search_end = started + left - min(_BOUNDING + _WRITING, 0.4 * left) if seconds is not None else np.inf
-        self._end = started + left - min(_WRITING, 0.2 * left) if seconds is not None else np.inf
+    def __init__(
+        self,
+        seconds: float | None,
+        started: float,
+        follow: Callable[[Progress], bool],
+        ended: Callable[[], bool],
+        callback: Callback,
+    ) -> None:
+        self._started, self._of_processor = started, time.process_time()
         self._wanted, self._callback, self._seconds = ended, callback, seconds
         self._last = "the first designs"
         self.ended = ""
@@ -204,9 +208,18 @@ class _Limit:
         self._last = f"generation {state.generation}, {state.note}"
         return bool(self.searching())
 
+    def _over(self, kept: float, share: float) -> bool:
+        """Whether no more is left of the time than so many seconds of the processor, or a share of it, take."""
+        if self._seconds is None:
+            return False
+        spent = time.perf_counter() - self._started
+        # On a machine that does other things as well, writing takes longer too.
+        slower = max(1.0, spent / max(time.process_time() - self._of_processor, 0.1))
+        return spent > self._seconds - min(kept * slower, share * self._seconds)
+
     def searching(self) -> str:
         """Why the search is to end now; empty to go on."""
-        by_clock = time.perf_counter() > self._search_end
+        by_clock = self._over(_BOUNDING + _WRITING, 0.5)
         if not by_clock and not self._wanted():
             return ""
         self.ended = self._last
@@ -214,11 +227,11 @@ class _Limit:
 
     def bounding(self) -> bool:
         """Whether bounds are to end."""
-        return self._wanted() or time.perf_counter() > self._end
+        return self._wanted() or self._over(_WRITING, 0.4)
 
 
 _BOUNDING, _WRITING = 2.0, 3.0
-"""s of a limit that are kept for bounds, and for writing."""
+"""s of the processor that are kept of a limit for bounds, and for writing."""
 
 
 def _result(problem: DesignProblem, front: Front, duir: LowerBound, total: LowerBound, ended: str) -> RunResult:

@@ -27,6 +27,10 @@ _NEAR, _TURNS = 0.5, 20
 """Part of a range beyond which a constraint does not matter, and how often the bounds pointed at may change."""
 
 
+_LARGEST = 1000
+"""Variables of a design beyond which the least-squares problem takes longer than it tells."""
+
+
 def kktpm(problem: DesignProblem, variables: FloatArray, spans: FloatArray | None = None) -> FloatArray:
     """KKT proximity (d,) of the designs of a front, variables (d, m, g); NaN where a design has no gradient.
 
@@ -58,6 +62,8 @@ def kktpm(problem: DesignProblem, variables: FloatArray, spans: FloatArray | Non
     scaled_limits = (limit_gradients * width)[..., free]
     position = ((variables - space.lower) / np.where(free, space.upper - space.lower, 1.0))[..., free]
     measure = np.full(len(variables), np.nan)
+    if position[0].size > _LARGEST:
+        return measure
     # Where a criterion has a kink that it does not state, its gradient is not finite.
     smooth = np.logical_and.reduce([np.isfinite(column).all(axis=(1, 2)) for column in columns])
     for index in np.flatnonzero(designs.regular & smooth):
