@@ -357,11 +357,11 @@ class OptimiserSection(Section):
     """`optimiser`."""
 
     algorithm: Literal["nsga2"] = Field(
-        default="nsga2", description="The search: NSGA-II with exchanges and gradients as operators."
+        default="nsga2", description="The search: NSGA-II with exchanges and descents as operators."
     )
     effort: Effort = Field(
         default=SearchOptions.effort,
-        description="The search ends where the next second of work promises less than 0.1 % of the hypervolume "
+        description="The search ends where a further turn of all operators promises less than 0.1 % of the hypervolume "
         "and 0.01 % of `total` (`normal`), 5 times (`quick`) or 0.1 times that (`thorough`).",
     )
     population: Annotated[int, Field(strict=True, ge=4, le=LARGEST_COUNT)] = Field(

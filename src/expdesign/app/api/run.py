@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
-import numpy as np
 import pandas as pd
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
@@ -188,14 +187,7 @@ def run(
 class _Limit:
     """What ends a run before its own end: a person, or the clock."""
 
-    def __init__(
-        self,
-        seconds: float | None,
-        started: float,
-        follow: Callable[[Progress], bool],
-        ended: Callable[[], bool],
-        callback: Callback,
-    ) -> None:
+    def __init__(self, seconds: float | None, started: float, ended: Callable[[], bool], callback: Callback) -> None:
         self._started, self._of_processor = started, time.process_time()
         self._wanted, self._callback, self._seconds = ended, callback, seconds
         self._last = "the first designs"
