@@ -1,4 +1,4 @@
-"""`python -m benchmarks.page NAME`: carry out the commands of `results/NAME.md`, which stand in its first block."""
+"""`python -m benchmarks.page NAME [--first]`: the commands of `results/NAME.md`, in its first block, carried out."""
 
 import os
 import re
@@ -24,13 +24,14 @@ def commands(page: Path) -> list[str]:
 
 
 def main(names: list[str]) -> int:
-    """Carry out the commands of pages, in the project's folder; the exit status of the first that fails."""
-    known = pages()
+    """Carry out the commands of pages, or their first ones, in the project's folder; the status of one that fails."""
+    known, most = pages(), 1 if "--first" in names else None
+    names = [name for name in names if name != "--first"]
     if not names or not set(names) <= set(known):
         print(f"name one of {', '.join(known)}", file=sys.stderr)
         return 2
     here = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
-    for command in (line for name in names for line in commands(known[name])):
+    for command in (line for name in names for line in commands(known[name])[:most]):
         print(command, file=sys.stderr, flush=True)
         done = subprocess.run(command, shell=True, cwd=ROOT, env=here, check=False)
         if done.returncode != 0:
