@@ -41,8 +41,12 @@ def test_a_model_of_version_1_predicts_as_it_did(name: str) -> None:
     np.testing.assert_allclose(now[compared], then[compared], rtol=1e-9, atol=1e-18)
 
 
-def test_a_configuration_of_version_1_is_judged_as_it_was() -> None:
-    record = xd.evaluate(OLD / "config.yaml", OLD / "plan.csv").record
+def test_a_configuration_of_version_1_is_judged_as_it_was_by_the_estimator_of_then(tmp_path: Path) -> None:
+    content = yaml.safe_load((OLD / "config.yaml").read_text(encoding="utf-8"))
+    content["robot"] = str((OLD / content["robot"]).resolve())
+    content["experiment"]["estimator"] = "weighted"
+    (tmp_path / "config.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
+    record = xd.evaluate(tmp_path / "config.yaml", OLD / "plan.csv").record
     assert {name: record[name] for name in EVALUATED} == pytest.approx(EVALUATED, rel=1e-9)
 
 

@@ -9,6 +9,7 @@ There is one form, the same for single numbers, lists, ranges and choices: `x_m:
 `mass_kg`, `half_angle_deg`), or stands here for keys whose names have no unit. A text at any other key stays a text.
 """
 
+import os
 import re
 import stat
 from collections.abc import Hashable, Mapping
@@ -59,7 +60,8 @@ class YamlDocument:
             InputError: it is a pipe or a device, which only a person can name: reading may never end.
         """
         place = self.folder / name
-        if place.exists() and not (place.is_file() or place.is_dir()):
+        there = os.path.exists(place)  # False for a name that no file can have, which its reader says
+        if there and not (place.is_file() or place.is_dir()):
             raise InputError("this is a pipe or a device, not a file", where=str(place), remedy="Name a file.")
         return place
 

@@ -165,7 +165,7 @@ def recorded_model(
 def say_unknown_columns(recordings: Recordings) -> None:
     """Log on level INFO (which commands show) the columns that are kept and not used."""
     unknown = [str(name) for name in recordings.extra.columns if name not in _OF_THE_SHEET]
-    if recordings.marker is not None:
+    if recordings.markers:
         unknown = [name for name in unknown if name not in (STATION, SESSION)]
     spatial = [name for name in unknown if name in SPATIAL.pose or name in SPATIAL.deflection]
     if spatial and recordings.configurations.shape[1] < len(SPATIAL.pose):
