@@ -1,5 +1,6 @@
 """Wrong inputs of every sort: exit status 2, one message that says where, and nothing written."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -68,6 +69,25 @@ def test_extreme_entries_of_a_configuration(
     assert f"{place}: " in message
     assert len(message) < 700
     assert [path.name for path in tmp_path.iterdir()] == ["input.yaml"]
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"experiment.constraints": {"distinct_poses": 3}}, "3 different poses .* `experiment.poses` offers 2"),
+        ({"experiment.constraints": {"distinct_masses": 2}}, "2 different masses .* offers 1"),
+        ({"experiment.deflection_noise.std": {"dz_m": 1e-6}, "experiment.measurements": 5}, "at least 6 measurements"),
+    ],
+)
+def test_what_no_plan_can_meet_is_said_with_what_there_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str, changes: dict[str, Any], said: str
+) -> None:
+    poses = {"candidates": [[0.0] * 6, [0.01, *[0.0] * 5], [0.0] * 6]}
+    loads = {"experiment.poses": poses, "experiment.load.mass_kg": {"choices": [50, 50.0]}}
+    config = written(tmp_path, changed(loaded_config(), loads | {"experiment.measurements": 6} | changes))
+    options = ["--out", tmp_path / "out"] if command == "run" else []
+    assert re.search(said, refused(capsys, command, config, *options))
 
 
 def test_targets_without_a_load_leave_nothing_to_compensate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -300,11 +300,12 @@ def required(section: ConstraintsSection | None, space: DesignSpace, robot: Robo
     """Poses and masses that have to occur, as decisions.
 
     Raises:
-        InputError: one of them cannot be chosen.
+        InputError: one of them cannot be chosen, or more different ones are demanded than there are.
     """
     if section is None:
         return Required()
     m = space.measurements
+    _require_as_many(section, space, document)
     for name, count in (("poses", len(section.poses)), ("masses_kg", len(section.masses_kg))):
         if count > m:
             what = f"{count} are more than the {m} measurements"
@@ -324,6 +325,19 @@ def required(section: ConstraintsSection | None, space: DesignSpace, robot: Robo
         where = document.where((*_WHERE, "masses_kg", index))
         masses.append(_decisions(space, np.array([mass]), space.n_pose, where))
     return Required(tuple(poses), tuple(masses))
+
+
+def _require_as_many(section: ConstraintsSection, space: DesignSpace, document: YamlDocument) -> None:
+    """Raise an `InputError` where more different poses or masses are demanded than the experiment offers."""
+    mass = range(space.n_pose, space.n_pose + 1)
+    for noun, key, quantities, source in (
+        ("poses", "distinct_poses", range(space.n_pose), "poses"),
+        ("masses", "distinct_masses", mass, "load.mass_kg"),
+    ):
+        demanded, offered = getattr(section, key), space.different(quantities)
+        if demanded > offered:
+            what = f"{demanded} different {noun} are demanded, and `experiment.{source}` offers {offered:.0f}"
+            raise InputError(what, where=document.where((*_WHERE, key)), remedy="Demand fewer, or offer more.")
 
 
 def _decisions(space: DesignSpace, wanted: FloatArray, first: int, where: str) -> FloatArray:

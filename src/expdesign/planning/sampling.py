@@ -8,8 +8,10 @@ import numpy as np
 from scipy.optimize import minimize
 
 from expdesign.arrays import FloatArray
+from expdesign.counted import counted
 from expdesign.errors import InfeasibleError, NotIdentifiableError
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
+from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.options import START
 from expdesign.planning.problem import DesignProblem
 
@@ -75,14 +77,16 @@ def require_identifiable(problem: DesignProblem, decisions: FloatArray) -> float
     """Share of random designs (b, m, g) that identify what the targets need.
 
     Raises:
-        NotIdentifiableError: none does, and either all their measurements together do not, or the variables are
-            continuous, so that random designs are as good as any in this respect.
+        NotIdentifiableError: none does, and either they have fewer readings than what the targets depend on, or all
+            their measurements together do not, or the variables are continuous, so that random designs are as good
+            as any in this respect.
     """
     configurations, loads = problem.space.decode(decisions)
     assessment = problem.assessed(decisions)
     share = float(assessment.identifies_targets.mean())
     if share > 0.0:
         return share
+    _require_enough_readings(problem, assessment)
     flat = configurations.reshape(1, -1, configurations.shape[-1]), loads.reshape(1, -1, loads.shape[-1])
     together = problem.assess(*flat, np.arange(1, flat[0].shape[1] + 1)[None])
     for candidate, count in ((together, together.count), (assessment, assessment.count)):
@@ -91,6 +95,26 @@ def require_identifiable(problem: DesignProblem, decisions: FloatArray) -> float
             what = f"no design can serve the targets; with {count} measurements tried, {error.what}"
             raise NotIdentifiableError(what, where=problem.source, remedy=error.remedy)
     return share
+
+
+def _require_enough_readings(problem: DesignProblem, assessment: Assessment) -> None:
+    """Raise where the measurements of a design have fewer readings than what the targets depend on has dimensions: no
+    choice of poses and loads helps.
+    """
+    if problem.known is not None:
+        return
+    targets, each = problem.targets, len(problem.noise.axes)
+    needed = int(np.linalg.matrix_rank(targets.observation[targets.importance > 0.0]))
+    least = -(-needed // each)
+    if assessment.count < least:
+        noun = problem.loaded.regressor.noun
+        what = (
+            f"at least {least} measurements are needed: the targets depend on {needed} combinations of the {noun}, and "
+            f"{counted(assessment.count, 'measurement')} with {counted(each, 'measured axis', 'measured axes')} "
+            f"{'has' if assessment.count == 1 else 'have'} {counted(assessment.count * each, 'reading')}"
+        )
+        remedy = "Raise `experiment.measurements`, or state the noise of further axes that are measured."
+        raise NotIdentifiableError(what, where=problem.source, remedy=remedy)
 
 
 def _descend(problem: DesignProblem, generator: np.random.Generator) -> FloatArray:

@@ -146,6 +146,8 @@ def _searched(population: DesignPopulation, course: "_Course", start: FloatArray
     state = State(population, np.random.default_rng([options.seed, 1]))
     for made in (sampled, relaxed):  # the better ones last, so that their measurements are offered first
         _learn(state, made)
+    if not len(archive):
+        raise _none_found(problem)
     mating = InTurn(
         state, operators_of(state), repair=Settable(problem), eliminate_duplicates=DefaultDuplicateElimination()
     )
@@ -302,11 +304,7 @@ def _front(
     objectives = values[:, : len(problem.objectives)]
     feasible = np.flatnonzero((violations <= 0.0).all(axis=1))
     if feasible.size == 0:
-        raise InfeasibleError(
-            "the search met no design within the robot's limits that identifies what the targets need",
-            where=problem.source,
-            remedy="Widen `experiment.poses` or the loads, or allow more measurements.",
-        )
+        raise _none_found(problem)
     point = reference_point(objectives[feasible]) if point is None else point
     order = feasible[_chosen(problem, values[feasible], len(problem.objectives))]
     criteria = all_criteria(problem, decisions[order])
@@ -323,6 +321,12 @@ def _front(
         missing=missing,
         ended=why,
     )
+
+
+def _none_found(problem: DesignProblem) -> InfeasibleError:
+    what = "the search met no design within the robot's limits that identifies what the targets need"
+    remedy = "Widen `experiment.poses` or the loads, or allow more measurements."
+    return InfeasibleError(what, where=problem.source, remedy=remedy)
 
 
 def _chosen(problem: DesignProblem, values: FloatArray, count: int) -> IntArray:

@@ -123,6 +123,16 @@ class DesignSpace:
         """Number of decisions of one measurement."""
         return len(self.variables)
 
+    def different(self, quantities: range) -> float:
+        """How many different values some quantities can take together; infinite where one of them is continuous."""
+        count = 1.0
+        for variable in self.variables:
+            inside = [place for place, column in enumerate(variable.columns) if column in quantities]
+            if inside:
+                rows = variable.domain.table[:, inside] if isinstance(variable.domain, Rows) else None
+                count *= np.inf if rows is None else len(np.unique(rows, axis=0))
+        return count
+
     @property
     def tilts(self) -> bool:
         """Whether the base is, or can be, tilted."""
