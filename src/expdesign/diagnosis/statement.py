@@ -12,12 +12,14 @@ from math import sqrt
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import FloatArray, as_matrix
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.goodness import StatementOfFit, noise_ratio, squares_of, statement_of_fit
-from expdesign.estimation.load_errors import DeclaredLoadErrors
+from expdesign.estimation.load_errors import DeclaredLoadErrors, load_columns
 from expdesign.estimation.noise_level import NoiseLevel
+from expdesign.estimation.whitening import Whitening
 
 _STRONGEST = 0.98
 _FEWEST = 20
@@ -66,7 +68,24 @@ def statement(
     columns = recordings.components(fit.chain.robot.coordinates)
     whitening = sample.whitening.rows(counts)
     of_rows = replace(noise, deviations=noise.deviations[counts])
-    return statement_of_fit(fit.seen_by(counts), recordings.rows(counts), of_rows, whitening, columns, load_errors)
+    seen, rows = fit.seen_by(counts), recordings.rows(counts)
+    if load_errors is None or not noise.known:
+        return statement_of_fit(seen, rows, of_rows, whitening, columns)
+    explained = explained_by_loads(seen, rows, whitening, load_errors)
+    return statement_of_fit(seen, rows, of_rows, whitening, columns, squares_of(seen)[0], explained)
+
+
+def explained_by_loads(fit: Fit, recorded: Recordings, whitening: Whitening, errors: DeclaredLoadErrors) -> float:
+    """By how much χ² falls where the loads of these rows may have their declared errors (theory.md 5.6).
+
+    With the covariance P of the fit, (Gᵀr)ᵀ·(I + Gᵀ(I − S·P·Sᵀ)·G)⁻¹·(Gᵀr).
+    """
+    effects = errors.effects(fit.chain, fit.values, recorded)
+    columns = as_matrix(whitening.apply(load_columns(effects, np.ones(len(effects))).as_shared.shared))
+    seen = as_matrix(fit.sensitivities).T @ columns
+    curvature = columns.T @ columns - seen.T @ (fit.estimable.generalised / fit.inflation) @ seen
+    gradient = columns.T @ fit.residuals.ravel()
+    return float(gradient @ np.linalg.solve(np.eye(len(gradient)) + curvature, gradient))
 
 
 def tested(fit: Fit, sample: Sample) -> tuple[float, int]:

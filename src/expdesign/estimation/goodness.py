@@ -14,7 +14,6 @@ from scipy.special import chdtr, chdtrc, fdtrc
 
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.fit import Fit
-from expdesign.estimation.load_errors import DeclaredLoadErrors
 from expdesign.estimation.noise_level import NoiseLevel, pure_error, replicate_groups
 from expdesign.estimation.outlying import Outlying, outlying_rows
 from expdesign.estimation.whitening import Whitening
@@ -219,10 +218,7 @@ class StatementOfFit:
         }
         if self.chi2 is not None and self.p_value is None:
             return f"{self.tested}: as many parameters as readings are fitted, so that {model} cannot be tested."
-        exact = self.without_load_errors
-        aside = exact is not None and not self.refuted and not self.options.allows(exact, self.dof)
-        beside = " Intervals of parameters do not include the load errors; U at targets does." if aside else ""
-        return f"{self.tested}: {said[self.verdict]}.{beside}"
+        return f"{self.tested}: {said[self.verdict]}."
 
     @property
     def widened(self) -> str:
@@ -252,7 +248,8 @@ def statement_of_fit(
     noise: NoiseLevel,
     whitening: Whitening,
     columns: tuple[str, ...],
-    load_errors: DeclaredLoadErrors | None = None,
+    exact: float | None = None,
+    explained: float = 0.0,
 ) -> StatementOfFit:
     """The statement that these recordings allow.
 
@@ -262,12 +259,12 @@ def statement_of_fit(
         noise: of the same rows.
         whitening: of the same rows.
         columns: of what the instrument reads, whether it was measured or not.
-        load_errors: of the recorded loads, which account for a part of what the model leaves over.
+        exact: χ² where the recorded loads are taken as exact; None where no errors of them are declared.
+        explained: part of the squares of `fit` that declared load errors account for, where it does not weigh them.
     """
     value, dof = squares_of(fit)
-    exact = None
-    if load_errors is not None and noise.known:
-        exact, value = value, value - load_errors.explained(fit, recordings, whitening)
+    value -= explained
+    exact = exact if noise.known else None
     p_value = p_value_of(value, dof) if noise.known and dof > 0 else None
     lack = _lack_of_fit(value, dof, recordings, noise)
     worst = None

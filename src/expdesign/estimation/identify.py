@@ -32,15 +32,19 @@ from expdesign.estimation.geometric import (
     require_determined,
     usable_rows,
 )
-from expdesign.estimation.goodness import StatementOfFit, statement_of_fit
+from expdesign.estimation.goodness import StatementOfFit, squares_of, statement_of_fit
 from expdesign.estimation.intervals import Intervals, Uncertainty, uncertainty
-from expdesign.estimation.load_errors import DeclaredLoadErrors
+from expdesign.estimation.load_errors import DeclaredLoadErrors, declared_load_errors, load_columns
 from expdesign.estimation.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
 from expdesign.estimation.outlying import Influence, influence
+from expdesign.estimation.weighed import Estimator, Fitted, WeighedLoads, conditional, of_parameters, weighed
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.mechanics.elastostatics.maps import actuator_forces, observation_matrix
 from expdesign.mechanics.robots.robot import Robot
+
+_TURNS = 3
+"""Times that levels of the noise and scales of load errors are estimated in turn."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,7 @@ class Identification:
         robot: the robot.
         recordings: all rows.
         fitted: rows that were fitted, shape (N,).
+        whitening: of the fitted rows, with the load errors that were weighed.
         fit: of the fitted rows; its parameters are compliances in units of 1/apK, and its covariance allows for a noise
             level that was estimated, and is inflated by the Birge ratio where the model is refuted.
         noise: standard deviations of the fitted rows.
@@ -64,11 +69,13 @@ class Identification:
         calibration: what was identified.
         geometry: errors of joints and lengths with 95 % intervals (m or rad), or None where the geometry is nominal.
         arm: the calibration of an arm from absolute readings, or None.
+        loads: declared load errors in the fit, or None.
     """
 
     robot: Robot
     recordings: Recordings
     fitted: BoolArray
+    whitening: Whitening
     fit: Fit
     noise: NoiseLevel
     compliance: Intervals
@@ -81,6 +88,7 @@ class Identification:
     calibration: Calibration = "elastostatic"
     geometry: Intervals | None = None
     arm: ArmCalibration | None = None
+    loads: WeighedLoads | None = None
 
     @property
     def geometry_names(self) -> tuple[str, ...]:
@@ -121,8 +129,9 @@ def identify(
     frames_known: bool = True,
     options: ArmOptions | None = None,
     load_errors: DeclaredLoadErrors | None = None,
+    estimator: Estimator = "generalised",
 ) -> Identification:
-    """Identify the compliances by weighted least squares, generalised where rows share an unloaded reading.
+    """Identify the compliances by least squares, generalised where rows share an unloaded reading or load errors.
 
     theory.md 3: ĉ = (G·A_M)⁺·G·ΔX̂_M and Cov(ĉ) = (A_MᵀV⁻¹A_M)⁻¹, through an orthogonal factorisation of G·A_M.
 
@@ -134,11 +143,13 @@ def identify(
         calibration: what is identified; None for what the columns say (`calibration_of`).
         frames_known: whether measured poses are in the very frames of the commands.
         options: of the calibration of an arm from absolute readings.
-        load_errors: of the recorded loads, for which the test of fit allows (not that of an arm's absolute readings,
-            whose noise is what the calibration leaves over).
+        load_errors: of the recorded loads, as a configuration declares them; the recordings may declare them as well.
+            Those of an arm's absolute readings do not count: their noise is what the calibration leaves over.
+        estimator: whether the fit weighs load errors, or its covariance alone contains them.
 
     Raises:
-        InputError: there is nothing to fit, or the deflections have the wrong sign.
+        InputError: there is nothing to fit, the deflections have the wrong sign, or load errors are declared twice and
+            differently.
         SingularConfigurationError: the robot is singular in a row.
         NotIdentifiableError: the recordings do not determine every compliance.
     """
@@ -146,13 +157,79 @@ def identify(
     if recordings.measurand.absolute and robot.jointed:
         return _of_arm(robot, recordings, calibrate(robot, recordings, chosen, options), chosen)
     if recordings.measurand.absolute:
-        return _of_positions(robot, recordings, chosen, load_errors, frames_known=frames_known)
-    return _of_deflections(robot, recordings, prior, load_errors)
+        loads = _Loads(declared_load_errors(robot, recordings, load_errors), estimator)
+        return _of_positions(robot, recordings, chosen, loads, frames_known=frames_known)
+    loads = _Loads(declared_load_errors(robot, recordings, load_errors), estimator)
+    return _of_deflections(robot, recordings, prior, loads)
 
 
-def _of_deflections(
-    robot: Robot, recordings: Recordings, prior: float | None, load_errors: DeclaredLoadErrors | None
-) -> Identification:
+@dataclass(frozen=True)
+class _Loads:
+    """Load errors that are declared, and how they count."""
+
+    errors: DeclaredLoadErrors | None
+    estimator: Estimator
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """A fit with all that it is judged by; attributes as those of `Identification`."""
+
+    fit: Fit
+    noise: NoiseLevel
+    whitening: Whitening
+    goodness: StatementOfFit
+    known: Uncertainty
+    loads: WeighedLoads | None = None
+
+
+def _fitted(what: Fitted, declared: _Loads, replicated: NoiseLevel | None = None) -> _Outcome:
+    """The fit of some rows at the noise that they state, or that they show, with declared errors of their loads.
+
+    Args:
+        what: is fitted.
+        declared: errors of the loads.
+        replicated: noise that replicates show; None where the residuals have to.
+    """
+    train, errors = what.train, declared.errors
+    weighs = errors is not None and declared.estimator == "generalised"
+    weights: FloatArray | None = None
+
+    def plain(deviations: FloatArray) -> Whitening:
+        return Whitening(deviations, references=train.references)
+
+    def solve(deviations: FloatArray) -> Fit:
+        if errors is None or not weighs:
+            return what.solve(plain(deviations))
+        fit, loads = weighed(what, plain(deviations), errors, "generalised", weights)
+        return conditional(what, fit, plain(deviations), loads)
+
+    known_noise = None if train.deviations is None else NoiseLevel(train.deviations, "recordings")
+    noise = known_noise or replicated or NoiseLevel(np.ones_like(train.deflections), "residuals")
+    if noise.origin == "residuals":
+        weights = np.ones(1)
+        for _ in range(_TURNS if weighs else 1):
+            noise = noise_from_residuals(train, what.chain.robot.coordinates.translations, solve)
+            if errors is not None and weighs:
+                weights = weighed(what, plain(noise.deviations), errors, "generalised")[1].weights
+    whitening = plain(noise.deviations)
+    columns = train.components(what.chain.robot.coordinates)
+    if errors is None:
+        fit = what.solve(whitening)
+        goodness = statement_of_fit(fit, train, noise, whitening, columns)
+        return _Outcome(fit, noise, whitening, goodness, uncertainty(fit, noise))
+    fit, loads = weighed(what, whitening, errors, declared.estimator)
+    sized = whitening.weighing(load_columns(loads.effects, loads.sizes))
+    exact = squares_of(what.solve(whitening))[0]
+    goodness = statement_of_fit(what.solve(sized), train, noise, sized, columns, exact)
+    own = uncertainty(conditional(what, fit, whitening, loads) if weighs and not noise.known else fit, noise)
+    own = Uncertainty(of_parameters(own.estimable, len(fit.values)), own.dof[: len(fit.values)])
+    known = replace(own, estimable=replace(own.estimable, generalised=own.estimable.generalised + loads.excess))
+    weighing = whitening.weighing(load_columns(loads.effects, loads.weights) if weighs else None)
+    return _Outcome(fit, noise, weighing, goodness, known, loads)
+
+
+def _of_deflections(robot: Robot, recordings: Recordings, prior: float | None, declared: _Loads) -> Identification:
     """Identification of the compliances alone, in which deflections are linear."""
     if not np.isfinite(robot.stiffness).all():
         what = f"deflections show how joints yield, and `{robot.name}` has no `actuator_stiffness`"
@@ -175,13 +252,12 @@ def _of_deflections(
         knowledge = idle_knowledge(idle, len(start))
     chain = Chain(robot)
 
-    def whitening_of(deviations: FloatArray) -> Whitening:
-        return Whitening(deviations, references=train.references)
-
-    def solve(deviations: FloatArray) -> Fit:
-        whitening = whitening_of(deviations)
+    def solve(whitening: Whitening) -> Fit:
         readings, sensitivities = whitening.apply(train.deflections), whitening.apply(observation)
         return linear_fit(chain, start, readings, sensitivities, knowledge)
+
+    def linearised(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return train.deflections - observation @ values, observation
 
     if prior is None and len(start):
         size = np.abs(train.deflections).max(axis=0)
@@ -189,31 +265,26 @@ def _of_deflections(
         used = np.ones(len(start), dtype=bool) if idle is None else ~idle
         forces = actuator_forces(jacobians, train.wrenches)[:, used]
         require_estimable([robot.actuators[i] for i in np.flatnonzero(used)], train, forces, sensitivities[..., used])
-    translations = robot.coordinates.translations
-    if train.deviations is not None:
-        noise = NoiseLevel(train.deviations, "recordings")
-    else:
-        replicated = noise_from_replicates(train, translations)
-        noise = replicated or noise_from_residuals(train, translations, solve)
-    fit = solve(noise.deviations)
-    require_positive(fit, train, robot)
-    whitening, remarks = whitening_of(noise.deviations), negative_compliances(fit, robot)
-    goodness, known = _judged(fit, train, noise, whitening, load_errors)
+    replicated = None
+    if train.deviations is None:
+        replicated = noise_from_replicates(train, robot.coordinates.translations)
+    found = _fitted(Fitted(chain, train, solve, linearised, knowledge), declared, replicated)
+    require_positive(found.fit, train, robot)
+    remarks = negative_compliances(found.fit, robot)
     if prior is None and idle is not None:
         # What stays as the robot file has it was not determined.
-        fit, remarks = replace(fit, rank=fit.rank - int(idle.sum())), remarks + idle_remarks(robot, idle)
+        found = replace(found, fit=replace(found.fit, rank=found.fit.rank - int(idle.sum())))
+        remarks = remarks + idle_remarks(robot, idle)
     test = recordings.rows(recordings.test)
-    held_out = held_out_rows(chain, test, fit.values, _stated(test, noise))
-    return _identification(
-        recordings, fitted, fit, noise, goodness, known, held_out, remarks, whitening=whitening, prior=prior
-    )
+    held_out = held_out_rows(chain, test, found.fit.values, _stated(test, found.noise))
+    return _identification(recordings, fitted, found, held_out, remarks, prior=prior)
 
 
 def _of_positions(
     robot: Robot,
     recordings: Recordings,
     calibration: Calibration,
-    load_errors: DeclaredLoadErrors | None,
+    declared: _Loads,
     *,
     frames_known: bool,
 ) -> Identification:
@@ -230,26 +301,24 @@ def _of_positions(
     chain, rows = Chain(robot, effects, reading=reading), row_data(train, robot)
     idle = np.ones(len(robot.stiffness), dtype=bool) if calibration == "geometric" else None
 
-    def data(deviations: FloatArray) -> Data:
-        return Data(train, rows, Whitening(deviations, references=train.references), idle=idle, reading=reading)
+    def data(whitening: Whitening) -> Data:
+        return Data(train, rows, whitening, idle=idle, reading=reading)
 
-    def solve(deviations: FloatArray) -> Fit:
-        return nonlinear_fit(chain, data(deviations))
+    def solve(whitening: Whitening) -> Fit:
+        return nonlinear_fit(chain, data(whitening))
 
+    plain = data(Whitening(np.ones_like(train.deflections)))
     if effects:
-        require_determined(chain, data(np.ones_like(train.deflections)))
-    if train.deviations is not None:
-        noise = NoiseLevel(train.deviations, "recordings")
-    else:
-        noise = noise_from_residuals(train, robot.coordinates.translations, solve)
-    fit, whitening = solve(noise.deviations), data(noise.deviations).whitening
-    goodness, known = _judged(fit, train, noise, whitening, load_errors)
+        require_determined(chain, plain)
+
+    def linearised(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return plain.residuals_with_sensitivities(chain, values)
+
+    found = _fitted(Fitted(chain, train, solve, linearised, chain.knowledge()), declared)
     test = recordings.rows(recordings.test & usable & reading.predictable(robot, recordings))
-    held_out = held_out_rows(chain, test, fit.values, _stated(test, noise))
-    remarks = reading.degeneracies + geometry_remarks(fit)
-    return _identification(
-        recordings, fitted, fit, noise, goodness, known, held_out, remarks, whitening=whitening, calibration=calibration
-    )
+    held_out = held_out_rows(chain, test, found.fit.values, _stated(test, found.noise))
+    remarks = reading.degeneracies + geometry_remarks(found.fit)
+    return _identification(recordings, fitted, found, held_out, remarks, calibration=calibration)
 
 
 def _of_arm(robot: Robot, recordings: Recordings, found: ArmCalibration, calibration: Calibration) -> Identification:
@@ -265,10 +334,10 @@ def _of_arm(robot: Robot, recordings: Recordings, found: ArmCalibration, calibra
         goodness = StatementOfFit(chi2, fit.dof, p_value, origin=noise.origin, mean_square=mean_square)
     dof = np.full(len(fit.values), np.inf if noise.known else float(max(fit.dof, 1)))
     known, held_out = Uncertainty(fit.estimable, dof), found.held_out
+    outcome = _Outcome(fit, noise, whitening, goodness, known)
     return _identification(
-        recordings, found.fitted, fit, noise, goodness, known, held_out, found.remarks, whitening=whitening,
-        calibration=calibration, arm=found,
-    )  # fmt: skip
+        recordings, found.fitted, outcome, held_out, found.remarks, calibration=calibration, arm=found
+    )
 
 
 def _stated(test: Recordings, noise: NoiseLevel) -> FloatArray:
@@ -276,43 +345,34 @@ def _stated(test: Recordings, noise: NoiseLevel) -> FloatArray:
     return test.deviations if test.deviations is not None else noise.deviations[:1]
 
 
-def _judged(
-    fit: Fit, train: Recordings, noise: NoiseLevel, whitening: Whitening, load_errors: DeclaredLoadErrors | None
-) -> tuple[StatementOfFit, Uncertainty]:
-    """Whether the model accounts for the fitted rows, and how well its parameters are known with that."""
-    columns = train.components(fit.chain.robot.coordinates)
-    goodness = statement_of_fit(fit, train, noise, whitening, columns, load_errors)
-    return goodness, uncertainty(fit, noise).inflated(goodness.birge_ratio, goodness.dof)
-
-
 def _identification(
     recordings: Recordings,
     fitted: BoolArray,
-    fit: Fit,
-    noise: NoiseLevel,
-    goodness: StatementOfFit,
-    known: Uncertainty,
+    found: _Outcome,
     held_out: HeldOutRows,
     suspicions: list[Remark],
     *,
-    whitening: Whitening,
     prior: float | None = None,
     calibration: Calibration = "elastostatic",
     arm: ArmCalibration | None = None,
 ) -> Identification:
     """What a fit with the uncertainty of its parameters says of the robot."""
+    fit, goodness, known = found.fit, found.goodness, found.known
+    if arm is None:
+        known = known.inflated(goodness.birge_ratio, goodness.dof)
     robot, intervals, part = fit.chain.robot, known.intervals(fit.values), geometry_slice(fit.chain)
     scale, own = robot.compliance, intervals.part(slice(len(robot.stiffness)))
     compliance = Intervals(own.estimate * scale, own.low * scale, own.high * scale)
-    effect = influence(fit, whitening, noise_known=noise.known)
+    effect = influence(fit, found.whitening, noise_known=found.noise.known)
     if arm is None:
         fit = replace(fit.known_as(known.estimable), inflation=goodness.birge_ratio**2)
     return Identification(
         robot=robot,
         recordings=recordings,
         fitted=fitted,
+        whitening=found.whitening,
         fit=fit,
-        noise=noise,
+        noise=found.noise,
         compliance=compliance,
         stiffness=compliance.inverse(),
         goodness=goodness,
@@ -323,6 +383,7 @@ def _identification(
         calibration=calibration,
         geometry=None if part is None else intervals.part(part),
         arm=arm,
+        loads=found.loads,
     )
 
 

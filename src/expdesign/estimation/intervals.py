@@ -81,7 +81,7 @@ class Uncertainty:
 
 def uncertainty(fit: Fit, noise: NoiseLevel) -> Uncertainty:
     """Covariance and degrees of freedom of a fit, allowing for what the noise level was estimated from."""
-    count = len(fit.values)
+    count = fit.sensitivities.shape[-1]
     if noise.known:
         return Uncertainty(fit.estimable, np.full(count, np.inf))
     covariance = fit.estimable.generalised

@@ -77,17 +77,16 @@ class _Rows:
     room: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
-        readings = self.residuals.shape[1]
-        self.room = self.whitening.precision[:, None, None] * np.eye(readings)
+        self.room = self.whitening.precision
         self._occupy(self.basis)
 
     def _occupy(self, columns: FloatArray) -> None:
-        turned = self.whitening.decorrelated(columns)
+        turned = self.whitening.scores(columns)
         self.room = self.room - turned @ turned.swapaxes(1, 2)
 
     def shifts(self) -> tuple[FloatArray, FloatArray]:
         """What a shift of each row lowers χ² by, shape (N,), and its readings in standard deviations (N, k)."""
-        scores = self.whitening.decorrelated(self.residuals)
+        scores = self.whitening.scores(self.residuals)
         room = np.maximum(np.einsum("nkk->nk", self.room), _ROUNDING)
         floor = _ROUNDING * np.eye(self.residuals.shape[1])
         lowered = (scores * np.linalg.solve(self.room + floor, scores[..., None])[..., 0]).sum(axis=1)

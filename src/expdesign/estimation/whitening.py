@@ -1,37 +1,107 @@
-"""Scaling of residuals to independent unit variance (theory.md 3)."""
+"""Scaling of residuals to independent unit variance (theory.md 3).
+
+Readings have noise of their own, rows that share an unloaded reading its noise, and declared errors of the recorded
+loads move many rows together (model of generalised least squares): with D of standard deviations, S of shared
+references, and the columns G of load errors in standard deviations of each,
+
+    C = D·S·D + Σ G·Gᵀ,   W = M_s·M_o·M_r·D⁻¹,   W·C·Wᵀ = I,
+
+M_r = S^(−½), M_o = (I + G_o·G_oᵀ)^(−½) of what every row has for itself, block by block, and M_s the same of what rows
+share, which has few columns. All three are symmetric.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray, TextArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray, TextArray, as_matrix
 from expdesign.chain.recordings.references import groups
 
 
+@dataclass(frozen=True)
+class LoadColumns:
+    """What one standard deviation of every error of the loads does to the readings (m, rad).
+
+    Attributes:
+        shared: of errors that rows share, shape (N, k, d).
+        own: of errors that every row has for itself, shape (N, k, e).
+    """
+
+    shared: FloatArray
+    own: FloatArray
+
+    def rows(self, chosen: BoolArray | IntArray) -> "LoadColumns":
+        """Of some rows."""
+        return LoadColumns(self.shared[chosen], self.own[chosen])
+
+    @property
+    def as_shared(self) -> "LoadColumns":
+        """The same, with errors of single rows as columns of their own."""
+        count, readings, width = self.own.shape
+        apart = np.zeros((count, readings, count, width))
+        apart[np.arange(count), :, np.arange(count)] = self.own
+        columns = apart.reshape(count, readings, count * width)
+        return LoadColumns(np.concatenate([self.shared, columns], axis=2), self.own[..., :0])
+
+
 class Whitening:
-    """Divides by standard deviations and decorrelates the rows that share an unloaded reading.
+    """Divides by standard deviations and decorrelates rows that share an unloaded reading or errors of their loads.
 
     Args:
         deviations: of every reading, shape (N, k).
         references: name of every row's unloaded reading, which carries half of the row's variance, shape (N,)
             (`chain/recordings/references.py`); None where no two rows share one.
+        loads: errors of the loads that are weighed; None where loads are exact.
     """
 
-    def __init__(self, deviations: FloatArray, *, references: TextArray | None = None) -> None:
+    def __init__(
+        self, deviations: FloatArray, *, references: TextArray | None = None, loads: LoadColumns | None = None
+    ) -> None:
         self.deviations = deviations
+        self.loads = loads
         self._references = references
         self._index = np.arange(len(deviations)) if references is None else groups(references)
         self._sizes = np.bincount(self._index)
+        self._own: FloatArray | None = None
+        self._across: tuple[FloatArray, FloatArray] | None = None
+        self.log_determinant = 0.0
+        """Of what the load errors add to the covariance, in units of the noise."""
+        if loads is not None:
+            self._weigh(loads if len(self._sizes) == len(deviations) else loads.as_shared)
+
+    def _weigh(self, loads: LoadColumns) -> None:
+        """Factorise the covariance of the load errors: M_o by blocks, M_s = I − U·diag(f)·Uᵀ."""
+        if loads.own.shape[-1]:
+            own = loads.own / self.deviations[..., None]
+            variances, vectors = np.linalg.eigh(own @ own.swapaxes(1, 2))
+            variances = 1.0 + np.maximum(variances, 0.0)
+            self._own = (vectors / np.sqrt(variances)[:, None]) @ vectors.swapaxes(1, 2)
+            self.log_determinant += float(np.log(variances).sum())
+        if loads.shared.shape[-1]:
+            columns = as_matrix(self._by_row(self._referenced(loads.shared / self.deviations[..., None])))
+            left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+            self._across = left, sizes
+            self.log_determinant += float(np.log1p(sizes**2).sum())
 
     def apply(self, values: FloatArray) -> FloatArray:
-        """Whitened values; rows N, readings k, and any further dimensions: (N, k, ...) to the same shape.
-
-        The scaled readings of r rows with one reference have covariance S = ½(I + 11ᵀ), whose symmetric inverse root is
-        √2·(I − (1 − 1/√(1+r))·11ᵀ/r); for r = 1 it is 1.
-        """
+        """Whitened values; rows N, readings k, and any further dimensions: (N, k, ...) to the same shape."""
         extra = (1,) * (values.ndim - 2)
         return self.decorrelated(values / self.deviations.reshape(*self.deviations.shape, *extra))
 
     def decorrelated(self, scaled: FloatArray) -> FloatArray:
-        """The symmetric inverse root alone, of values (N, k, ...) in standard deviations."""
+        """M_s·M_o·M_r of values (N, k, ...) in standard deviations."""
+        return self._shared(self._by_row(self._referenced(scaled)))
+
+    def scores(self, whitened: FloatArray) -> FloatArray:
+        """M_r·M_o·M_s, the transpose, of whitened values (N, k, ...): C⁻¹ of values in standard deviations."""
+        return self._referenced(self._by_row(self._shared(whitened)))
+
+    def _referenced(self, scaled: FloatArray) -> FloatArray:
+        """M_r of values (N, k, ...).
+
+        The scaled readings of r rows with one reference have covariance S = ½(I + 11ᵀ), whose symmetric inverse root is
+        √2·(I − (1 − 1/√(1+r))·11ᵀ/r); for r = 1 it is 1.
+        """
         if len(self._sizes) == len(scaled):  # no two rows share one
             return scaled
         sums = np.zeros((len(self._sizes), *scaled.shape[1:]))
@@ -41,14 +111,47 @@ class Whitening:
         whitened: FloatArray = np.sqrt(2.0) * (scaled - means[self._index])
         return whitened
 
+    def _by_row(self, scaled: FloatArray) -> FloatArray:
+        """M_o of values (N, k, ...)."""
+        if self._own is None:
+            return scaled
+        found: FloatArray = (self._own @ scaled.reshape(*scaled.shape[:2], -1)).reshape(scaled.shape)
+        return found
+
+    def _shared(self, scaled: FloatArray) -> FloatArray:
+        """M_s of values (N, k, ...)."""
+        if self._across is None:
+            return scaled
+        left, sizes = self._across
+        flat = scaled.reshape(len(left), -1)
+        factor = 1.0 - 1.0 / np.sqrt(1.0 + sizes**2)
+        found: FloatArray = flat - left @ (factor[:, None] * (left.T @ flat))
+        return found.reshape(scaled.shape)
+
     @property
     def precision(self) -> FloatArray:
-        """Diagonal of S⁻¹, shape (N,): 2·r/(1 + r) for a row whose reference r rows have, itself among them."""
+        """Diagonal blocks of C⁻¹ in standard deviations, shape (N, k, k).
+
+        Of a row whose reference r rows have, itself among them, it is 2·r/(1 + r) without load errors.
+        """
         sizes = self._sizes[self._index].astype(float)
-        precision: FloatArray = 2.0 * sizes / (1.0 + sizes)
-        return precision
+        readings = self.deviations.shape[1]
+        blocks = (2.0 * sizes / (1.0 + sizes))[:, None, None] * np.eye(readings)
+        if self._own is not None:  # no two rows share a reference
+            blocks = self._own @ self._own
+        if self._across is not None:
+            left, sizes = self._across
+            root = (left * (sizes / np.sqrt(1.0 + sizes**2))).reshape(len(blocks), readings, -1)
+            root = self._referenced(self._by_row(root))
+            blocks = blocks - root @ root.swapaxes(1, 2)
+        return blocks
 
     def rows(self, chosen: BoolArray | IntArray) -> "Whitening":
         """The whitening of some rows."""
         references = None if self._references is None else self._references[chosen]
-        return Whitening(self.deviations[chosen], references=references)
+        loads = None if self.loads is None else self.loads.rows(chosen)
+        return Whitening(self.deviations[chosen], references=references, loads=loads)
+
+    def weighing(self, loads: LoadColumns | None) -> "Whitening":
+        """The same noise with errors of the loads, or without them."""
+        return Whitening(self.deviations, references=self._references, loads=loads)

@@ -33,6 +33,8 @@ def fit_sentences(result: Identification) -> list[str]:
         texts.append(goodness.widened)
     if goodness.chi2 is None:
         texts.append("The noise was estimated from the recordings; the intervals allow for this.")
+    if result.loads is not None:
+        texts.append(result.loads.sentence)
     if goodness.worst is not None:
         texts.append(goodness.worst.sentence)
     return texts

@@ -46,6 +46,7 @@ def identification_record(result: Identification) -> dict[str, Any]:
         "lack_of_fit": None
         if lack is None
         else {"F": lack.ratio, "dof": lack.dof, "dof_pure_error": lack.pure_dof, "p_value": lack.p_value},
+        "load_errors": None if result.loads is None else result.loads.record,
         "noise": {
             "origin": noise.origin,
             "levels": [{"of": group.name, "std": group.deviation, "dof": group.dof} for group in noise.groups],

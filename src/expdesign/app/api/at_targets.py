@@ -17,7 +17,6 @@ from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.model_error.recorded import Shown
 from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden
 from expdesign.estimation.identify import Identification
-from expdesign.estimation.whitening import Whitening
 from expdesign.planning.criteria.targets import GivenVariances
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.blocks import PageSection
@@ -91,9 +90,9 @@ class AtTargets:
     def identified(cls, problem: DesignProblem, result: Identification) -> "AtTargets":
         """An identified robot; not decided where it is refuted."""
         noise, recorded = result.noise, result.recordings.rows(result.fitted)
-        whitening = Whitening(noise.deviations, references=recorded.references)
         degrees = min((group.dof for group in noise.groups), default=float("inf"))
-        return cls(problem, FittedModel(result.fit, recorded, whitening, float(degrees)), result.goodness.refuted)
+        model = FittedModel(result.fit, recorded, result.whitening, float(degrees), result.loads)
+        return cls(problem, model, result.goodness.refuted)
 
     @classmethod
     def diagnosed(cls, problem: DesignProblem, result: "Diagnosis") -> "AtTargets":

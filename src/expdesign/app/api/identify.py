@@ -18,6 +18,7 @@ from expdesign.estimation.identify import Identification
 from expdesign.estimation.identify import identify as identify_recordings
 from expdesign.estimation.intervals import Intervals
 from expdesign.estimation.remarks import Implausible
+from expdesign.estimation.weighed import Estimator
 from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.report.fit_texts import identification_lines, identification_warnings
 from expdesign.report.identification_report import identification_report
@@ -131,6 +132,7 @@ def identify(
     other_robot: bool = False,
     loss: Loss = "squares",
     further: Collection[Further] = (),
+    estimator: Estimator | None = None,
 ) -> IdentificationResult:
     """Identify the stiffness of every actuator, the geometry, or both from recordings.
 
@@ -149,6 +151,9 @@ def identify(
         further: what is identified of an arm from positions beside geometry and compliances: `masses` (of links),
             `tool` (mass and first moments), `harmonics` (errors that repeat with every turn of a joint), `drift` (of
             the instrument against the base, as a process in time).
+        estimator: `generalised`, which weighs load errors that the configuration of `targets` or the columns
+            `error_mass_kg` ... of the recordings declare, or `weighted`, whose covariance alone contains them; that of
+            the configuration if left out, else `generalised`.
 
     Raises:
         InputError: a file is missing or wrong.
@@ -170,6 +175,8 @@ def identify(
     relative = None if prior is None else prior / 100.0
     require_known(frames, get_args(Frames), "frames", "knowledge of frames")
     require_known(loss, get_args(Loss), "loss", "loss")
+    if estimator is not None:
+        require_known(estimator, get_args(Estimator), "estimator", "estimator")
     unknown = [name for name in further if name not in get_args(Further)]
     if isinstance(further, str) or unknown:
         what = f"`{further if isinstance(further, str) else unknown[0]}` cannot be identified beside the rest"
@@ -185,6 +192,7 @@ def identify(
         frames_known=frames == "known",
         options=ArmOptions(loss=loss, further=tuple(further)),
         load_errors=None if problem is None else problem.load_errors,
+        estimator=estimator or "generalised",
     )
     result = with_doubts(result)
     at_targets = None

@@ -21,6 +21,7 @@ from expdesign.errors import InputError
 from expdesign.estimation.compensation.arm_targets import of_joints
 from expdesign.estimation.compensation.joint_space import at_targets, tip_chain
 from expdesign.estimation.fit import Fit
+from expdesign.estimation.weighed import WeighedLoads
 from expdesign.estimation.whitening import Whitening
 from expdesign.planning.problem import DesignProblem
 
@@ -34,12 +35,14 @@ class FittedModel:
         recordings: the rows that were fitted.
         whitening: of these rows.
         degrees: degrees of freedom of the noise level, infinite where it is stated.
+        loads: load errors that the covariance of the fit contains; None where it contains none.
     """
 
     fit: Fit
     recordings: Recordings
     whitening: Whitening
     degrees: float = float("inf")
+    loads: WeighedLoads | None = None
 
 
 def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudget:
@@ -52,17 +55,19 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
     require_what_is_calibrated(problem, shown=not model.fit.chain.reading.linear)
     sensitivities = target_sensitivities(problem, model.fit)
     deviations = model.fit.estimable.deviations(sensitivities)
-    noise = np.where(np.isfinite(deviations), deviations, np.nan)
     generalised = model.fit.estimable.generalised
     together = np.einsum("tnp,pq,smq->tnsm", sensitivities, generalised, sensitivities, optimize=True)
-    contributions = [Contribution(NOISE, noise, True, model.degrees, together)]
-    for source, moved in zip(problem.loaded.sources, _effects_of_loads(problem, model), strict=True):
+    loads = []
+    for name, shared, moved in _effects_of_loads(problem, model):
         # Errors that every row has for itself add up in squares, one that all share adds up as it is.
-        estimates = moved.sum(axis=0)[None] if source.shared else moved
-        errors = np.einsum("tnp,mpd->tnmd", sensitivities, estimates)
-        deviation = np.sqrt((errors**2).sum(axis=(2, 3)))
-        together = np.einsum("tnmd,skmd->tnsk", errors, errors, optimize=True)
-        contributions.append(Contribution(source.source, deviation, not source.shared, covariance=together))
+        errors = np.einsum("tnp,mpd->tnmd", sensitivities, moved)
+        part = np.einsum("tnmd,skmd->tnsk", errors, errors, optimize=True)
+        loads.append(Contribution(name, np.sqrt((errors**2).sum(axis=(2, 3))), not shared, covariance=part))
+        if model.loads is not None:  # the covariance of the fit contains them
+            together = together - part
+    own = np.sqrt(np.maximum(np.einsum("tntn->tn", together), 0.0))
+    noise = np.where(np.isfinite(deviations), own if model.loads is not None else deviations, np.nan)
+    contributions = [Contribution(NOISE, noise, True, model.degrees, together), *loads]
     return UncertaintyBudget(
         contributions=tuple(contributions),
         tolerance=tolerances(problem),
@@ -107,12 +112,20 @@ def target_sensitivities(problem: DesignProblem, fit: Fit) -> FloatArray:
     return np.array(rows)
 
 
-def _effects_of_loads(problem: DesignProblem, model: FittedModel) -> list[FloatArray]:
-    """What one standard deviation of every component of each source does to the estimate, row by row, (N, p, d)."""
+def _effects_of_loads(problem: DesignProblem, model: FittedModel) -> list[tuple[str, bool, FloatArray]]:
+    """Every source by name, whether rows share it, and what one standard deviation of each component does to the
+    estimate: (1, p, d) where rows share it, else row by row (N, p, d).
+    """
     fit, errors = model.fit, problem.load_errors
+    if model.loads is not None:
+        pairs = zip(model.loads.effects, model.loads.propagated, strict=True)
+        root = float(np.sqrt(fit.inflation))
+        return [(e.name, e.shared, root * (each if each.ndim == 3 else each[None])) for e, each in pairs]
     if errors is None:
         return []
-    weights = model.whitening.decorrelated(fit.sensitivities)
-    gain = (weights @ fit.estimable.generalised).swapaxes(1, 2) / fit.inflation
-    moved = errors.readings(fit, model.recordings)
-    return [gain @ (readings / model.whitening.deviations[..., None]) for readings in moved]
+    gain = (model.whitening.scores(fit.sensitivities) @ fit.estimable.generalised).swapaxes(1, 2) / fit.inflation
+    found = []
+    for effect in errors.effects(fit.chain, fit.values, model.recordings):
+        estimates = gain @ (effect.moved / model.whitening.deviations[..., None])
+        found.append((effect.name, effect.shared, estimates.sum(axis=0)[None] if effect.shared else estimates))
+    return found

@@ -7,6 +7,7 @@ fulfil stands in the function that reads it.
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from expdesign.chain.recordings.load_errors import WEIGHT, error_columns
 from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, measured_names
 from expdesign.coordinates import SPATIAL, Coordinates
 from expdesign.io.table import Table
@@ -108,6 +109,17 @@ RECORDED = (
         "`reference`",
         "name of the unloaded reading; rows of one name share its noise, half of each row's variance; optional",
         _named(REFERENCE),
+    ),
+    ColumnGroup(
+        "`error_mass_kg`, `error_com_x_m`, …, `error_fx_N`, …, `error_mz_Nm`",
+        "standard deviations of the errors of the load, which `identify` weighs; rows of one `weight` share them; "
+        "optional: else as the configuration of `--targets` says",
+        lambda robot: error_columns(robot.coordinates),
+    ),
+    ColumnGroup(
+        f"`{WEIGHT}`",
+        "name of the weights of the row, which have one error; else all rows carry the same; optional",
+        _named(WEIGHT),
     ),
     ColumnGroup("`split`", "`train` or `test`; rows marked `test` are never fitted; optional", _named("split")),
     ColumnGroup(

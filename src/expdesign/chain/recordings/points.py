@@ -9,6 +9,7 @@ import pandas as pd
 from expdesign.arrays import FloatArray, IntArray, TextArray
 from expdesign.chain.recordings.columns import known_columns, leg_temperatures, require_mass, whole_load
 from expdesign.chain.recordings.joint_columns import with_joints
+from expdesign.chain.recordings.load_errors import read_load_errors
 from expdesign.chain.recordings.measured import KINDS, read_aims, read_fixed, with_targets
 from expdesign.chain.recordings.recordings import (
     ALONG,
@@ -78,6 +79,7 @@ def points_of(table: Table, robot: Robot, order: IntArray, *, measured: bool, re
     if any(table.has(name) for name in absolute_names):
         for i, name in enumerate(absolute_names):
             absolute[:, i] = table.numbers((name,))[order, 0] if table.has(name) else 0.0
+    errors, weight = read_load_errors(table, coordinates, order, wrenches, payload) if recorded else (None, None)
     legs = leg_temperatures(robot)
     known = known_columns(robot) | ({"kind", SESSION} if poses or markers else set())
     known |= {POINT, *ALONG, *SPANS, *SPAN_DEVIATIONS} if point is not None else set()
@@ -110,6 +112,8 @@ def points_of(table: Table, robot: Robot, order: IntArray, *, measured: bool, re
         along=along,
         poses=poses,
         references=read_references(table, order, configurations if commanded and recorded else None),
+        errors=errors,
+        weight=weight,
     )
 
 

@@ -100,6 +100,9 @@ class LoadedPoints:
         file: index in `files` of every row, shape (N,), or None where there is one file.
         references: name of the unloaded reading from which a row is counted, shape (N,): rows of one name share its
             noise, half of each row's variance. Empty for one of the row's own; None where every row has one.
+        errors: declared standard deviations of errors of the load, in the order of `load_errors.error_columns`, NaN in
+            columns that are not declared and 0 in rows without load, shape (N, q); None where none is declared.
+        weight: name of the weights of every row, which share one error, shape (N,); None where all rows do.
     """
 
     source: str
@@ -127,6 +130,8 @@ class LoadedPoints:
     files: tuple[str, ...] = field(default=(), kw_only=True)
     file: IntArray | None = field(default=None, kw_only=True)
     references: TextArray | None = field(default=None, kw_only=True)
+    errors: FloatArray | None = field(default=None, kw_only=True)
+    weight: TextArray | None = field(default=None, kw_only=True)
 
     def components(self, coordinates: Coordinates) -> tuple[str, ...]:
         """Columns of what an instrument reads; rotations of targets are named as those of deflections."""

@@ -1,0 +1,109 @@
+"""Errors of the recorded loads, as standard deviations in columns of their own (file-formats.md, Recordings).
+
+`error_mass_kg`, `error_com_x_m` …, `error_fx_N` … belong to the weights that were hung on: rows of one `weight` have
+one unknown error, and so have all rows where that column is missing.
+"""
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray, IntArray, TextArray
+from expdesign.coordinates import Coordinates
+from expdesign.errors import InputError
+from expdesign.io.table import Table
+
+WEIGHT = "weight"
+"""Column that names the weights of a row."""
+_LEVER = 1.0
+"""m; a moment is compared with the force at this lever as well, as its own origin may lie in the force."""
+
+
+def load_quantities(coordinates: Coordinates) -> tuple[str, ...]:
+    """Quantities of a load whose errors can be declared: payload, then wrench."""
+    return ("mass_kg", *coordinates.centre_of_mass, *coordinates.wrench)
+
+
+def error_columns(coordinates: Coordinates) -> tuple[str, ...]:
+    """Columns of their standard deviations."""
+    return tuple(f"error_{name}" for name in load_quantities(coordinates))
+
+
+def read_load_errors(
+    table: Table, coordinates: Coordinates, order: IntArray, wrenches: FloatArray, payload: FloatArray | None
+) -> tuple[FloatArray | None, TextArray | None]:
+    """Standard deviations in the order of `error_columns` (N, q), NaN where none is declared, and weights (N,).
+
+    Args:
+        table: the recordings.
+        coordinates: of the robot.
+        order: row of the table that each row is.
+        wrenches: recorded loads, in that order, shape (N, n).
+        payload: mass and centre of mass in that order; None where wrenches are recorded.
+
+    Raises:
+        InputError: an error is 0, missing or larger than its load, weights have two errors, or a payload's error is
+            declared of a wrench.
+    """
+    names = error_columns(coordinates)
+    declared = [name for name in names if table.has(name)]
+    if not declared:
+        return None, None
+    of_payload = [name for name in declared if name in names[: 1 + len(coordinates.centre_of_mass)]]
+    if of_payload and payload is None:
+        what = "the error is that of a payload, and the recordings have wrenches"
+        remedy = "Add mass_kg and the centre of mass, or declare error_fx_N ... of the wrench."
+        raise InputError(what, where=table.where(column=of_payload[0]), remedy=remedy)
+    errors = table.numbers_where_filled(names)[order]
+    loaded = (wrenches != 0.0).any(axis=1)
+    split = coordinates.translations
+    force = np.linalg.norm(wrenches[:, :split], axis=1)
+    moment = np.linalg.norm(wrenches[:, split:], axis=1) + _LEVER * force
+    first = 1 + len(coordinates.centre_of_mass)
+    for index, name in enumerate(names):
+        if name not in declared:
+            continue
+        values = errors[:, index]
+        table.refuse(loaded & np.isnan(values), (name,), "the cell is empty", "State it in every loaded row.", order)
+        what = "a standard deviation of {:g} is none"
+        remedy = "State how well the load is known, or leave the column out where it is exact."
+        table.refuse(loaded & (values <= 0.0), (name,), what, remedy, order, values)
+        limit = _limit(index, payload, force, moment, first, split)
+        if limit is not None:
+            what = "the error ({:g}) is larger than the load itself"
+            table.refuse(loaded & (values > limit), (name,), what, "Is it in SI units?", order, values)
+        errors[~loaded, index] = 0.0
+    weight = table.text(WEIGHT).astype(str)[order] if table.has(WEIGHT) else None
+    _require_one_each(table, names, errors, loaded, weight, order)
+    return errors, weight
+
+
+def _limit(
+    index: int, payload: FloatArray | None, force: FloatArray, moment: FloatArray, first: int, split: int
+) -> FloatArray | None:
+    """What an error may not exceed, row by row (N,); None for a centre of mass."""
+    if index == 0:
+        return None if payload is None else payload[:, 0]
+    if index < first:
+        return None
+    return force if index - first < split else moment
+
+
+def _require_one_each(
+    table: Table,
+    names: tuple[str, ...],
+    errors: FloatArray,
+    loaded: BoolArray,
+    weight: TextArray | None,
+    order: IntArray,
+) -> None:
+    """Raise where rows that share an error state two standard deviations of it."""
+    labels = np.full(len(errors), "") if weight is None else weight
+    for label in np.unique(labels[loaded]):
+        rows = np.flatnonzero(loaded & (labels == label))
+        own = errors[rows]
+        differs = np.abs(own - own[0]) > 1e-9 * np.abs(own[0])
+        if differs.any():
+            row, column = np.argwhere(differs)[0]
+            said = "all rows share it" if weight is None else f"weight `{label}` has it"
+            what = f"the error is {own[row, column]:g} here and {own[0, column]:g} before, and {said}"
+            remedy = f"Name the weights of every row in a column `{WEIGHT}`, or state one error for each."
+            raise InputError(what, where=table.where(int(order[rows[row]]), names[column]), remedy=remedy)

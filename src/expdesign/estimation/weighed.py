@@ -1,0 +1,285 @@
+"""Fits that weigh declared load errors, with one scale for every source of them (theory.md 5.6).
+
+The readings less the prediction are r = S·θ + Σ_s G_s·δ_s + e, δ_s ~ N(0, λ_s²·I) in declared standard deviations. The
+`generalised` estimate weighs them: its residuals are whitened by C(λ) = V + Σ λ_s²·G_s·G_sᵀ. The `weighted` estimate of
+the thesis is that of the noise alone, λ = 0. For either, with its gain K, the covariance is K·C(μ)·Kᵀ, and χ² that of
+C(μ), μ being how large the load errors are.
+
+A declaration is a prior: ln μ_s ~ N(0, 0.7²), so that half and twice the declared size are one standard deviation away.
+μ is the posterior median (the mode of ln μ), λ the posterior mode of the scale itself, which is smaller: where the
+recordings say nothing of a scale the fit weighs 0.61 of the declared size, which costs little whether the declaration
+is right or twice too large, and intervals contain all of it. Both are reported.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from scipy.optimize import minimize
+
+from expdesign.arrays import FloatArray, as_matrix
+from expdesign.chain.chain import Chain
+from expdesign.chain.models.estimable import Estimable
+from expdesign.chain.recordings.recordings import Recordings
+from expdesign.estimation.fit import Fit
+from expdesign.estimation.gaussian import Gaussian, Term
+from expdesign.estimation.load_errors import DeclaredLoadErrors, LoadEffect, load_columns
+from expdesign.estimation.whitening import LoadColumns, Whitening
+
+Estimator = Literal["generalised", "weighted"]
+"""Whether declared load errors are weighed by the fit, or only propagated by its covariance."""
+
+SCALE_SPREAD = 0.7
+"""Standard deviation of the logarithm of a scale about 0."""
+_FARTHEST = 5.0
+"""Logarithm of the scale at which the search for it ends."""
+_ROUNDS = 20
+_SETTLED = 1e-4
+"""Standard deviations by which parameters move at most once the columns of the load errors have settled."""
+_PARAMETERS = "parameters"
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """What a fit consists of, at any noise.
+
+    Attributes:
+        chain: the model.
+        train: the rows that are fitted.
+        solve: the fit with a whitening.
+        linearised: residuals (N, k) and sensitivities (N, k, p) at parameters (p,), not whitened.
+        prior: mean and standard deviation of the parameters (p,), infinite where there is none; None without any.
+    """
+
+    chain: Chain
+    train: Recordings
+    solve: Callable[[Whitening], Fit]
+    linearised: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+    prior: tuple[FloatArray, FloatArray] | None = None
+
+
+@dataclass(frozen=True)
+class WeighedLoads:
+    """Load errors in a fit.
+
+    Attributes:
+        estimator: how they count.
+        effects: at the fitted parameters.
+        weights: λ of every effect, in declared standard deviations; 0 for the `weighted` estimator.
+        sizes: μ of every effect; 1 for the `weighted` estimator.
+        mean: posterior mean of the shared errors, in declared standard deviations, effect after effect, shape (d,).
+        covariance: of the same, shape (d, d).
+        cross: covariance of the parameters with them, shape (p, d).
+        propagated: what μ standard deviations of every error do to the parameters: of each effect (p, d) where rows
+            share it, else (N, p, d).
+    """
+
+    estimator: Estimator
+    effects: tuple[LoadEffect, ...]
+    weights: FloatArray
+    sizes: FloatArray
+    mean: FloatArray
+    covariance: FloatArray
+    cross: FloatArray
+    propagated: tuple[FloatArray, ...]
+
+    @property
+    def excess(self) -> FloatArray:
+        """K·(C(μ) − C(λ))·Kᵀ: what sizes beyond the weights add to the covariance of the parameters, shape (p, p)."""
+        flat = [each if each.ndim == 2 else np.concatenate(list(each), axis=1) for each in self.propagated]
+        shares = 1.0 - (self.weights / self.sizes) ** 2
+        found: FloatArray = sum(
+            (share * each @ each.T for share, each in zip(shares, flat, strict=True)), np.zeros((len(self.cross),) * 2)
+        )
+        return found
+
+    @property
+    def sentence(self) -> str:
+        """How they count, in words."""
+        names = [effect.name for effect in self.effects]
+        if self.estimator == "weighted":
+            return f"Declared load errors ({', '.join(names)}) widen the intervals; the estimate does not weigh them."
+        taken = [
+            f"{name} {weight:.2g} (intervals {size:.2g})"
+            for name, weight, size in zip(names, self.weights, self.sizes, strict=True)
+        ]
+        return (
+            f"Declared load errors are weighed; multiples of the declared size that the fit took: {', '.join(taken)}."
+        )
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """What a document says of them."""
+        first, entries = 0, []
+        deviations = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        for effect, weight, size in zip(self.effects, self.weights, self.sizes, strict=True):
+            entry: dict[str, Any] = {"source": effect.source, "unit": effect.unit, "shared": effect.shared}
+            entry |= {"weight": effect.weight} if effect.weight else {}
+            entry |= {"declared_std": effect.deviation.tolist(), "weight_taken": float(weight), "scale": float(size)}
+            if effect.shared:
+                part = slice(first, first + len(effect.deviation))
+                entry["estimate"] = (self.mean[part] * effect.deviation).tolist()
+                entry["std"] = (deviations[part] * effect.deviation).tolist()
+                first = part.stop
+            entries.append(entry)
+        return {"estimator": self.estimator, "sources": entries}
+
+
+def weighed(
+    fitted: Fitted,
+    noise: Whitening,
+    errors: DeclaredLoadErrors,
+    estimator: Estimator,
+    weights: FloatArray | None = None,
+) -> tuple[Fit, WeighedLoads]:
+    """A fit with its load errors; its own covariance is that at the weights, to which `excess` is added.
+
+    Args:
+        fitted: what is fitted.
+        noise: of the readings, loads taken as exact.
+        errors: as they are declared.
+        estimator: how they count.
+        weights: λ = μ of every effect, or one of all; estimated if left out.
+    """
+    fit = fitted.solve(noise)
+    if estimator == "weighted":
+        effects = errors.effects(fitted.chain, fit.values, fitted.train)
+        return fit, _posterior(fitted, fit, noise, effects, (np.zeros(len(effects)), np.ones(len(effects))), estimator)
+    for _ in range(_ROUNDS):
+        effects = errors.effects(fitted.chain, fit.values, fitted.train)
+        if weights is None:
+            scales = _scales(fitted, fit.values, noise, effects)
+        else:
+            scales = (np.broadcast_to(weights, len(effects)),) * 2
+        before, fit = fit.values, fitted.solve(noise.weighing(load_columns(effects, scales[0])))
+        moved = np.abs(fit.values - before) / np.sqrt(np.maximum(np.diag(fit.estimable.generalised), 1e-300))
+        if moved.max(initial=0.0) < _SETTLED:
+            break
+    return fit, _posterior(fitted, fit, noise, effects, scales, estimator)
+
+
+def conditional(fitted: Fitted, fit: Fit, noise: Whitening, loads: WeighedLoads) -> Fit:
+    """The same fit with load errors among its parameters, by which levels of the noise are estimated.
+
+    A variance of the noise is estimated by restricted maximum likelihood from the squares of r − S·θ − G·δ and the hat
+    matrix of both, S and G (Henderson's mixed model equations; Searle, Casella and McCulloch, Variance Components,
+    1992, section 7.3). Errors of single rows are terms as well.
+    """
+    columns = load_columns(loads.effects, loads.weights).as_shared.shared
+    residuals, sensitivities = fitted.linearised(fit.values)
+    whitened = as_matrix(noise.apply(columns))
+    term = Term("loads", whitened, root=np.ones(whitened.shape[1]), scope="campaign")
+    parameters = _parameters(fitted, fit.values, as_matrix(noise.apply(sensitivities)))
+    model = Gaussian((*parameters, term), noise.apply(residuals).ravel())
+    left = (model.readings - model.columns @ model.estimate).reshape(residuals.shape)
+    return replace(
+        fit, residuals=left, sensitivities=model.columns.reshape(*residuals.shape, -1), subspace=model.estimable
+    )
+
+
+def of_parameters(known: Estimable, count: int) -> Estimable:
+    """The first parameters of more."""
+    return Estimable(known.generalised[:count, :count], known.directions[:count], known.resolution[:count])
+
+
+def _parameters(fitted: Fitted, values: FloatArray, columns: FloatArray) -> tuple[Term, ...]:
+    """Terms of the parameters: those with a prior, relative to where they are, and flat ones."""
+    if fitted.prior is None:
+        return (Term(_PARAMETERS, columns),)
+    mean, deviation = fitted.prior
+    held = np.isfinite(deviation)
+    if held.all():
+        return (Term(_PARAMETERS, columns, root=deviation, mean=mean - values),)
+    # One term in the order of the parameters: a prior of no information is flat to within rounding.
+    wide = np.where(held, deviation, 1e8 * fitted.chain.scales())
+    return (Term(_PARAMETERS, columns, root=wide, mean=np.where(held, mean - values, 0.0)),)
+
+
+def _scales(
+    fitted: Fitted, values: FloatArray, noise: Whitening, effects: tuple[LoadEffect, ...]
+) -> tuple[FloatArray, FloatArray]:
+    """λ and μ of every effect, by evidence and prior; effects of one source have one."""
+    residuals, sensitivities = fitted.linearised(values)
+    sources = list(dict.fromkeys(effect.source for effect in effects))
+    index = np.array([sources.index(effect.source) for effect in effects])
+    shared = [effect for effect in effects if effect.shared]
+    own = any(not effect.shared for effect in effects)
+
+    def pieces(scales: FloatArray) -> tuple[FloatArray, FloatArray, list[FloatArray], float]:
+        """Readings, sensitivities and columns of shared errors, as small as they can be, and ln|C| of single rows."""
+        columns = load_columns(effects, scales)
+        whitening = noise.weighing(LoadColumns(columns.shared[..., :0], columns.own) if own else None)
+        parts = [sensitivities, *(effect.moved for effect in shared), residuals[..., None]]
+        whole: FloatArray = np.hstack([as_matrix(whitening.apply(part)) for part in parts])
+        if len(whole) > whole.shape[1]:
+            whole = np.asarray(np.linalg.qr(whole, mode="r"))
+        ends = np.cumsum([sensitivities.shape[2], *(effect.moved.shape[2] for effect in shared)])
+        split = np.split(whole, ends, axis=1)
+        return split[-1][:, 0], split[0], split[1:-1], whitening.log_determinant
+
+    fixed = None if own else pieces(np.ones(len(effects)))
+
+    def misfit(logs: FloatArray, density: float) -> float:
+        scales = np.exp(logs[index])
+        readings, slopes, columns, volume = fixed or pieces(scales)
+        sizes = [scale for effect, scale in zip(effects, scales, strict=True) if effect.shared]
+        loads = [
+            Term(effect.name, each, root=np.full(each.shape[1], size))
+            for effect, each, size in zip(shared, columns, sizes, strict=True)
+        ]
+        model = Gaussian((*_parameters(fitted, values, slopes), *loads), readings)
+        # The density of λ is that of ln λ over λ.
+        prior = 0.5 * float(logs @ logs) / SCALE_SPREAD**2 + density * float(logs.sum())
+        return -model.log_evidence + 0.5 * volume + prior
+
+    bounds = [(-_FARTHEST, _FARTHEST)] * len(sources)
+    start, ends = np.zeros(len(sources)), []
+    for density in (0.0, 1.0):
+        found = minimize(misfit, start, (density,), method="L-BFGS-B", bounds=bounds, options={"ftol": 1e-10})
+        start = np.asarray(found.x)
+        ends.append(np.exp(start[index]))
+    return ends[1], ends[0]
+
+
+def _posterior(
+    fitted: Fitted,
+    fit: Fit,
+    noise: Whitening,
+    effects: tuple[LoadEffect, ...],
+    scales: tuple[FloatArray, FloatArray],
+    estimator: Estimator,
+) -> WeighedLoads:
+    """What the readings say of the shared errors, and what errors do to the parameters, for either estimator."""
+    weights, sizes = scales
+    whitening = noise.weighing(load_columns(effects, weights) if estimator == "generalised" else None)
+    residuals, sensitivities = fitted.linearised(fit.values)
+    gain = fit.estimable.generalised @ as_matrix(whitening.scores(whitening.apply(sensitivities))).T
+    shape = residuals.shape
+    gain = gain.reshape(-1, *shape)
+    propagated = []
+    for effect, size in zip(effects, sizes, strict=True):
+        moved = size * effect.moved / noise.deviations[..., None]
+        subscripts = "pnk,nkd->pd" if effect.shared else "pnk,nkd->npd"
+        propagated.append(np.einsum(subscripts, gain, moved))
+    columns = load_columns(effects, sizes)
+    rows = noise.weighing(LoadColumns(columns.shared[..., :0], columns.own))
+    unit = load_columns(effects, np.ones(len(effects))).shared
+    root = np.concatenate(
+        [np.empty(0), *(np.full(e.moved.shape[2], s) for e, s in zip(effects, sizes, strict=True) if e.shared)]
+    )
+    loads = Term("loads", as_matrix(rows.apply(unit)), root=root, scope="campaign")
+    parameters = _parameters(fitted, fit.values, as_matrix(rows.apply(sensitivities)))
+    model = Gaussian((*parameters, loads), rows.apply(residuals).ravel())
+    part, own = model.slices["loads"], model.slices[_PARAMETERS]
+    known = model.estimable.generalised
+    return WeighedLoads(
+        estimator,
+        effects,
+        weights,
+        sizes,
+        model.mean_of("loads"),
+        known[part, part],
+        known[own, part],
+        tuple(propagated),
+    )
