@@ -284,11 +284,3 @@ def test_probabilities_are_written_as_far_as_they_mean_something(value: float, t
 def test_as_many_parameters_as_readings_test_nothing() -> None:
     said = StatementOfFit.of_chi2(1e-26, 0).sentence()
     assert said.endswith("as many parameters as readings are fitted, so that the base model cannot be tested.")
-
-
-def test_intervals_that_leave_out_the_load_errors_say_so() -> None:
-    """Only where exact loads would be refuted."""
-    one = StatementOfFit(48.0, 48, 0.47, without_load_errors=2097.9)
-    beside = "Intervals of parameters do not include the load errors"
-    assert beside in one.sentence()
-    assert beside not in replace(one, without_load_errors=50.0).sentence()
