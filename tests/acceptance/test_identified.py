@@ -48,7 +48,7 @@ def test_the_budget_is_the_planned_one_where_the_noise_is_as_planned() -> None:
     # Without noise the identified stiffness is that of the plan, about which load errors are linearised.
     recorded = xd.simulate(case, frame, noise=False, load_errors=False).frame
     planned = decision(case, plan).budget
-    found = xd.identify(HEXAPOD["robot"], recorded, targets=case, estimator="weighted").acceptance
+    found = xd.identify(HEXAPOD["robot"], recorded, targets=case).acceptance
     assert found is not None
     names = [one.name for one in planned.contributions]
     assert [one.name for one in found.budget.contributions] == names

@@ -9,10 +9,11 @@ from tests.design.optimality.central_differences import criterion_gradients
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
+from expdesign.estimation.load_errors import Estimator
 from expdesign.mechanics.differentiation import inverse_root, one_and_gram
 from expdesign.planning.criteria.accuracy import expected_total
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.criteria.information import Estimator, Information
+from expdesign.planning.criteria.information import Information
 from expdesign.planning.optimality.plan_sums import PlanSums
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import starting_designs

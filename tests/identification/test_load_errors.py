@@ -12,8 +12,7 @@ import expdesign as xd
 from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
 from expdesign.estimation.identify import Identification, identify
-from expdesign.estimation.load_errors import load_columns
-from expdesign.estimation.weighed import Estimator
+from expdesign.estimation.load_errors import Estimator, load_columns
 from expdesign.estimation.whitening import Whitening
 from expdesign.planning.plan import plan_frame
 

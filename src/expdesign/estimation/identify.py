@@ -34,10 +34,10 @@ from expdesign.estimation.geometric import (
 )
 from expdesign.estimation.goodness import StatementOfFit, squares_of, statement_of_fit
 from expdesign.estimation.intervals import Intervals, Uncertainty, uncertainty
-from expdesign.estimation.load_errors import DeclaredLoadErrors, declared_load_errors, load_columns
+from expdesign.estimation.load_errors import DeclaredLoadErrors, Estimator, declared_load_errors, load_columns
 from expdesign.estimation.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
 from expdesign.estimation.outlying import Influence, influence
-from expdesign.estimation.weighed import Estimator, Fitted, WeighedLoads, conditional, of_parameters, weighed
+from expdesign.estimation.weighed import Fittable, WeighedLoads, conditional, of_parameters, weighed
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.mechanics.elastostatics.maps import actuator_forces, observation_matrix
@@ -183,7 +183,7 @@ class _Outcome:
     loads: WeighedLoads | None = None
 
 
-def _fitted(what: Fitted, declared: _Loads, replicated: NoiseLevel | None = None) -> _Outcome:
+def _fitted(what: Fittable, declared: _Loads, replicated: NoiseLevel | None = None) -> _Outcome:
     """The fit of some rows at the noise that they state, or that they show, with declared errors of their loads.
 
     Args:
@@ -268,7 +268,7 @@ def _of_deflections(robot: Robot, recordings: Recordings, prior: float | None, d
     replicated = None
     if train.deviations is None:
         replicated = noise_from_replicates(train, robot.coordinates.translations)
-    found = _fitted(Fitted(chain, train, solve, linearised, knowledge), declared, replicated)
+    found = _fitted(Fittable(chain, train, solve, linearised, knowledge), declared, replicated)
     require_positive(found.fit, train, robot)
     remarks = negative_compliances(found.fit, robot)
     if prior is None and idle is not None:
@@ -314,7 +314,7 @@ def _of_positions(
     def linearised(values: FloatArray) -> tuple[FloatArray, FloatArray]:
         return plain.residuals_with_sensitivities(chain, values)
 
-    found = _fitted(Fitted(chain, train, solve, linearised, chain.knowledge()), declared)
+    found = _fitted(Fittable(chain, train, solve, linearised, chain.knowledge()), declared)
     test = recordings.rows(recordings.test & usable & reading.predictable(robot, recordings))
     held_out = held_out_rows(chain, test, found.fit.values, _stated(test, found.noise))
     remarks = reading.degeneracies + geometry_remarks(found.fit)

@@ -8,6 +8,7 @@ that every row has for itself in its covariance. Their columns are D(ĉ)·L with
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -22,6 +23,9 @@ from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.errors.source import CentreOfMassError, LoadErrorSource, MassError, WrenchError
 from expdesign.mechanics.loads.load import Payload, Wrench
 from expdesign.mechanics.robots.robot import Robot
+
+Estimator = Literal["generalised", "weighted"]
+"""Whether least squares weigh the declared load errors as well as the noise, or the noise alone (theory.md 3, 5.6)."""
 
 _AGREE = 1e-6
 """Relative difference of two declarations of one error below which they are the same."""

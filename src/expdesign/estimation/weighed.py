@@ -13,7 +13,7 @@ is right or twice too large, and intervals contain all of it. Both are reported.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize
@@ -24,11 +24,8 @@ from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.gaussian import Gaussian, Term
-from expdesign.estimation.load_errors import DeclaredLoadErrors, LoadEffect, load_columns
+from expdesign.estimation.load_errors import DeclaredLoadErrors, Estimator, LoadEffect, load_columns
 from expdesign.estimation.whitening import LoadColumns, Whitening
-
-Estimator = Literal["generalised", "weighted"]
-"""Whether declared load errors are weighed by the fit, or only propagated by its covariance."""
 
 SCALE_SPREAD = 0.7
 """Standard deviation of the logarithm of a scale about 0."""
@@ -41,7 +38,7 @@ _PARAMETERS = "parameters"
 
 
 @dataclass(frozen=True)
-class Fitted:
+class Fittable:
     """What a fit consists of, at any noise.
 
     Attributes:
@@ -127,7 +124,7 @@ class WeighedLoads:
 
 
 def weighed(
-    fitted: Fitted,
+    fitted: Fittable,
     noise: Whitening,
     errors: DeclaredLoadErrors,
     estimator: Estimator,
@@ -159,7 +156,7 @@ def weighed(
     return fit, _posterior(fitted, fit, noise, effects, scales, estimator)
 
 
-def conditional(fitted: Fitted, fit: Fit, noise: Whitening, loads: WeighedLoads) -> Fit:
+def conditional(fitted: Fittable, fit: Fit, noise: Whitening, loads: WeighedLoads) -> Fit:
     """The same fit with load errors among its parameters, by which levels of the noise are estimated.
 
     A variance of the noise is estimated by restricted maximum likelihood from the squares of r − S·θ − G·δ and the hat
@@ -183,7 +180,7 @@ def of_parameters(known: Estimable, count: int) -> Estimable:
     return Estimable(known.generalised[:count, :count], known.directions[:count], known.resolution[:count])
 
 
-def _parameters(fitted: Fitted, values: FloatArray, columns: FloatArray) -> tuple[Term, ...]:
+def _parameters(fitted: Fittable, values: FloatArray, columns: FloatArray) -> tuple[Term, ...]:
     """Terms of the parameters: those with a prior, relative to where they are, and flat ones."""
     if fitted.prior is None:
         return (Term(_PARAMETERS, columns),)
@@ -197,7 +194,7 @@ def _parameters(fitted: Fitted, values: FloatArray, columns: FloatArray) -> tupl
 
 
 def _scales(
-    fitted: Fitted, values: FloatArray, noise: Whitening, effects: tuple[LoadEffect, ...]
+    fitted: Fittable, values: FloatArray, noise: Whitening, effects: tuple[LoadEffect, ...]
 ) -> tuple[FloatArray, FloatArray]:
     """λ and μ of every effect, by evidence and prior; effects of one source have one."""
     residuals, sensitivities = fitted.linearised(values)
@@ -243,7 +240,7 @@ def _scales(
 
 
 def _posterior(
-    fitted: Fitted,
+    fitted: Fittable,
     fit: Fit,
     noise: Whitening,
     effects: tuple[LoadEffect, ...],

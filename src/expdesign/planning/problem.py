@@ -11,13 +11,13 @@ from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.copying import Copied
 from expdesign.errors import ExpdesignError, InputError, NotIdentifiableError
 from expdesign.estimation.coverage import STANDARD, Coverage
-from expdesign.estimation.load_errors import DeclaredLoadErrors
+from expdesign.estimation.load_errors import DeclaredLoadErrors, Estimator
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.planning.budget import Budget
 from expdesign.planning.constraints import Constraints
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import Criterion, known_criteria
-from expdesign.planning.criteria.information import Estimator, Information
+from expdesign.planning.criteria.information import Information
 from expdesign.planning.criteria.targets import Targets
 from expdesign.planning.found_robot import FoundRobot
 from expdesign.planning.laboratory_sheet import Costs

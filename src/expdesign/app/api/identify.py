@@ -18,7 +18,6 @@ from expdesign.estimation.identify import Identification
 from expdesign.estimation.identify import identify as identify_recordings
 from expdesign.estimation.intervals import Intervals
 from expdesign.estimation.remarks import Implausible
-from expdesign.estimation.weighed import Estimator
 from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.report.fit_texts import identification_lines, identification_warnings
 from expdesign.report.identification_report import identification_report
@@ -132,7 +131,6 @@ def identify(
     other_robot: bool = False,
     loss: Loss = "squares",
     further: Collection[Further] = (),
-    estimator: Estimator | None = None,
 ) -> IdentificationResult:
     """Identify the stiffness of every actuator, the geometry, or both from recordings.
 
@@ -142,7 +140,8 @@ def identify(
         shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
             or the configuration of `targets` say.
         prior: prior relative standard deviation of `actuator_stiffness`, in percent; no prior if left out.
-        targets: run configuration (YAML) at whose targets the robot is accepted or not.
+        targets: run configuration (YAML) at whose targets the robot is accepted or not, and whose `experiment` declares
+            the errors of the loads and the estimator.
         calibration: `elastostatic`, `geometric` or `both`; what the columns of the recordings say if left out.
         frames: `known`, or `unknown` where measured poses are not in the very frames of the commands: the displacements
             of the frames of instrument and platform are then identified as well.
@@ -151,9 +150,6 @@ def identify(
         further: what is identified of an arm from positions beside geometry and compliances: `masses` (of links),
             `tool` (mass and first moments), `harmonics` (errors that repeat with every turn of a joint), `drift` (of
             the instrument against the base, as a process in time).
-        estimator: `generalised`, which weighs load errors that the configuration of `targets` or the columns
-            `error_mass_kg` ... of the recordings declare, or `weighted`, whose covariance alone contains them; that of
-            the configuration if left out, else `generalised`.
 
     Raises:
         InputError: a file is missing or wrong.
@@ -175,8 +171,6 @@ def identify(
     relative = None if prior is None else prior / 100.0
     require_known(frames, get_args(Frames), "frames", "knowledge of frames")
     require_known(loss, get_args(Loss), "loss", "loss")
-    if estimator is not None:
-        require_known(estimator, get_args(Estimator), "estimator", "estimator")
     unknown = [name for name in further if name not in get_args(Further)]
     if isinstance(further, str) or unknown:
         what = f"`{further if isinstance(further, str) else unknown[0]}` cannot be identified beside the rest"
@@ -192,7 +186,7 @@ def identify(
         frames_known=frames == "known",
         options=ArmOptions(loss=loss, further=tuple(further)),
         load_errors=None if problem is None else problem.load_errors,
-        estimator=estimator or "generalised",
+        estimator="generalised" if problem is None else problem.estimator,
     )
     result = with_doubts(result)
     at_targets = None

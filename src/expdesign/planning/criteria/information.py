@@ -29,15 +29,13 @@ The roots are NumPy that can be differentiated (`differentiation.py`).
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.estimation.load_errors import Estimator
 from expdesign.mechanics.differentiation import inverse_root, plain, product_transposed, sum_of_squares
 
-Estimator = Literal["generalised", "weighted"]
-"""Which least squares estimate the parameters."""
 RANK_TOLERANCE = 1e-9
 """Singular values below this fraction of the largest count as zero (rounding of the maps is about 1e-13)."""
 LOST = 1e3 * RANK_TOLERANCE

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.planning.criteria.information import Estimator
+from expdesign.estimation.load_errors import Estimator
 from expdesign.planning.optimality.measurement_maps import MeasurementMaps
 from expdesign.planning.optimality.pool import Pool
 from expdesign.planning.optimality.weights import Relaxation, dual_of, optimal_weights
