@@ -99,6 +99,14 @@ def test_faults_are_named_by_the_column_of_the_file() -> None:
     assert error.value.where == "t.csv, row 3, column dx_mm (as dx_m)"
 
 
+def test_what_is_typed_into_a_controller_is_written_in_the_units_asked_for() -> None:
+    table = parse_table("x_m,rx_rad,controller_x_m,controller_rx_rad,U_x_m,drx_rad\n1,1,1,1,1,1\n", "t.csv")
+    alike = ["x_mm", "rx_deg", "controller_x_mm", "controller_rx_deg", "U_x_mm", "drx_deg"]
+    assert list(in_units(table.frame, "mm,deg").columns) == alike
+    apart = [*alike[:4], "U_x_um", "drx_urad"]
+    assert list(in_units(table.frame, "mm,deg,um,urad").columns) == apart
+
+
 def test_output_in_units_of_choice_reads_back() -> None:
     table = parse_table("x_m,rz_rad,fx_N,note\n0.0012,0.5,3,a\n-7e-9,-0.25,,b\n", "t.csv")
     written = in_units(table.frame, "µm,deg")
@@ -107,7 +115,9 @@ def test_output_in_units_of_choice_reads_back() -> None:
     back = parse_table(written.to_csv(index=False), "t.csv")
     np.testing.assert_allclose(back.numbers(("x_m", "rz_rad")), table.numbers(("x_m", "rz_rad")), rtol=1e-15)
     with pytest.raises(InputError, match="both measure a length"):
-        in_units(table.frame, "mm,um")
+        in_units(table.frame, "mm,um,nm")
+    with pytest.raises(InputError, match="both measure a length"):
+        in_units(table.frame, "mm,mm")
     with pytest.raises(InputError, match="unknown unit `mmm`") as error:
         in_units(table.frame, "mmm")
     assert "`mm`" in error.value.remedy

@@ -119,6 +119,19 @@ def test_rows_are_read_in_the_order_of_their_sequence() -> None:
     np.testing.assert_array_equal(found.lines, 2 + np.argsort(shuffled["sequence"].to_numpy()))
 
 
+def test_no_load_needs_no_centre_of_mass() -> None:
+    """An empty cell is 0 where nothing is carried, and named where something is."""
+    frame = valid().drop(columns=list(WRENCH)).assign(com_x_m=0.05, com_y_m=-0.02, com_z_m=0.1)
+    frame["mass_kg"] = [0.0, *[10.0] * (len(frame) - 1)]
+    empty = frame.astype({"com_x_m": object})
+    empty.loc[0, "com_x_m"] = ""
+    np.testing.assert_array_equal(read(empty, robot("H1")).wrenches, read(frame, robot("H1")).wrenches)
+    empty.loc[2, "com_x_m"] = ""
+    with pytest.raises(InputError, match="the cell is empty") as raised:
+        read(empty, robot("H1"))
+    assert "row 4, column com_x_m" in raised.value.where
+
+
 def test_a_payload_makes_the_wrench_of_the_conventions() -> None:
     frame = valid().drop(columns=list(WRENCH)).assign(mass_kg=10.0, com_x_m=0.05, com_y_m=-0.02, com_z_m=0.1)
     found = read(frame, robot("H1"))

@@ -196,10 +196,10 @@ def _spelt(cells: "pd.Series[str]", column: str, taken: Collection[str], source:
 
 
 def in_units(frame: pd.DataFrame, units: str | None) -> pd.DataFrame:
-    """A frame with SI columns in the units of a list such as `mm,mrad`; other columns stay as they are.
+    """A frame with SI columns in the units of a list such as `mm,mrad` (`wanted_units`); others stay as they are.
 
     Raises:
-        InputError: a unit is unknown, or two measure the same.
+        InputError: a unit is unknown, or three measure the same.
     """
     if units is None:
         return frame
@@ -207,7 +207,7 @@ def in_units(frame: pd.DataFrame, units: str | None) -> pd.DataFrame:
     columns = {}
     for column in map(str, frame.columns):
         measured = measured_column(column)
-        unit = None if measured is None else wanted.get(measured.unit.dimension)
+        unit = None if measured is None else wanted.of(measured)
         if measured is None or unit is None or not measured.is_si:
             columns[column] = frame[column]
             continue

@@ -81,7 +81,7 @@ SI: dict[Dimension, str] = {dimension: next(iter(row)) for dimension, row in _SC
 
 _ALIASES = {"µ": "u", "μ": "u", "°C": "degC", "°F": "degF", "°": "deg", "m/s²": "m_s2", "m/s^2": "m_s2", "m/s2": "m_s2"}
 
-_BEFORE = r"(?:measured_|target_|corrected_|reading_|correction_|U_)?"
+_BEFORE = r"(?:measured_|target_|corrected_|controller_|reading_|correction_|U_)?"
 _PATTERNS: tuple[tuple[str, tuple[Dimension, ...]], ...] = (
     (_BEFORE + "[xyz]|[ds][xyz]|s?p[xyz]|com_[xyz]", ("length",)),
     (_BEFORE + "r[xyz]|[ds]r[xyz]|tilt(_[xy])?", ("angle",)),
@@ -197,22 +197,46 @@ def known_units(dimension: Dimension) -> list[str]:
     return [unit.name for unit in UNITS.values() if unit.dimension == dimension]
 
 
-def wanted_units(text: str) -> dict[Dimension, Unit]:
-    """The units that a list such as `mm,mrad` asks for, by what they measure.
+@dataclass(frozen=True)
+class WantedUnits:
+    """The units that a table is to be written in, by what they measure.
+
+    Attributes:
+        poses: of poses and loads, and of all else where one unit of a quantity is asked for.
+        readings: of readings, corrections and uncertainties.
+    """
+
+    poses: dict[Dimension, Unit]
+    readings: dict[Dimension, Unit]
+
+    def of(self, column: MeasuredColumn) -> Unit | None:
+        """The unit that a column is to be written in, or None to leave it as it is."""
+        units = self.readings if _OF_A_READING.fullmatch(column.base) else self.poses
+        return units.get(column.unit.dimension)
+
+
+_OF_A_READING = re.compile(r"(reading_|correction|U_).*|[ds]r?[xyz]|sp[xyz]")
+
+
+def wanted_units(text: str) -> WantedUnits:
+    """The units that a list such as `mm,deg,um,urad` asks for: of two that measure the same the first is that of poses
+    and loads, the second that of readings, corrections and uncertainties.
 
     Raises:
-        InputError: a unit is unknown, or two measure the same.
+        ArgumentError: a unit is unknown, or three measure the same.
     """
-    wanted: dict[Dimension, Unit] = {}
+    poses: dict[Dimension, Unit] = {}
+    readings: dict[Dimension, Unit] = {}
     for part in text.split(","):
         unit = unit_of(part)
         if unit is None:
             raise ArgumentError(f"unknown unit `{part.strip()}`", argument="units", remedy=nearest(part.strip(), UNITS))
-        if unit.dimension in wanted:
-            what = f"{wanted[unit.dimension].name} and {unit.name} both measure {_article(unit.dimension)}"
-            raise ArgumentError(what, argument="units", remedy="Keep one of them.")
-        wanted[unit.dimension] = unit
-    return wanted
+        if unit.dimension in readings or poses.get(unit.dimension) == unit:
+            what = f"{poses[unit.dimension].name} and {unit.name} both measure {_article(unit.dimension)}"
+            remedy = "At most two: the first for poses and loads, the second for readings and uncertainties."
+            raise ArgumentError(what, argument="units", remedy=remedy)
+        (readings if unit.dimension in poses else poses)[unit.dimension] = unit
+    return WantedUnits(poses, poses | readings)
 
 
 def _article(noun: str) -> str:

@@ -126,7 +126,7 @@ def _figures(errors: Errors) -> dict[str, float | int]:
 
 
 def _unit(kind: str) -> tuple[str, float]:
-    return ("mm", 1e3) if kind == "position" else ("°", 180.0 / np.pi)
+    return ("°", 180.0 / np.pi) if kind == "orientation" else ("mm", 1e3)  # distances and gauges are lengths
 
 
 def _accuracy_table(found: ArmCalibration) -> DataTable:

@@ -3,6 +3,8 @@
 Faults name file, row and column (file-formats.md, Recordings).
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 
@@ -233,10 +235,15 @@ def require_one_command(
 
 
 def read_payload(table: Table, coordinates: Coordinates) -> FloatArray:
-    """Mass (kg) and centre of mass (m), shape (N, 1 to 4)."""
-    payload = table.numbers(("mass_kg", *coordinates.centre_of_mass))
+    """Mass (kg) and centre of mass (m), shape (N, 1 to 4); the latter is 0 where a row without load leaves it empty."""
+    mass, centre = table.numbers(("mass_kg",)), coordinates.centre_of_mass
     require_mass(table, "mass_kg")
-    return payload
+    table.require(centre)
+    stated = np.nan_to_num(table.numbers_where_filled(centre), nan=0.0)
+    loaded = np.flatnonzero(mass[:, 0] != 0.0)
+    part = replace(table, frame=table.frame.iloc[loaded], lines=table.lines[loaded])
+    stated[loaded] = part.numbers(centre)
+    return np.concatenate([mass, stated], axis=1)
 
 
 def read_markers(
