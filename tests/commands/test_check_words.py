@@ -1,5 +1,6 @@
 """What `expdesign check` says is said once, of what there is."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,21 @@ def test_a_joint_without_a_load_is_said_in_place_of_its_deviation(tmp_path: Path
     said = capsys.readouterr().out
     assert "They identify 5 of 6 stiffnesses, the worst (joint " in said
     assert "; no load acts on joint 1." in said
+
+
+def test_a_stiffness_that_drowns_in_noise_has_no_percentage(tmp_path: Path, capsys: Printed) -> None:
+    """What may be rigid is said to have a lower limit; what is identified has less than 51 % of standard deviation."""
+    frame = recordings_of(content_of("ur5"), 5, rows=10)
+    noise = 100.0 * np.random.default_rng(1).standard_normal((len(frame), 6))
+    for index, name in enumerate(("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")):
+        frame[f"d{name}"] += noise[:, index] * frame[f"s{name}"]
+        frame[f"s{name}"] *= 100.0
+    frame.to_csv(tmp_path / "arm.csv", index=False)
+    call("check", tmp_path / "arm.csv", "--robot", CONFIGS / "robots" / "ur5.yaml")
+    said = capsys.readouterr().out
+    (identified,) = [line for line in said.splitlines() if line.startswith("They identify")]
+    assert "only a lower limit" in identified
+    assert all(float(number) < 51.0 for number in re.findall(r"([\d.]+)%", identified))
 
 
 def test_under_a_budget_the_numbers_of_measurements_that_fit_are_said(tmp_path: Path, capsys: Printed) -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from expdesign.errors import InputError
 from expdesign.io.table import parse_table, read_table
+from expdesign.io.tables_in_units import meant
 
 
 def test_numbers_integers_and_text() -> None:
@@ -85,3 +86,11 @@ def test_missing_file(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such file") as error:
         read_table(tmp_path / "none.csv")
     assert str(tmp_path / "none.csv") in error.value.where
+
+
+@pytest.mark.parametrize(
+    ("written", "known"), [("J1", "q1_rad"), ("Joint 3", "q3_rad"), ("Achse 6", "q6_rad"), ("q0", None)]
+)
+def test_joints_as_controllers_call_them_are_recognised(written: str, known: str | None) -> None:
+    """Controllers count joints from 1; q0 is part of a quaternion."""
+    assert meant(written) == known

@@ -88,7 +88,7 @@ def plain_as(name: str) -> str | None:
 def meant(name: str) -> str | None:
     """The known column whose name this is but for marks and the unit (`dxm`, `x`), or None."""
     compact = _compact(name)
-    joint = re.fullmatch(r"q(\d+)(rad)?", compact)
+    joint = re.fullmatch(r"(?:q|j|joint|axis|achse|gelenk)([1-9]\d*)(?:rad)?", compact)
     return f"q{joint.group(1)}_rad" if joint else _without_marks().get(compact)
 
 

@@ -56,7 +56,8 @@ def diagnosed_fit_sentences(result: "Diagnosis") -> list[str]:
         texts.append(_diagnosed(result.after, "the model that was found", against=result.verdict == "unexplained"))
     factor = result.widening.parameters
     if factor > 1.0 and f"{factor:.3g}" != "1":
-        texts.append(f"Predicted standard deviations are {factor:.3g} times wider than the stated noise makes them.")
+        noise = "estimated" if result.before.verdict == "noise estimated" else "stated"
+        texts.append(f"Predicted standard deviations are {factor:.3g} times wider than the {noise} noise makes them.")
     return texts
 
 
@@ -110,13 +111,15 @@ def identified_sentences(result: Identification) -> list[str]:
         relative = np.sqrt(np.diag(result.covariance)) / np.abs(result.compliance.estimate)
         idle = [name for each in result.suspicions if isinstance(each, IdleActuators) for name in each.actuators]
         shown = np.array([name not in idle for name in result.robot.actuators])
-        worst = int(np.argmax(np.where(shown, relative, -1.0)))
-        count = f"all {len(relative)}" if shown.all() else f"{shown.sum()} of {len(relative)}"
-        without = f"; no load acts on {' and '.join(idle)}" if idle else ""
-        texts.append(
-            f"They identify {count} stiffnesses, the worst "
-            f"({result.robot.actuators[worst]}) to {relative[worst]:.2%} (one standard deviation){without}."
-        )
+        limited = shown & ~np.isfinite(result.stiffness.high)  # the compliance may be 0
+        known = shown & ~limited
+        worst = int(np.argmax(np.where(known, relative, -1.0)))
+        count = f"all {len(relative)}" if known.all() else f"{known.sum()} of {len(relative)}"
+        names = np.array(result.robot.actuators)
+        last = f", the worst ({names[worst]}) to {relative[worst]:.2%} (one standard deviation)" if known.any() else ""
+        last += f"; of {words.listed(list(names[limited]))} only a lower limit" if limited.any() else ""
+        last += f"; no load acts on {words.listed(idle)}" if idle else ""
+        texts.append(f"They identify {count} stiffnesses{last}.")
     if result.arm is not None:
         line = geometry_line(result)
         texts += [
@@ -135,11 +138,18 @@ def identification_lines(result: Identification) -> list[str]:
     """What was identified, with 95 % intervals, and how well it fits."""
     lines = [*_geometry(result), *_stiffness(result), *fit_sentences(result)]
     noise = result.noise
-    lines += [f"noise of the {one.name}, estimated from {noise.origin}: {one.deviation:.3g}" for one in noise.groups]
+    lines += [
+        f"noise of the {one.name}, estimated from {noise.origin}: {words.size(one.deviation, _noise_unit(one.name))}"
+        for one in noise.groups
+    ]
     held_out = rms(result.test_residuals)
     if held_out is not None:
         lines += [f"RMS of the test rows: {held_out:.3g} standard deviations", coverage_sentence(result.coverage)]
     return lines
+
+
+def _noise_unit(group: str) -> str:
+    return "rad" if group == "rotations" else "m"
 
 
 def identification_warnings(result: Identification) -> list[str]:

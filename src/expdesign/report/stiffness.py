@@ -76,17 +76,18 @@ def stiffness_lines(frame: pd.DataFrame, robot: Robot) -> list[str]:
     """The same for a terminal."""
     values = zip(*(frame[name].tolist() for name in ("actuator", "stiffness", "low", "high")), strict=True)
     return [
-        f"{name}: {estimate:.4g} {unit} ({_interval(low, high)})"
+        f"{name}: {_with_interval(estimate, low, high, unit)}"
         for unit, (name, estimate, low, high) in zip(_units(robot), values, strict=True)
     ]
 
 
-def _interval(low: float, high: float) -> str:
+def _with_interval(estimate: float, low: float, high: float, unit: str) -> str:
+    """A stiffness with its 95 % interval; the limit alone where the compliance may be 0 (no largest stiffness)."""
     if np.isfinite(low) and np.isfinite(high):
-        return f"95 %: {low:.4g} to {high:.4g}"
+        return f"{estimate:.4g} {unit} (95 %: {low:.4g} to {high:.4g})"
     if np.isfinite(low):
-        return f"95 %: at least {low:.4g}"
-    return "without an interval: its compliance may be 0, or is negative"
+        return f"stiffer than {low:.4g} {unit} (95 %): its compliance may be 0"
+    return "no stiffness: its compliance came out negative"
 
 
 def stiffness_figure(result: Identification) -> Figure:

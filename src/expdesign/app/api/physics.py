@@ -99,7 +99,9 @@ def _at(entry: Mapping[str, Any]) -> list[str]:
         lines.append(f"    {', '.join(names) if len(names) <= MOST else many}: usually {size}")
     if entry["example"]:
         lines.append(f'    --conceal "{entry["example"]}"')
-    if len(entry["shown_in"]) < MOST:
+    if not entry["shown_in"]:
+        lines.append("    part of a calibration; no diagnosis asks for it by itself")
+    elif len(entry["shown_in"]) < MOST:
         lines.append(f"    shows in {' and '.join(entry['shown_in'])} only")
     return lines
 

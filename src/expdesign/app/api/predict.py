@@ -67,7 +67,7 @@ class PredictionResult(TableResult):
     @property
     def contains(self) -> str:
         """What the standard deviations contain, in words."""
-        ratio = "" if self.birge_ratio == 1.0 else f", widened {self.birge_ratio:.3g} times as its residuals ask for"
+        ratio = "" if self.birge_ratio == 1.0 else f", multiplied by {self.birge_ratio:.3g} as its residuals ask for"
         if self.readings:
             return f"standard deviations are of readings: those of the model{ratio}, and the noise of a reading"
         return f"standard deviations are of the model{ratio}; argument `readings` adds the noise of a reading"
