@@ -170,7 +170,12 @@ def attained_with(loop: Loop, plan: Plan, stiffness: FloatArray, draw: int) -> f
     measured = laboratory.measure(applied)
     kept = [name for name in measured.columns if name in (*coordinates.deflection, *coordinates.deviation)]
     recordings = recordings_from_table(table_of(pd.concat([assumed, measured[kept]], axis=1)), robot)
-    result = identify(robot, with_references(recordings, Sharing(configured=noise.shared_reference))[0])
+    result = identify(
+        robot,
+        with_references(recordings, Sharing(configured=noise.shared_reference))[0],
+        load_errors=problem.load_errors,
+        estimator=problem.estimator,
+    )
     document = YamlDocument("closed loop", Path(), problem.config["robot"])
     return error_of(loop, stiffness, Model.from_fit(result.fit, document, "closed loop"))
 

@@ -25,6 +25,7 @@ SHARED = [
     {"source": "mass", "std": 0.5, "shared": True},
     {"source": "com", "std": [0.004, 0.003, 0.005], "shared": True},
 ]
+UNDECLARED = {"experiment.measurements": 6, "experiment.load_error": []}
 CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "bipod-wrench": (BIPOD, {"experiment.measurements": 6}),
     "hexapod-payload": (HEXAPOD, {"experiment.measurements": 6, "experiment.load_error": LARGE}),
@@ -119,6 +120,25 @@ def test_a_diagnosis_looks_for_nothing_that_declared_errors_account_for() -> Non
     assert found.record["verdict"] == "consistent"
     assert found.result.before.without_load_errors is not None
     assert xd.identify(HEXAPOD["robot"], frame).result.goodness.refuted
+
+
+def test_a_diagnosis_reads_the_errors_that_the_recordings_declare() -> None:
+    case, frame = simulated(SHARED, seed=3)
+    named = xd.diagnose(HEXAPOD["robot"], columns_of(frame, **WHOLE)).result.before
+    configured = xd.diagnose(HEXAPOD["robot"], frame, targets=case).result.before
+    assert named.chi2 == pytest.approx(configured.chi2, rel=1e-9)
+    assert named.without_load_errors == pytest.approx(configured.without_load_errors, rel=1e-9)
+    found = xd.diagnose(HEXAPOD["robot"], columns_of(frame, **WHOLE), targets=problem(HEXAPOD, UNDECLARED)).acceptance
+    assert found is not None
+    assert [one.name for one in found.budget.contributions][1:] == ["mass", "com"]
+
+
+def test_the_next_measurement_follows_a_fit_that_weighs_the_load_errors() -> None:
+    case, frame = simulated(LARGE, seed=3)
+    fit = xd.plan_next(case, frame).fit
+    assert fit is not None
+    assert not fit.refuted
+    assert fit.without_load_errors is not None
 
 
 class Experiments:

@@ -97,6 +97,7 @@ CONFIGURATIONS: dict[str, tuple[str, Change, str]] = {
     "force in mN": (_B, scale((f"{_LOAD}.fy_N", 1e3), ("targets.*.wrench", 1e3)), "force"),
     "error of the centre of mass in mm": (_H, put("experiment.load_error.0.std", [1.0, 1.0, 1.0]), "millimetres"),
     "error of the mass in g": (_L, put("experiment.load_error.1.std", 500.0), "grams"),
+    "error of the mass left at 0": (_L, put("experiment.load_error.1.std", 0.0), "remove the source"),
     "error of the direction in mrad": (_H, put("experiment.load_error.2.std", [0.5, 0.5]), "mrad"),
 }  # fmt: skip
 

@@ -191,7 +191,14 @@ def identified_so_far(problem: DesignProblem, recordings: Recordings) -> Identif
     """What the recordings identify of what the configuration calibrates; raises as `identify` does."""
     regressor = problem.loaded.regressor
     known = regressor.redundant == 0
-    return identify(problem.loaded.robot, recordings, calibration=regressor.calibration, frames_known=known)
+    return identify(
+        problem.loaded.robot,
+        recordings,
+        calibration=regressor.calibration,
+        frames_known=known,
+        load_errors=problem.load_errors,
+        estimator=problem.estimator,
+    )
 
 
 def estimated_deviations(problem: DesignProblem, recordings: Recordings, train: Recordings) -> FloatArray:

@@ -19,6 +19,7 @@ from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.diagnosis.stages import Stage
 from expdesign.errors import ArgumentError, InputError
+from expdesign.estimation.load_errors import declared_load_errors
 from expdesign.io.yaml_reader import parse_yaml
 from expdesign.report.diagnosis_report import diagnosis_report
 from expdesign.report.diagnosis_texts import diagnosis_record, terminal_lines
@@ -207,7 +208,7 @@ def diagnose(
         machine.robot,
         measured,
         without=frozenset(without),
-        load_errors=None if problem is None else problem.load_errors,
+        load_errors=declared_load_errors(machine.robot, measured, None if problem is None else problem.load_errors),
         interruptible=interruptible,
         report=report,
     )

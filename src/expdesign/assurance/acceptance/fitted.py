@@ -21,6 +21,7 @@ from expdesign.errors import InputError
 from expdesign.estimation.compensation.arm_targets import of_joints
 from expdesign.estimation.compensation.joint_space import at_targets, tip_chain
 from expdesign.estimation.fit import Fit
+from expdesign.estimation.load_errors import declared_load_errors
 from expdesign.estimation.weighed import WeighedLoads
 from expdesign.estimation.whitening import Whitening
 from expdesign.planning.problem import DesignProblem
@@ -116,16 +117,17 @@ def _effects_of_loads(problem: DesignProblem, model: FittedModel) -> list[tuple[
     """Every source by name, whether rows share it, and what one standard deviation of each component does to the
     estimate: (1, p, d) where rows share it, else row by row (N, p, d).
     """
-    fit, errors = model.fit, problem.load_errors
+    fit, recorded = model.fit, model.recordings
     if model.loads is not None:
         pairs = zip(model.loads.effects, model.loads.propagated, strict=True)
         root = float(np.sqrt(fit.inflation))
         return [(e.name, e.shared, root * (each if each.ndim == 3 else each[None])) for e, each in pairs]
+    errors = declared_load_errors(fit.chain.robot, recorded, problem.load_errors)
     if errors is None:
         return []
     gain = (model.whitening.scores(fit.sensitivities) @ fit.estimable.generalised).swapaxes(1, 2) / fit.inflation
     found = []
-    for effect in errors.effects(fit.chain, fit.values, model.recordings):
+    for effect in errors.effects(fit.chain, fit.values, recorded):
         estimates = gain @ (effect.moved / model.whitening.deviations[..., None])
         found.append((effect.name, effect.shared, estimates.sum(axis=0)[None] if effect.shared else estimates))
     return found

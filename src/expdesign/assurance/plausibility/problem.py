@@ -152,7 +152,7 @@ def _seen(problem: DesignProblem, in_plan: FloatArray) -> list[Implausibility]:
 
 
 def _load_errors(problem: DesignProblem) -> list[Implausibility]:
-    """Errors of the load as large as the load itself, or as the robot."""
+    """Errors of the load of 0, or as large as the load itself or the robot."""
     robot, load = problem.loaded.robot, problem.loaded.load
     split = robot.coordinates.translations
     forces = largest(problem.target_wrenches[:, :split])
@@ -165,6 +165,10 @@ def _load_errors(problem: DesignProblem) -> list[Implausibility]:
     }
     found = []
     for index, source in enumerate(problem.loaded.sources):
+        if not source.deviation.any():
+            what = f"a standard deviation of 0 declares no error of the {source.source}"
+            likely = "State how well the load is known, or remove the source."
+            found.append(Implausibility(what, likely, f"experiment.load_error.{index}"))
         noun, unit, limit, likely = known.get(source.source, ("", "", None, ""))
         of_limit = largest(source.deviation[:split]) if source.source == "wrench" else largest(source.deviation)
         if limit and of_limit > limit:
