@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 CONFIG ?= configs/hexapod-h1.yaml
-CODE := src tests benchmarks docs thesis_studies virtual_laboratory
+CODE := src tests docs research conftest.py
 
 .PHONY: run test lint proof studies results release docs clean
 
@@ -39,11 +39,11 @@ proof: $(VENV)/testing
 	$(BIN)/pytest -m slow
 
 studies: $(VENV)/testing
-	$(BIN)/python -m thesis_studies --force
+	$(BIN)/python -m research.studies --force
 
 # A page of results/ by the commands that stand on it: make results NAME=false-alarms
 results: $(VENV)/testing
-	$(BIN)/python -m benchmarks.page $(NAME)
+	$(BIN)/python -m research.benchmarks.page $(NAME)
 
 # The wheel and the source archive, into dist/.
 release: $(VENV)/testing

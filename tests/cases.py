@@ -6,7 +6,6 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from tests.oracle import Array
 
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.coordinates import Coordinates
@@ -30,6 +29,7 @@ from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.space import DesignSpace, PoseSet
 from expdesign.planning.variables import fixed
+from tests.oracle import Array
 
 
 def symmetric_hexapod(

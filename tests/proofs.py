@@ -4,10 +4,10 @@ A key is a file below `tests`, or the beginning of the identifier of tests in on
 """
 
 PROOFS = {
-    "benchmarks/": "a benchmark that no longer runs, or no longer writes what it says",
+    "research/benchmarks/": "a benchmark that no longer runs, or no longer writes what it says",
     "release/": "a distribution that lacks a file",
-    "studies/": "a study of the thesis with other figures",
-    "virtual_laboratory/": "a laboratory that hides something else than it says",
+    "research/studies/": "a study of the thesis with other figures",
+    "research/laboratory/": "a laboratory that hides something else than it says",
     "acceptance/test_laboratories.py": "robots that pass and are out of tolerance more often than stated",
     "acceptance/test_verify.py::test_a_robot_whose_truth_fails": "a risk of passing beyond the stated one",
     "api/test_coverage.py": "intervals of held-out readings that cover too little or too much",
@@ -61,5 +61,5 @@ PROOFS = {
 
 
 def proof_of(test: str) -> str | None:
-    """What a test (its identifier below `tests`) would catch if it is a proof, else None."""
+    """What a test (its identifier, without `tests/`) would catch if it is a proof, else None."""
     return next((caught for beginning, caught in PROOFS.items() if test.startswith(beginning)), None)

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.design.problems import BIPOD, HEXAPOD, problem
 
 import expdesign as xd
 from expdesign.assurance.acceptance.budget import Contribution, UncertaintyBudget
@@ -19,6 +18,7 @@ from expdesign.estimation.coverage import STANDARD, Coverage
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import starting_designs
+from tests.design.problems import BIPOD, HEXAPOD, problem
 
 
 def plan_for(case: DesignProblem, seed: int = 1, *, at_one_pose: bool = False) -> Plan:

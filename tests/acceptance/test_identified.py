@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.acceptance.test_acceptance import decision, plan_for
-from tests.design.problems import HEXAPOD, problem
 
 import expdesign as xd
 from expdesign.app.api.at_targets import AtTargets
@@ -25,6 +23,8 @@ from expdesign.diagnosis.inexact import with_share
 from expdesign.errors import InputError
 from expdesign.estimation.whitening import Whitening
 from expdesign.planning.plan import plan_frame
+from tests.acceptance.test_acceptance import decision, plan_for
+from tests.design.problems import HEXAPOD, problem
 
 CASE = {"experiment.load.gravity": ..., "experiment.measurements": 6}
 FEW = CASE | {"model_error": {"physics": ["leg_coupling"]}, "experiment.estimator": "weighted"}

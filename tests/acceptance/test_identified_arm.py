@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from tests.plant import recordings, usual_faults
 
 import expdesign as xd
 from expdesign.assurance.acceptance.said import sentences
 from expdesign.diagnosis.statement import widened
 from expdesign.errors import InputError
+from tests.plant import recordings, usual_faults
 
 ROOT = Path(__file__).parents[2]
 ROBOT = ROOT / "configs/robots/ur5.yaml"

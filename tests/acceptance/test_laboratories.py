@@ -13,10 +13,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.chain.kinds import KINDS
-from tests.design.problems import BIPOD, HEXAPOD, changed, problem
-from tests.identification.experiments import read
-from tests.oracle import Array
 
 from expdesign.app.api.at_targets import AtTargets
 from expdesign.assurance.acceptance.decision import Decision
@@ -32,6 +28,10 @@ from expdesign.estimation.compensation.compensate import compensate
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.identify import identify
 from expdesign.planning.problem import DesignProblem
+from tests.chain.kinds import KINDS
+from tests.design.problems import BIPOD, HEXAPOD, changed, problem
+from tests.identification.experiments import read
+from tests.oracle import Array
 
 Way = Callable[[DesignProblem, Recordings], tuple[Decision, Fit]]
 

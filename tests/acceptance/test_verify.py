@@ -11,9 +11,6 @@ import pandas as pd
 import pytest
 import yaml
 from scipy.stats import norm
-from tests.acceptance.verified import CONFIG, STD, case, commands, measured, model
-from tests.commands.calls import call, refusal
-from tests.design.problems import changed, problem
 
 import expdesign as xd
 from expdesign.app.api.inputs import table_of
@@ -27,6 +24,9 @@ from expdesign.io.output import csv_text
 from expdesign.report import words
 from expdesign.report.blocks import KeyFigures
 from expdesign.report.verification_report import statement
+from tests.acceptance.verified import CONFIG, STD, case, commands, measured, model
+from tests.commands.calls import call, refusal
+from tests.design.problems import changed, problem
 
 
 def test_what_is_attained_is_what_is_predicted() -> None:

@@ -6,13 +6,13 @@ import numpy as np
 import pandas as pd
 import pinocchio as pin
 import pytest
-from tests.acceptance.verified import commands, model
-from tests.acceptance.verified import measured as measured_by_legs
-from tests.plant import HIGH, INSTRUMENT, LOW, PLACES, ROBOT, TARGETS, Arm, configuration, measured, usual_faults
 
 import expdesign as xd
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import ArgumentError, InputError
+from tests.acceptance.verified import commands, model
+from tests.acceptance.verified import measured as measured_by_legs
+from tests.plant import HIGH, INSTRUMENT, LOW, PLACES, ROBOT, TARGETS, Arm, configuration, measured, usual_faults
 
 FAULTS = replace(usual_faults(3, tool=0.0), periodic=(0.0, 0.0))
 NOISE = 1e-5

@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from tests.design.problems import HEXAPOD, changed, problem
 
 import expdesign as xd
 from expdesign.chain.models.model_file import Model
 from expdesign.planning.plan import Plan, plan_frame
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import starting_designs
+from tests.design.problems import HEXAPOD, changed, problem
 
 STD = {"dx_m": 5e-7, "dy_m": 5e-7, "dz_m": 5e-7, "drx_rad": 2e-6, "dry_rad": 2e-6, "drz_rad": 2e-6}
 CONFIG: dict[str, Any] = changed(

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.commands.calls import CONFIG, ROBOT, call, plan_file, recordings_file
 
 import expdesign as xd
 from expdesign.app.api.inputs import RobotFile
@@ -18,6 +17,7 @@ from expdesign.errors import InputError
 from expdesign.io.output import csv_text
 from expdesign.io.table import read_table
 from expdesign.planning.problem import DesignProblem
+from tests.commands.calls import CONFIG, ROBOT, call, plan_file, recordings_file
 
 
 def test_the_package_imports_late() -> None:

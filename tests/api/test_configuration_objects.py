@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import CONFIG, ROBOT, ROOT, plan_file
 
 import expdesign as xd
 from expdesign.app.api.configuration import problem_of
 from expdesign.errors import InputError
 from expdesign.planning.sampling import starting_designs
+from tests.commands.calls import CONFIG, ROBOT, ROOT, plan_file
 
 said: Any = xd
 """The package without the types of its arguments: arrays and texts with units are taken beside what a file holds."""

@@ -5,9 +5,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.commands.calls import call
-from tests.design.problems import BIPOD, HEXAPOD, problem
-from tests.identification.experiments import experiment
 
 import expdesign as xd
 from expdesign.app.api.identify import IdentificationResult
@@ -15,6 +12,9 @@ from expdesign.app.api.inputs import document_of
 from expdesign.chain.models.model_file import model_of_robot, model_text, read_model
 from expdesign.errors import InputError
 from expdesign.io.output import csv_text
+from tests.commands.calls import call
+from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.identification.experiments import experiment
 
 AXES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
 ROBOT = HEXAPOD["robot"]

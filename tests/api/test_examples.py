@@ -5,9 +5,9 @@ import inspect
 from pathlib import Path
 
 import pytest
-from tests.commands.calls import ROOT
 
 import expdesign as xd
+from tests.commands.calls import ROOT
 
 PLAN = """sequence,series,x_m,y_m,fx_N,fy_N
 1,1,0.03,-0.3,0,-1000

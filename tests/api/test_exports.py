@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.commands.calls import CONFIG, ROBOT, ROOT, call, recordings_file
 
 import expdesign as xd
 from expdesign.app.commands.listed import function_of, listed_commands
+from tests.commands.calls import CONFIG, ROBOT, ROOT, call, recordings_file
 
 FILES_ALONE = {"new"}
 """Commands that write files, and compute nothing."""

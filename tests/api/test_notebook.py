@@ -7,6 +7,7 @@ from typing import Any
 import nbclient
 import nbformat
 import pytest
+
 from tests.docs.test_tutorial import NUMBER
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -10,11 +10,11 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import CONFIG, ROBOT, plan_file
 
 import expdesign as xd
 from expdesign.app.api.result import Result
 from expdesign.errors import InputError
+from tests.commands.calls import CONFIG, ROBOT, plan_file
 
 POSE = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
 

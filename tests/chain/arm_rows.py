@@ -5,8 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from tests.identification.experiments import read
-from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
@@ -14,6 +12,8 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.mechanics.robots.robot_file import read_robot
 from expdesign.mechanics.robots.serial import SerialRobot
+from tests.identification.experiments import read
+from tests.oracle import Array
 
 DEVIATIONS = (5e-6, 5e-6, 5e-6, 2e-5, 2e-5, 2e-5)
 LOW = np.array([-1.0, -2.2, 0.4, -2.6, -2.2, -1.5])

@@ -3,12 +3,12 @@
 from pathlib import Path
 
 import numpy as np
-from tests.oracle import Array
-from tests.robots.urdf import joint_text, link_text
 
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.mechanics.robots.robot_file import read_robot
 from expdesign.mechanics.robots.serial import SerialRobot
+from tests.oracle import Array
+from tests.robots.urdf import joint_text, link_text
 
 _JOINTS = [  # name, origin, axis, mass and centre of the link that it moves, kind
     ("lift", "0 0 0.2", "0 0 1", 6.0, "0 0 0.1", "prismatic"),

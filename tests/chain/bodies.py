@@ -2,12 +2,12 @@
 
 import numpy as np
 import pandas as pd
-from tests.identification.experiments import read
-from tests.oracle import Array
 
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.coordinates import SPATIAL
 from expdesign.mechanics.robots.body import Body
+from tests.identification.experiments import read
+from tests.oracle import Array
 
 BODY = Body(home=np.array([0.5, -0.2, 0.3]), name="machine on its feet")
 DEVIATIONS = (2e-6, 2e-6, 2e-6, 1e-5, 1e-5, 1e-5)

@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from tests.chain.kinds import kind_for
-from tests.fitting import data_of
-from tests.identification.experiments import read
-from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.fit import Fit, fit
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
+from tests.chain.kinds import kind_for
+from tests.fitting import data_of
+from tests.identification.experiments import read
+from tests.oracle import Array
 
 FOLDER = Path(__file__).parents[2] / "configs" / "robots"
 STIFFNESS = {
@@ -64,8 +64,8 @@ def measured(
 ) -> pd.DataFrame:
     """The rows as the laboratory measures them, with standard deviations stated."""
     pytest.importorskip("exudyn", reason="the laboratory's engine is an extra")
-    from virtual_laboratory import Robot  # noqa: PLC0415 (an extra)
-    from virtual_laboratory.truth import laboratory_from  # noqa: PLC0415
+    from research.laboratory import Robot  # noqa: PLC0415 (an extra)
+    from research.laboratory.truth import laboratory_from  # noqa: PLC0415
 
     truth: dict[str, Any] = {"true_stiffness": STIFFNESS[name], "elements": list(elements)}
     columns = machine(name).coordinates

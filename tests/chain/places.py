@@ -5,12 +5,6 @@ from functools import cache, cached_property
 
 import numpy as np
 import pandas as pd
-from tests.cases import ROBOTS, robot
-from tests.chain import bodies
-from tests.chain.arm_rows import arm_rows, six_axis
-from tests.chain.kinds import KINDS
-from tests.identification.experiments import read
-from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component
@@ -18,6 +12,12 @@ from expdesign.chain.declaration import Variant
 from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.mechanics.robots.robot import Robot
+from tests.cases import ROBOTS, robot
+from tests.chain import bodies
+from tests.chain.arm_rows import arm_rows, six_axis
+from tests.chain.kinds import KINDS
+from tests.identification.experiments import read
+from tests.oracle import Array
 
 PAYLOAD, WRENCH = "payload", "wrench"
 

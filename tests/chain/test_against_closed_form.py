@@ -5,8 +5,6 @@
 import casadi as ca
 import numpy as np
 import pytest
-from tests.cases import ROBOTS, robot
-from tests.chain.places import WRENCH, recordings
 
 from expdesign.assurance.validation.compensation import deflection_map
 from expdesign.chain.chain import Chain
@@ -14,6 +12,8 @@ from expdesign.chain.row import row_data
 from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.load import Wrench
+from tests.cases import ROBOTS, robot
+from tests.chain.places import WRENCH, recordings
 
 every_robot = pytest.mark.parametrize("name", ROBOTS)
 

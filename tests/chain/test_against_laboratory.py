@@ -7,9 +7,9 @@ import casadi as ca
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.chain.laboratory import STIFFNESS, fitted, machine, recorded
 
 from expdesign.chain.effect import Effect
+from tests.chain.laboratory import STIFFNESS, fitted, machine, recorded
 
 
 @dataclass(frozen=True)

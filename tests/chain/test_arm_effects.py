@@ -6,10 +6,6 @@ import casadi as ca
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.chain.arm_rows import arm_rows, six_axis
-from tests.chain.kinds import KINDS
-from tests.identification.experiments import read
-from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component, Part, link_span
@@ -20,6 +16,10 @@ from expdesign.chain.effects.joints.readings import LoggedBeforeSettled
 from expdesign.chain.effects.links.links import LinkCompliance
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
+from tests.chain.arm_rows import arm_rows, six_axis
+from tests.chain.kinds import KINDS
+from tests.identification.experiments import read
+from tests.oracle import Array
 
 ARM = six_axis()
 

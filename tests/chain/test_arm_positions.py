@@ -6,10 +6,6 @@ import casadi as ca
 import numpy as np
 import pandas as pd
 import pytest
-from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
-from tests.fitting import data_of
-from tests.identification.experiments import table_of
-from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
@@ -31,6 +27,10 @@ from expdesign.estimation.compensation.prediction import require_history
 from expdesign.estimation.fit import Fit, fit
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.serial import SerialRobot
+from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+from tests.fitting import data_of
+from tests.identification.experiments import table_of
+from tests.oracle import Array
 
 READING = MarkerPosition(("ball",), {}, None, np.array([*INSTRUMENT, *PLACE]))
 

@@ -4,10 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.chain.bodies import BODY, DEVIATIONS, recordings, rows
-from tests.fitting import data_of
-from tests.identification.experiments import read
-from tests.oracle import Array
 
 from expdesign.chain import chain as chain_module
 from expdesign.chain.chain import Chain
@@ -24,6 +20,10 @@ from expdesign.diagnosis.result import Diagnosis
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.shared_noise import SharedNoise
 from expdesign.estimation.fit import Fit, fit, summarise
+from tests.chain.bodies import BODY, DEVIATIONS, recordings, rows
+from tests.fitting import data_of
+from tests.identification.experiments import read
+from tests.oracle import Array
 
 LIFTING = recordings(lifting=True)
 

@@ -9,6 +9,17 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
+
+from expdesign.chain.chain import Chain
+from expdesign.chain.component import INSTRUMENT, Part, component_from_text
+from expdesign.chain.effect import Effect
+from expdesign.chain.effects.instrument.frame import FrameWander
+from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
+from expdesign.chain.effects.joints.readings import JointHarmonics
+from expdesign.chain.row import row_data
+from expdesign.diagnosis.findings import reported
+from expdesign.diagnosis.library import library
+from expdesign.estimation.fit import summarise
 from tests.cases import robot
 from tests.chain import bodies
 from tests.chain.arm_rows import arm_rows, six_axis
@@ -30,17 +41,6 @@ from tests.chain.places import (
 from tests.fitting import data_of
 from tests.identification.experiments import read
 from tests.oracle import Array
-
-from expdesign.chain.chain import Chain
-from expdesign.chain.component import INSTRUMENT, Part, component_from_text
-from expdesign.chain.effect import Effect
-from expdesign.chain.effects.instrument.frame import FrameWander
-from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
-from expdesign.chain.effects.joints.readings import JointHarmonics
-from expdesign.chain.row import row_data
-from expdesign.diagnosis.findings import reported
-from expdesign.diagnosis.library import library
-from expdesign.estimation.fit import summarise
 
 BETWEEN = re.compile(r"\b(leg|joint) [2-5]\b")
 """Legs can be exchanged: the first and the last stand for those between them."""

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from tests.chain.arms import INSTRUMENT, PLACE, configurations, read_arm, recordings_of
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY
@@ -12,6 +11,7 @@ from expdesign.chain.identified import ChainBeside, Identified
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import RowData, row_data
 from expdesign.mechanics.robots.serial import SerialRobot
+from tests.chain.arms import INSTRUMENT, PLACE, configurations, read_arm, recordings_of
 
 
 @pytest.fixture(scope="module")

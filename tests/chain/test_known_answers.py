@@ -9,11 +9,6 @@ import pandas as pd
 import pytest
 from scipy.optimize import fsolve
 from scipy.spatial.transform import Rotation
-from tests.cases import ROBOTS, robot
-from tests.chain.kinds import kind_for
-from tests.chain.places import PAYLOAD, WRENCH, recordings, rows
-from tests.identification.experiments import read
-from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
@@ -21,6 +16,11 @@ from expdesign.chain.row import row_data
 from expdesign.mechanics.robots.hexapod import Hexapod
 from expdesign.mechanics.robots.orientation import Orientation, angles_of, rotation_matrix, rotation_vector
 from expdesign.mechanics.robots.parallel import ParallelRobot
+from tests.cases import ROBOTS, robot
+from tests.chain.kinds import kind_for
+from tests.chain.places import PAYLOAD, WRENCH, recordings, rows
+from tests.identification.experiments import read
+from tests.oracle import Array
 
 ROBOT = "irregular"
 

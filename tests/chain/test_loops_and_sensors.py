@@ -2,11 +2,6 @@
 
 import numpy as np
 import pytest
-from tests.cases import robot
-from tests.chain.places import WRENCH, rows
-from tests.chain.test_known_answers import ROBOT, base, forces, in_legs, one_series, predicted
-from tests.identification.experiments import read
-from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import PAYLOAD, Component, Part
@@ -16,6 +11,11 @@ from expdesign.chain.effects.load.payload import ForceSensor
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import diagnose
+from tests.cases import robot
+from tests.chain.places import WRENCH, rows
+from tests.chain.test_known_answers import ROBOT, base, forces, in_legs, one_series, predicted
+from tests.identification.experiments import read
+from tests.oracle import Array
 
 LEG = 1
 UP_AND_DOWN = [0.0, 0.3, 0.6, 1.0, 0.8, 0.6, 0.3, 0.0, -0.6, -1.0, -0.6, 0.0]

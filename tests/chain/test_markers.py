@@ -8,9 +8,6 @@ import casadi as ca
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, STIFFNESS, configurations, read_arm, recordings_of, write_arm
-from tests.fitting import data_of
-from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import moment_at, with_links_beyond
@@ -29,6 +26,9 @@ from expdesign.estimation.noise_level import noise_from_replicates
 from expdesign.io.yaml_reader import read_yaml
 from expdesign.mechanics.robots.serial import SerialRobot
 from expdesign.report.remark_texts import sentences
+from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, STIFFNESS, configurations, read_arm, recordings_of, write_arm
+from tests.fitting import data_of
+from tests.oracle import Array
 
 
 @pytest.fixture(scope="module")

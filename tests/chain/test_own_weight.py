@@ -6,9 +6,6 @@ import casadi as ca
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.chain.arms import configurations, read_arm, recordings_of, write_arm
-from tests.oracle import Array
-from tests.robots.arms import ARMS, Oracle, serial_robot
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
@@ -18,6 +15,9 @@ from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.row import row_data
 from expdesign.mechanics.robots.robot_file import read_robot
 from expdesign.mechanics.robots.serial import SerialRobot
+from tests.chain.arms import configurations, read_arm, recordings_of, write_arm
+from tests.oracle import Array
+from tests.robots.arms import ARMS, Oracle, serial_robot
 
 
 @pytest.mark.parametrize("name", ["ur5", "tiago"])

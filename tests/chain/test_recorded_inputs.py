@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.chain.places import ARM, SUPPORTED, Place, away_from_neutral, one_of_each, recordings
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.declaration import Beyond
@@ -17,6 +16,7 @@ from expdesign.chain.row import row_data, row_symbols
 from expdesign.diagnosis.frame import framed
 from expdesign.diagnosis.stages import unheard
 from expdesign.io.yaml_reader import YamlDocument
+from tests.chain.places import ARM, SUPPORTED, Place, away_from_neutral, one_of_each, recordings
 
 EVERY = [place for name in ("irregular", "bipod-unequal", ARM, SUPPORTED) for place in one_of_each(name)]
 FIRST = 2

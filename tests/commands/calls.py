@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 import yaml
-from tests.design.problems import changed
 
 from expdesign.app.commands.main import main
+from tests.design.problems import changed
 
 ROOT = Path(__file__).parents[2]
 ROBOT = ROOT / "configs" / "robots" / "hexapod-h1.yaml"

@@ -4,11 +4,11 @@ import re
 from pathlib import Path
 
 import pytest
-from tests.commands.calls import CONFIG, ROBOT, call, plan_file, refusal
 
 import expdesign as xd
 from expdesign.app.commands.spelling import SPELLINGS, Spelling
 from expdesign.errors import ExpdesignError
+from tests.commands.calls import CONFIG, ROBOT, call, plan_file, refusal
 
 SOURCES = Path(xd.__file__).parent
 _OPTION = re.compile(r"(?<!var)[( `]--[a-z]")

@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import ROOT, call, config_file, yaml_file
-from tests.robots.arms import ARMS
 
 from expdesign.report.page import content_of
+from tests.commands.calls import ROOT, call, config_file, yaml_file
+from tests.robots.arms import ARMS
 
 SEARCH = {"population": 12, "generations": 4, "seed": 3}
 

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+
 from tests.commands.calls import ROBOT, call, plan_file, recordings_file, refusal
 from tests.plausibility.sound import CONFIGS, content_of, recordings_of
 

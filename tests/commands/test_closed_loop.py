@@ -5,17 +5,18 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+
 from tests.commands.calls import ROBOT, ROOT, call, plan_file
 
 pytest.importorskip("exudyn", reason="the virtual laboratory's engine is an extra")
-from benchmarks import closed_loop
 from expdesign.planning.problem_file import read_problem
+from research.benchmarks import closed_loop
 
 POSE = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
 
 
 def test_recordings_of_the_laboratory_make_the_robot_accurate(tmp_path: Path) -> None:
-    from virtual_laboratory import Laboratory, Robot  # noqa: PLC0415 (an extra)
+    from research.laboratory import Laboratory, Robot  # noqa: PLC0415 (an extra)
 
     plan = pd.read_csv(plan_file(tmp_path)).drop(columns="note")
     bench = Laboratory(
@@ -47,7 +48,7 @@ def test_the_benchmark_writes_its_result(tmp_path: Path) -> None:
     assert float(table["mean"]["no compensation"]) > 5.0 * float(table["mean"]["total"])
     assert {"duir", "feir", "total", "o1", "o2", "o3", "o4", "o5", "o_tp", "random"} <= set(table.index)
     page = (tmp_path / "out" / "README.md").read_text(encoding="utf-8")
-    assert "benchmarks.closed_loop " in page
+    assert "research.benchmarks.closed_loop " in page
     assert not [name for name in table.index if f"| {name} | {table['mean'][name]:.3f} ± " not in page]
 
 

@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, refusal
 
 import expdesign as xd
 from expdesign.app.api.compensate import targets_table
@@ -17,6 +16,7 @@ from expdesign.chain.effects.legs.transmission import LegBacklash
 from expdesign.chain.models.model_file import read_model
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
+from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, refusal
 
 POSE = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
 DEFLECTION = ["dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad"]

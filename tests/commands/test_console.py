@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.commands.calls import CONFIG, ROBOT, call, plan_file
 
 import expdesign as xd
 from expdesign.app.api.callbacks import remaining, stages
 from expdesign.counted import counted
+from tests.commands.calls import CONFIG, ROBOT, call, plan_file
 
 
 @pytest.fixture

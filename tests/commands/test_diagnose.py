@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from tests.commands.calls import ROOT, call, refusal
 
 import expdesign as xd
 from expdesign.app.api.callbacks import ProgressReport
@@ -21,6 +20,7 @@ from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
+from tests.commands.calls import ROOT, call, refusal
 
 ROBOT = ROOT / "configs" / "robots" / "bipod.yaml"
 GAP = 8e-6

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from tests.commands.calls import config_file
 
 import expdesign as xd
+from tests.commands.calls import config_file
 
 SHORT = {"population": 16, "generations": 6, "seed": 1, "polish": True}
 

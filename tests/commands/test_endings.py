@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from tests.commands.calls import CONFIG, ROBOT, call, config_file, plan_file
 
 import expdesign as xd
 from expdesign.app.commands.terminal import encode_anything, terminated_as_interrupted
+from tests.commands.calls import CONFIG, ROBOT, call, config_file, plan_file
 
 COMMAND = [sys.executable, "-m", "expdesign"]
 

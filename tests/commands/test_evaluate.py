@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from tests.commands.calls import call, yaml_file
 from tests.design.problems import BIPOD, changed
 

@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import ROBOT, call
 
 import expdesign as xd
+from tests.commands.calls import ROBOT, call
 
 CONFIG = Path(__file__).parents[2] / "configs" / "hexapod-geometric.yaml"
 POSE = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]

@@ -6,13 +6,13 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import call, config_file
 
 import expdesign as xd
 from expdesign.app.api.configuration import problem_of
 from expdesign.assurance.comparison.contenders import distinct_criteria
 from expdesign.errors import InputError
 from expdesign.planning.optimality.certificate import Certificate
+from tests.commands.calls import call, config_file
 
 CONFIG = Path(__file__).parents[2] / "configs" / "hexapod-geometric.yaml"
 POSE = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]

@@ -5,9 +5,9 @@ import subprocess
 import sys
 
 import pytest
-from tests.commands.calls import call, refused
 
 from expdesign.app.commands.listed import COMMANDS, listed_commands
+from tests.commands.calls import call, refused
 
 HEAVY = ("casadi", "numpy", "pandas", "plotly", "pymoo", "scipy")
 

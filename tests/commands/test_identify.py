@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.commands.calls import ROBOT, call, recordings_file, refusal
-from tests.identification.experiments import experiment
-from tests.identification.test_identify import idle_leg
 
 from expdesign.io.output import csv_text
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
+from tests.commands.calls import ROBOT, call, recordings_file, refusal
+from tests.identification.experiments import experiment
+from tests.identification.test_identify import idle_leg
 
 
 def test_it_writes_model_record_and_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

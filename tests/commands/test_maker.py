@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import get_args
 
 import pytest
-from tests.commands.calls import CONFIG, ROBOT, recordings_file, refusal
 
 import expdesign as xd
 from expdesign.app.commands.docstring import Docstring
 from expdesign.app.commands.listed import function_of, listed_commands
 from expdesign.app.commands.maker import made
 from expdesign.app.commands.spelling import SPELLINGS
+from tests.commands.calls import CONFIG, ROBOT, recordings_file, refusal
 
 
 def options_of(name: str) -> Mapping[str, str]:

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.commands.calls import CONFIG, ROOT, call, plan_file, refusal
 
 import expdesign as xd
+from tests.commands.calls import CONFIG, ROOT, call, plan_file, refusal
 
 BIPOD = ROOT / "configs" / "bipod.yaml"
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import call, refusal
 
 from expdesign.app.templates import kinds
+from tests.commands.calls import call, refusal
 
 CONFIGURATIONS = [kind for kind, files in kinds().items() if "config.yaml" in {file.name for file in files}]
 

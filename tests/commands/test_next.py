@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+
 from tests.commands.calls import CONFIG, ROBOT, call, plan_file, recordings_file, refusal
 
 

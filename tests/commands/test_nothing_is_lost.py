@@ -9,11 +9,11 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from openpyxl import load_workbook
-from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file, refusal
 
 import expdesign as xd
 from expdesign.errors import InputError
 from expdesign.io.written import RECORD
+from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file, refusal
 
 BIPOD = CONFIG.parent / "bipod.yaml"
 OTHERS = "this was measured for a week\n"

@@ -5,9 +5,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import CONFIG, ROBOT, ROOT, call, plan_file, recordings_file, refusal
 
 import expdesign as xd
+from tests.commands.calls import CONFIG, ROBOT, ROOT, call, plan_file, recordings_file, refusal
 
 ARM = ROOT / "configs/robots/ur5.yaml"
 

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from tests.commands.calls import CONFIG, ROBOT, ROOT, call, plan_file
 
 import expdesign as xd
 from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
+from tests.commands.calls import CONFIG, ROBOT, ROOT, call, plan_file
 
 DEFLECTION = ["dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad"]
 

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.commands.calls import call, model_file, plan_file, refusal
 
 from expdesign.chain.models.model_file import read_model
 from expdesign.chain.recordings.points import points_from_table
 from expdesign.estimation.compensation.prediction import predict
 from expdesign.io.table import read_table
+from tests.commands.calls import call, model_file, plan_file, refusal
 
 
 def test_points_are_filled_in_and_keep_order_and_columns(tmp_path: Path) -> None:

@@ -7,14 +7,14 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import CONFIG, ROBOT, call, config_file, plan_file, refusal, yaml_file
-from tests.recordings.test_registered_deflections import INSTRUMENT, MARKERS
 
 import expdesign as xd
 from expdesign.errors import InputError
 from expdesign.io.table import read_table
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import read_robot
+from tests.commands.calls import CONFIG, ROBOT, call, config_file, plan_file, refusal, yaml_file
+from tests.recordings.test_registered_deflections import INSTRUMENT, MARKERS
 
 NOISE = 1e-6
 POSE = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")

@@ -6,6 +6,8 @@ from typing import Any
 
 import pytest
 import yaml
+
+from expdesign.app.commands import main as entry
 from tests.commands.calls import (
     CONFIG,
     PLAN,
@@ -20,8 +22,6 @@ from tests.commands.calls import (
     yaml_file,
 )
 from tests.design.problems import changed
-
-from expdesign.app.commands import main as entry
 
 
 def loaded_config() -> Any:

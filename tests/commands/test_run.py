@@ -6,6 +6,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 import yaml
+
 from tests.commands.calls import call, config_file, refusal, yaml_file
 from tests.design.problems import changed
 

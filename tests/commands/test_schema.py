@@ -6,13 +6,13 @@ from typing import Any
 
 import jsonschema
 import pytest
-from tests.commands.calls import call, refusal
 
 import expdesign as xd
 from expdesign.app.api.schema import KINDS, robot_sections
 from expdesign.app.templates import kinds
 from expdesign.io.output import json_text
 from expdesign.io.yaml_reader import read_yaml
+from tests.commands.calls import call, refusal
 
 ROOT = Path(__file__).parents[2]
 FILES = [file for file in sorted((ROOT / "configs").glob("*.yaml")) if not file.name.startswith("study")]

@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from openpyxl import load_workbook
-from tests.commands.calls import ROBOT, call, config_file, refusal
 
 import expdesign as xd
 from expdesign.io.table import read_table
+from tests.commands.calls import ROBOT, call, config_file, refusal
 
 POSES = [(0.01, 0, 0, 0, 0, 0), (-0.02, 0.01, 0, 0.1, 0, 0), (0, 0, 0.01, 0, 0.1, 0)]
 AXES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file, refusal
 
 from expdesign.chain.recordings.reader import read_recordings
 from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.robots.robot_file import read_robot
+from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file, refusal
 
 DEFLECTION = ["dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad"]
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.commands.calls import call, model_file, refusal
 
 import expdesign as xd
 from expdesign.arrays import FloatArray
+from tests.commands.calls import call, model_file, refusal
 
 OVER = {"x_mm": (-20, 20), "y_mm": (-20, 20), "rx_mrad": (-80, 80), "mass_kg": (0, 30), "com_x_m": (-0.1, 0.1)}
 SI = ("x_m", "y_m", "rx_rad", "mass_kg", "com_x_m")

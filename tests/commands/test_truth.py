@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import CONFIG, ROBOT, call, plan_file, yaml_file
 
 import expdesign as xd
+from tests.commands.calls import CONFIG, ROBOT, call, plan_file, yaml_file
 
 
 def softer(folder: Path, factor: float = 2.0) -> Path:

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file, refusal
 
 from expdesign.io.table import read_table
+from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file, refusal
 
 
 def stiffness(folder: Path) -> np.ndarray:

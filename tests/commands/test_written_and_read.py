@@ -12,17 +12,6 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from tests.cases import ROBOTS, content_of, robot
-from tests.chain.arm_rows import arm_rows, concealed, six_axis
-from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
-from tests.chain.bodies import BODY
-from tests.chain.kinds import KINDS
-from tests.chain.places import WRENCH, rows
-from tests.commands.calls import ROOT, call
-from tests.diagnosis.samples import effect
-from tests.identification.experiments import read
-from tests.oracle import Array
-from tests.ports.test_supports import column_rows
 
 import expdesign as xd
 from expdesign.chain.chain import Chain
@@ -35,6 +24,17 @@ from expdesign.chain.row import row_data
 from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, TOGETHER
 from expdesign.errors import InputError
 from expdesign.io.output import csv_text
+from tests.cases import ROBOTS, content_of, robot
+from tests.chain.arm_rows import arm_rows, concealed, six_axis
+from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+from tests.chain.bodies import BODY
+from tests.chain.kinds import KINDS
+from tests.chain.places import WRENCH, rows
+from tests.commands.calls import ROOT, call
+from tests.diagnosis.samples import effect
+from tests.identification.experiments import read
+from tests.oracle import Array
+from tests.ports.test_supports import column_rows
 
 NAMELESS = frozenset(kind.physics for kind in KINDS)
 """With no physics to name, only laws at ports are left."""

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 import yaml
-from tests.commands.calls import CONFIG, ROBOT, ROOT, call, plan_file, refused, yaml_file
 
 import expdesign as xd
 from expdesign.errors import InputError
+from tests.commands.calls import CONFIG, ROBOT, ROOT, call, plan_file, refused, yaml_file
 
 ARM = ROOT / "configs" / "robots" / "ur5.yaml"
 ONE_JOINT = """<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="revolute">

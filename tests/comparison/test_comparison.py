@@ -8,8 +8,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.stats import spearmanr
-from tests.commands.calls import call, refusal
-from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 
 import expdesign as xd
 from expdesign.app.api.compare import ComparisonResult
@@ -22,6 +20,8 @@ from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.plan import Plan
 from expdesign.planning.search import search_single
 from expdesign.report.comparison_report import agreement
+from tests.commands.calls import call, refusal
+from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 
 SAMPLES = 3000
 

@@ -5,9 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from tests.cases import ROBOTS, content_of, robot
-from tests.compensation.test_prediction import effect, model_of
-from tests.identification.experiments import experiment
 
 from expdesign.chain.chain import Chain
 from expdesign.errors import ConvergenceError, InfeasibleError, SingularConfigurationError
@@ -15,6 +12,9 @@ from expdesign.estimation.compensation.compensate import compensate
 from expdesign.estimation.compensation.prediction import moved, predict
 from expdesign.estimation.identify import identify
 from expdesign.mechanics.robots.bipod import Bipod
+from tests.cases import ROBOTS, content_of, robot
+from tests.compensation.test_prediction import effect, model_of
+from tests.identification.experiments import experiment
 
 NAMES = sorted(ROBOTS)
 
@@ -103,7 +103,7 @@ def test_what_has_no_command_is_refused(
 def test_the_virtual_laboratory_attains_what_was_promised() -> None:
     """Attained errors over their predicted standard deviations have unit variance, axis by axis."""
     laboratory = pytest.importorskip(
-        "virtual_laboratory", reason="the laboratory's engine is an extra", exc_type=ImportError
+        "research.laboratory", reason="the laboratory's engine is an extra", exc_type=ImportError
     )
     here = robot("H1")
     made, target = experiment("H1", 4, seed=22), experiment("H1", 3, seed=23, loads_per_pose=1)

@@ -6,11 +6,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.chain.arm_rows import arm_rows, six_axis
-from tests.identification.experiments import read, table_of
-from tests.oracle import Array
-from tests.robots.arms import ARMS, serial_robot
-from tests.robots.torso import LIFTED, read_torso
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.joints.bearings import JointCompliance
@@ -23,6 +18,11 @@ from expdesign.estimation.compensation.compensate import compensate
 from expdesign.estimation.compensation.prediction import moved
 from expdesign.mechanics.robots.kinematic_tree import KinematicTree
 from expdesign.mechanics.robots.serial import SerialRobot
+from tests.chain.arm_rows import arm_rows, six_axis
+from tests.identification.experiments import read, table_of
+from tests.oracle import Array
+from tests.robots.arms import ARMS, serial_robot
+from tests.robots.torso import LIFTED, read_torso
 
 ARM = six_axis()
 

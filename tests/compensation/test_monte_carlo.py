@@ -5,10 +5,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from tests import oracle
-from tests.cases import ALL_ERRORS, ROBOTS, Setup, content_of, robot, setup
-from tests.oracle import Array
-from tests.robots.arms import ARMS, serial_robot
 
 from expdesign.assurance.validation.compensation import CONVERGENCE, ExactCompensation
 from expdesign.assurance.validation.plants import ExplicitPlant
@@ -20,9 +16,13 @@ from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.load import Payload, Wrench
 from expdesign.planning.criteria.targets import Targets
 from expdesign.planning.plan import Plan
-from thesis_studies.equilibrium import Equilibrium, EquilibriumPlant
-from virtual_laboratory import Laboratory
-from virtual_laboratory import Robot as LaboratoryRobot
+from research.laboratory import Laboratory
+from research.laboratory import Robot as LaboratoryRobot
+from research.studies.equilibrium import Equilibrium, EquilibriumPlant
+from tests import oracle
+from tests.cases import ALL_ERRORS, ROBOTS, Setup, content_of, robot, setup
+from tests.oracle import Array
+from tests.robots.arms import ARMS, serial_robot
 
 SAMPLES = 500
 

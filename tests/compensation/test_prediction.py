@@ -2,9 +2,6 @@
 
 import numpy as np
 import pytest
-from tests.cases import ROBOTS, robot
-from tests.chain.kinds import kind_for
-from tests.identification.experiments import experiment, table_of
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
@@ -13,6 +10,9 @@ from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import predict, require_history
 from expdesign.estimation.identify import identify
 from expdesign.io.yaml_reader import YamlDocument
+from tests.cases import ROBOTS, robot
+from tests.chain.kinds import kind_for
+from tests.identification.experiments import experiment, table_of
 
 
 def model_of(chain: Chain, values: np.ndarray, covariance: np.ndarray | None = None) -> Model:

@@ -4,10 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.chain import bodies
-from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
-from tests.fitting import data_of
-from tests.identification.experiments import experiment, table_of
 
 from expdesign.app.api.identify import identify as identify_file
 from expdesign.app.api.predict import predict as predict_file
@@ -24,6 +20,10 @@ from expdesign.estimation.fit import Fit, fit
 from expdesign.estimation.identify import identify
 from expdesign.io.yaml_reader import read_yaml
 from expdesign.mechanics.robots.serial import SerialRobot
+from tests.chain import bodies
+from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+from tests.fitting import data_of
+from tests.identification.experiments import experiment, table_of
 
 BODY_FILE = "name: machine\nkind: body\nhome: [0.5, -0.2, 0.3]\n"
 

@@ -4,13 +4,13 @@ from itertools import product
 
 import numpy as np
 import pytest
-from tests import oracle
-from tests.cases import ALL_ERRORS, NOISES, ROBOTS, Setup, robot, setup
-from tests.oracle import Array, Dense
 
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.targets import Aggregate
+from tests import oracle
+from tests.cases import ALL_ERRORS, NOISES, ROBOTS, Setup, robot, setup
+from tests.oracle import Array, Dense
 
 MEASUREMENTS = 6
 COUNT = 3

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.design.problems import BIPOD, HEXAPOD, problem
 
 from expdesign.planning.criteria.error_ellipses import ellipse_scale, principal_axes, target_covariances
+from tests.design.problems import BIPOD, HEXAPOD, problem
 
 
 @pytest.fixture(params=[BIPOD, HEXAPOD], ids=["bipod", "hexapod"])

@@ -5,8 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.design.problems import BIPOD, HEXAPOD, problem
-from tests.oracle import Array
 
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.observability import largest_singular_value, smallest_singular_value
@@ -14,6 +12,8 @@ from expdesign.planning.optimality.differentiated import Differentiated
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import starting_designs
 from expdesign.planning.search import search
+from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.oracle import Array
 
 
 def designs(here: DesignProblem, count: int) -> Array:

@@ -5,9 +5,6 @@ from functools import reduce
 
 import numpy as np
 import pytest
-from tests.design.optimality.central_differences import criterion_gradients
-from tests.design.problems import BIPOD, HEXAPOD, problem
-from tests.oracle import Array
 
 from expdesign.estimation.load_errors import Estimator
 from expdesign.mechanics.differentiation import inverse_root, one_and_gram
@@ -17,6 +14,9 @@ from expdesign.planning.criteria.information import Information
 from expdesign.planning.optimality.plan_sums import PlanSums
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import starting_designs
+from tests.design.optimality.central_differences import criterion_gradients
+from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.oracle import Array
 
 
 def covariance_of(errors: Array, shared: Array) -> Array:

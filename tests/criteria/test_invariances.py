@@ -5,8 +5,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from tests.cases import load_of, source_of, symmetric_hexapod
-from tests.oracle import Array
 
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.mechanics.elastostatics.maps import observation_matrix
@@ -17,6 +15,8 @@ from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.targets import Targets
+from tests.cases import load_of, source_of, symmetric_hexapod
+from tests.oracle import Array
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,11 @@ tests/compensation/test_monte_carlo.py.
 
 import numpy as np
 import pytest
-from tests.cases import ALL_ERRORS, ROBOTS, setup
 
 from expdesign.assurance.validation.repeated import mean
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.planning.criteria.criterion import known_criteria
+from tests.cases import ALL_ERRORS, ROBOTS, setup
 
 SAMPLES = 100_000
 MEASUREMENTS = 4

@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.design.problems import BIPOD, HEXAPOD, designs, problem
-from tests.oracle import Array
 
 from expdesign.errors import InputError
 from expdesign.mechanics.differentiation import is_recorded
@@ -13,6 +11,8 @@ from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import Criterion, criterion_values, known_criteria
 from expdesign.planning.optimality.kktpm import kktpm
 from expdesign.planning.search import search
+from tests.design.problems import BIPOD, HEXAPOD, designs, problem
+from tests.oracle import Array
 
 
 class Broken(Criterion):

@@ -4,9 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests import oracle
-from tests.cases import ALL_ERRORS, ROBOTS, robot, setup
-from tests.oracle import Array
 
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.mechanics.elastostatics.maps import observation_matrix
@@ -15,6 +12,9 @@ from expdesign.mechanics.loads.load import Wrench
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.targets import Targets
+from tests import oracle
+from tests.cases import ALL_ERRORS, ROBOTS, robot, setup
+from tests.oracle import Array
 
 
 def wrench_for(name: str, pose: Array, forces: Array) -> Array:

@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.design.problems import BIPOD, HEXAPOD, problem
-from tests.oracle import Array
 
 from expdesign.assurance.validation.repeated import standard_deviation
 from expdesign.assurance.validation.simulation import simulate
@@ -15,6 +13,8 @@ from expdesign.planning.criteria.targets import body_axes
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import starting_designs
+from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.oracle import Array
 
 ANGLES = [0.1, 0.15, 0.0]
 

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 import yaml
-from tests.cases import symmetric_hexapod
-from tests.oracle import Array
 
 from expdesign.io.yaml_reader import parse_yaml
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
 from expdesign.planning.sampling import starting_designs
+from tests.cases import symmetric_hexapod
+from tests.oracle import Array
 
 BIPOD: dict[str, Any] = {
     "schema_version": 1,

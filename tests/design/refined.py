@@ -2,10 +2,9 @@
 
 from dataclasses import replace
 
-from tests.oracle import Array
-
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.search import search
+from tests.oracle import Array
 
 
 def refined(here: DesignProblem, designs: Array, generations: int | None = None) -> Array:

@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.design.problems import BIPOD, HEXAPOD, problem
 
 from expdesign.planning.accuracy_map import accuracy_maps
 from expdesign.planning.criteria.accuracy import Total
 from expdesign.planning.problem_file import read_problem
 from expdesign.planning.sampling import reachable_measurements
+from tests.design.problems import BIPOD, HEXAPOD, problem
 
 
 def decisions_of(case: Any, count: int) -> Any:

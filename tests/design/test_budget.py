@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.design.problems import HEXAPOD, problem
 
 import expdesign
 from expdesign.chain.instrument.deflection_noise import series_by_pose
@@ -21,6 +20,7 @@ from expdesign.planning.result import design_minutes, planned, validation_decisi
 from expdesign.planning.sampling import reachable_measurements
 from expdesign.planning.scalarisation import Aims
 from expdesign.planning.search import search
+from tests.design.problems import HEXAPOD, problem
 
 COSTS = {"pose_change": 10, "mass_change": 3, "reading": 1}
 FEW = {"population": 8, "generations": 3, "seed": 1, "polish": False}

@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.design.problems import HEXAPOD, problem
 
 import expdesign
 from expdesign.errors import InputError
 from expdesign.planning.constraints import Collisions
 from expdesign.planning.schema import CollisionsSection, PrimitiveSection
 from expdesign.planning.search import search
+from tests.design.problems import HEXAPOD, problem
 
 pytest.importorskip("coal")
 

@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.design.problems import BIPOD, HEXAPOD, problem
-from tests.plausibility.sound import content_of, problem_from
 
 from expdesign.errors import ExpdesignError, InfeasibleError, InputError
 from expdesign.planning.constraints import Constraints
 from expdesign.planning.search import search
+from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.plausibility.sound import content_of, problem_from
 
 FEW = {"population": 12, "generations": 6, "seed": 1, "polish": True}
 

@@ -3,11 +3,11 @@
 from pathlib import Path
 
 import yaml
-from tests.sweeps.small import SMALL
 
 from expdesign.planning.optimality.certificate import Certificate
 from expdesign.planning.problem_file import read_problem
 from expdesign.planning.search import search
+from tests.sweeps.small import SMALL
 
 
 def test_a_fixed_load_has_a_bound(tmp_path: Path) -> None:

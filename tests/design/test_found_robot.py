@@ -7,9 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from tests.design.optimality.central_differences import gradient_table
-from tests.design.problems import HEXAPOD, changed, designs
-from tests.oracle import Array
 
 from expdesign.assurance.validation.repeated import repeat
 from expdesign.chain.chain import Chain
@@ -25,6 +22,9 @@ from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
+from tests.design.optimality.central_differences import gradient_table
+from tests.design.problems import HEXAPOD, changed, designs
+from tests.oracle import Array
 
 FOLDER = Path(__file__).parents[2] / "configs" / "robots"
 

@@ -5,8 +5,6 @@ from typing import Any
 import numpy as np
 import pytest
 from pymoo.core.population import Population
-from tests.design.problems import BIPOD, HEXAPOD, problem
-from tests.oracle import Array
 
 from expdesign.planning.loop import InTurn, Settable
 from expdesign.planning.operators.state import State
@@ -15,6 +13,8 @@ from expdesign.planning.pymoo_problem import DesignPopulation
 from expdesign.planning.sampling import reachable_measurements, starting_designs
 from expdesign.planning.scalarisation import Aims
 from expdesign.planning.search import search
+from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.oracle import Array
 
 
 def parents(count: int) -> tuple[DesignPopulation, Array]:

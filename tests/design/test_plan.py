@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from tests.cases import ROBOTS, loads, setup
 
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.errors import InputError
 from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.planning.plan import Plan, plan_frame, read_plan
+from tests.cases import ROBOTS, loads, setup
 
 
 def noise(*, shared: bool) -> DeflectionNoise:

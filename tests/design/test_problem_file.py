@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from tests import oracle
-from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 
 from expdesign.errors import ExpdesignError, InputError, SingularConfigurationError
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.hexapod import Hexapod
 from expdesign.planning.problem_file import problem_from_document, read_problem
+from tests import oracle
+from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 
 NAN, INF = float("nan"), float("inf")
 STD = "experiment.deflection_noise.std"

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 
 import expdesign as xd
 from expdesign.errors import InputError
 from expdesign.io.table import parse_table
 from expdesign.planning.variables import Grid, steps_of
+from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FEW = {"population": 8, "generations": 2, "seed": 1, "polish": True}

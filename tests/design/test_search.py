@@ -6,8 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.design.problems import BIPOD, HEXAPOD, problem
-from tests.oracle import Array
 
 from expdesign.errors import InfeasibleError, NotIdentifiableError
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
@@ -16,6 +14,8 @@ from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.pymoo_problem import UNIDENTIFIED, DesignPopulation
 from expdesign.planning.search import Progress, search
+from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.oracle import Array
 
 BOUNDS = "experiment.poses.bounds"
 

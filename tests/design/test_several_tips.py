@@ -7,14 +7,14 @@ import numpy as np
 import pandas as pd
 import pinocchio as pin
 import pytest
-from tests.commands.calls import yaml_file
-from tests.design.problems import changed
-from tests.oracle import Array
-from tests.robots import torso
 
 import expdesign as xd
 from expdesign.app.api.configuration import problem_of
 from expdesign.errors import InputError
+from tests.commands.calls import yaml_file
+from tests.design.problems import changed
+from tests.oracle import Array
+from tests.robots import torso
 
 NOISE, TOLERANCE, STEP = 3e-5, 2e-4, 1e-6
 TARGETS = {

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.design.problems import HEXAPOD, problem
-from tests.oracle import Array, about
 
 from expdesign.coordinates import PLANAR, SPATIAL
 from expdesign.planning.space import DesignSpace, PoseSet
 from expdesign.planning.variables import Choices, Interval, Quantity, fixed
+from tests.design.problems import HEXAPOD, problem
+from tests.oracle import Array, about
 
 GRAVITY = np.array([0.0, 0.0, -9.80665])
 

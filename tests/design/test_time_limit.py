@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from tests.design.problems import BIPOD, problem
 
 import expdesign as xd
 from expdesign.errors import InputError
 from expdesign.planning.search import search
+from tests.design.problems import BIPOD, problem
 
 
 def test_a_search_that_is_ended_at_once_gives_the_designs_at_random() -> None:

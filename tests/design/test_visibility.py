@@ -7,15 +7,15 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import yaml_file
-from tests.design.problems import changed
-from tests.robots.urdf import joint_text, link_text, robot_of
 
 import expdesign as xd
 from expdesign.app.api.configuration import problem_of
 from expdesign.errors import InfeasibleError, InputError
 from expdesign.mechanics.robots.serial import SerialRobot
 from expdesign.planning.visibility import Reflector, Visibility, distance_between
+from tests.commands.calls import yaml_file
+from tests.design.problems import changed
+from tests.robots.urdf import joint_text, link_text, robot_of
 
 ARM = (
     '<robot name="arm"><link name="base"/>'

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+
 from tests.diagnosis.foreign import (
     Array,
     Machine,

@@ -5,12 +5,6 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-from tests.cases import robot
-from tests.chain.kinds import KINDS
-from tests.chain.places import rows
-from tests.fitting import data_of
-from tests.identification.experiments import read
-from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import component_from_text
@@ -19,6 +13,12 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Fit, fit
+from tests.cases import robot
+from tests.chain.kinds import KINDS
+from tests.chain.places import rows
+from tests.fitting import data_of
+from tests.identification.experiments import read
+from tests.oracle import Array
 
 
 def effect(name: str, physics: str, component: str, variant: str = "") -> Effect:

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from tests.chain.arm_rows import arm_rows, concealed, six_axis
-from tests.chain.kinds import KINDS
 
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.library import library
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.estimation.identify import identify
 from expdesign.report.remark_texts import sentences
+from tests.chain.arm_rows import arm_rows, concealed, six_axis
+from tests.chain.kinds import KINDS
 
 # Class, component, variant and parameters; sizes as of worn or light arms, each well above the noise.
 CONCEALED = {

@@ -6,14 +6,14 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.stats import norm
-from tests.chain.bodies import BODY, recordings
-from tests.fitting import data_of
 
 from expdesign.diagnosis.confirmation import _blocks
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, last_part, readings_of
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
+from tests.chain.bodies import BODY, recordings
+from tests.fitting import data_of
 
 
 def sample(count: int, series: int, stations: int = 0) -> Sample:

@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from tests.chain.laboratory import DEVIATION, experiment, machine, measured
-from tests.identification.experiments import read
 
 from expdesign.chain.recordings.references import reference_names
 from expdesign.diagnosis.diagnose import diagnose
@@ -17,6 +15,8 @@ from expdesign.diagnosis.result import Diagnosis
 from expdesign.errors import NotIdentifiableError, SingularConfigurationError
 from expdesign.io.output import json_text
 from expdesign.report.diagnosis_texts import diagnosis_record
+from tests.chain.laboratory import DEVIATION, experiment, machine, measured
+from tests.identification.experiments import read
 
 BIPOD, HEXAPOD = "bipod", "hexapod-h1"
 ROWS = {BIPOD: experiment(BIPOD, 10, 4), HEXAPOD: experiment(HEXAPOD, 8, 4)}

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from tests.chain.bodies import BODY, recordings
-from tests.fitting import data_of
 
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.statement import dispersion
+from tests.chain.bodies import BODY, recordings
+from tests.fitting import data_of
 
 
 def sample(count: int) -> Sample:

@@ -5,9 +5,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.diagnosis.foreign import Machine, Physics, hexapod, measure
-from tests.diagnosis.foreign_cases import CASES, Case, only, play
-from tests.identification.experiments import read
 
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.result import Diagnosis
@@ -15,6 +12,9 @@ from expdesign.estimation.coverage import NORMAL_95
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import robot_from_document
+from tests.diagnosis.foreign import Machine, Physics, hexapod, measure
+from tests.diagnosis.foreign_cases import CASES, Case, only, play
+from tests.identification.experiments import read
 
 QUICK = {"com, wrench", "one disc of a stack", "two legs on one mount", "misaligned"}
 """Hexapods that are looked at every time; all bipods are."""

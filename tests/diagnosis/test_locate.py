@@ -5,13 +5,13 @@ from functools import cache
 
 import numpy as np
 import pytest
-from tests.cases import robot
-from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
 
 from expdesign.diagnosis.library import Candidate, candidates, library
 from expdesign.diagnosis.locate import locate
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.estimation.fit import linear_fit
+from tests.cases import robot
+from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
 
 COUNT = 200
 

@@ -4,11 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.cases import robot
-from tests.chain.arms import INSTRUMENT, PLACE, configurations, read_arm, recordings_of
-from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
-from tests.fitting import data_of
-from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
@@ -30,6 +25,11 @@ from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import fit
 from expdesign.mechanics.robots.serial import SerialRobot
 from expdesign.report.remark_texts import sentence
+from tests.cases import robot
+from tests.chain.arms import INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
+from tests.fitting import data_of
+from tests.oracle import Array
 
 NAME = "bipod-unequal"
 PLAY = effect(NAME, "leg_backlash", "leg 1", "middle")

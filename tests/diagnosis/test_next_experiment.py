@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 import pytest
-from tests.commands.calls import ROBOT
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.transmission import LegBacklash
@@ -19,6 +18,7 @@ from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
+from tests.commands.calls import ROBOT
 
 DEVIATIONS = np.array([5e-7] * 3 + [2e-6] * 3)
 GAP = 1.5e-6

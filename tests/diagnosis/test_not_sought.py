@@ -3,14 +3,14 @@
 from dataclasses import replace
 
 import numpy as np
-from tests.cases import robot
-from tests.fitting import data_of
-from tests.ports.machines import BIPOD, recordings_of, softened
 
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.caveats import not_sought
 from expdesign.diagnosis.sample import Sample
 from expdesign.report.remark_texts import sentences
+from tests.cases import robot
+from tests.fitting import data_of
+from tests.ports.machines import BIPOD, recordings_of, softened
 
 
 def _sample(recordings: Recordings, rows: int | None = None) -> Sample:

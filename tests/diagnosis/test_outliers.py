@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from tests.diagnosis.samples import base_fit, sample_of, simulated
 
 from expdesign.arrays import FloatArray
 from expdesign.diagnosis.outliers import in_common, returning_distances, row_distances, standing_out
+from tests.diagnosis.samples import base_fit, sample_of, simulated
 
 SERIES = np.repeat(np.arange(30), 6)
 DRIVERS: dict[str, FloatArray] = {

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from tests.cases import robot
-from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
-from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.diagnosis.library import candidates
 from expdesign.diagnosis.locate import explained, orthonormal_basis
 from expdesign.estimation.fit import fit
+from tests.cases import robot
+from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
+from tests.oracle import Array
 
 READINGS, MODEL, COUNT = 40, 6, 4000
 

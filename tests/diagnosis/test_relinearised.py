@@ -2,9 +2,6 @@
 
 import numpy as np
 import pytest
-from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
-from tests.plant import ROBOT, usual_faults
-from tests.plant import recordings as of_arm
 
 import expdesign as xd
 from expdesign.chain.chain import Chain
@@ -19,6 +16,9 @@ from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Data, fit
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.robots.serial import SerialRobot
+from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+from tests.plant import ROBOT, usual_faults
+from tests.plant import recordings as of_arm
 
 
 @pytest.fixture(scope="module")

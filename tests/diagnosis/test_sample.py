@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from tests.cases import robot
-from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
 
 from expdesign.chain.chain import Chain
 from expdesign.diagnosis.sample import rms
 from expdesign.estimation.fit import fit
+from tests.cases import robot
+from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
 
 COUNTS = np.random.default_rng(0).random(24) < 0.7
 

@@ -4,9 +4,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
-from tests.cases import robot
-from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
-from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
@@ -23,6 +20,9 @@ from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.standing import standing
 from expdesign.estimation.fit import Fit, fit
+from tests.cases import robot
+from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
+from tests.oracle import Array
 
 NAME = "bipod-unequal"
 FRICTION = effect(NAME, "friction_hysteresis", "leg 2", "rigid")

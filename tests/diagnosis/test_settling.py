@@ -5,8 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
-from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.readings.choice import reading_of
@@ -18,6 +16,8 @@ from expdesign.diagnosis.shared_noise import Settling, settling
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.robots.serial import SerialRobot
+from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+from tests.oracle import Array
 
 _ROWS = 60
 

@@ -7,9 +7,6 @@ from typing import cast
 
 import numpy as np
 import pytest
-from tests.chain.arm_rows import six_axis
-from tests.diagnosis.samples import effect, simulated
-from tests.diagnosis.test_selection import FRICTION, NAME, PLAY, search_of
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import PLATFORM
@@ -21,6 +18,9 @@ from expdesign.diagnosis.statement import NONE
 from expdesign.diagnosis.verdict import at_limits, doubt, verdict_without
 from expdesign.estimation.goodness import LackOfFit, StatementOfFit
 from expdesign.report.fit_texts import diagnosed_fit_sentences
+from tests.chain.arm_rows import six_axis
+from tests.diagnosis.samples import effect, simulated
+from tests.diagnosis.test_selection import FRICTION, NAME, PLAY, search_of
 
 MOST_EFFECTS = 3
 doubted = partial(doubt, most=MOST_EFFECTS, reach=1.3)

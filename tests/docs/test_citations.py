@@ -8,7 +8,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 CODE = sorted(
     file
-    for folder in ("src", "tests", "benchmarks", "docs", "thesis_studies", "virtual_laboratory")
+    for folder in ("src", "tests", "docs", "research")
     for file in (ROOT / folder).rglob("*.py")
     if file.resolve() != Path(__file__).resolve()
 )

@@ -13,9 +13,6 @@ import pandas as pd
 import pytest
 import yaml
 from scipy.spatial.transform import Rotation
-from tests.commands.calls import CONFIG, ROBOT, call
-from tests.design.optimality.central_differences import gradient_table
-from tests.identification.experiments import read
 
 import expdesign as xd
 from expdesign.chain.models.model_file import read_model
@@ -29,6 +26,9 @@ from expdesign.planning.problem_file import problem_from_document
 from expdesign.planning.search import search
 from expdesign.report.design_report import design_report
 from expdesign.report.page import render
+from tests.commands.calls import CONFIG, ROBOT, call
+from tests.design.optimality.central_differences import gradient_table
+from tests.identification.experiments import read
 
 PAGE = (Path(__file__).parents[2] / "docs" / "extending.md").read_text(encoding="utf-8")
 FILES = dict(re.findall(r'```python title="(?:src/)?([^"]+)"\n(.*?)```', PAGE, flags=re.DOTALL))

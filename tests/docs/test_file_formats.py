@@ -7,14 +7,14 @@ from types import ModuleType
 from typing import Any, get_args
 
 import pytest
-from tests.commands.calls import CONFIG, ROBOT, plan_file, recordings_file
-from tests.docs.test_tutorial import loaded
 
 import expdesign as xd
 from expdesign.chain.effect import Effect
 from expdesign.chain.models import model_file
 from expdesign.coordinates import SPATIAL
 from expdesign.plugins import implementations
+from tests.commands.calls import CONFIG, ROBOT, plan_file, recordings_file
+from tests.docs.test_tutorial import loaded
 
 PAGE = (Path(__file__).parents[2] / "docs/file-formats.md").read_text(encoding="utf-8")
 NAMED = set(re.findall(r"`([\w.]+)`", PAGE))

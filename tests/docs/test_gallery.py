@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
 from tests.docs.test_tutorial import loaded
 
 ROOT = Path(__file__).parents[2]

@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from tests.docs.test_extending import FILES, PAGE, RRR, RRR_RUN, random_plan
 
 import expdesign as xd
 from expdesign import plugins
@@ -21,6 +20,7 @@ from expdesign.chain.models.effect_entry import effect_classes
 from expdesign.errors import InputError
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import Criterion, known_criteria
+from tests.docs.test_extending import FILES, PAGE, RRR, RRR_RUN, random_plan
 
 SOURCE = Path(xd.__file__).parents[1]
 OUTSIDE = ("planar_rrr", "ellipsoid", "weak_axes", "ratio", "leg_settling", "shared_line")

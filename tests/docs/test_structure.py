@@ -5,6 +5,7 @@ from collections import defaultdict
 from pathlib import Path
 
 import pytest
+
 from tests.docs.test_tutorial import loaded
 
 SCRIPT = loaded("structure")

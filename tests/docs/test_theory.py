@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tests.cases import robot
 
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.mechanics.elastostatics.maps import (
@@ -21,6 +20,7 @@ from expdesign.mechanics.loads.load import Wrench
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.targets import Targets
+from tests.cases import robot
 
 PAGE = (Path(__file__).parents[2] / "docs/theory.md").read_text(encoding="utf-8")
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+
 from tests.commands.calls import ROOT, call
 from tests.docs.test_tutorial import NUMBER, loaded
 

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 import pinocchio as pin
 import pytest
-from tests.plant import HIGH, JOINTS, LOW, STIFFNESS, Arm, Faults, configuration
 
 import expdesign as xd
 from expdesign.mechanics.elastostatics.arm_calibration import ArmElastostatic, ArmGeometric
@@ -14,6 +13,7 @@ from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.load import Wrench
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import read_robot
+from tests.plant import HIGH, JOINTS, LOW, STIFFNESS, Arm, Faults, configuration
 
 STEP = 1e-6
 COMMANDS = np.random.default_rng(4).uniform(LOW, HIGH, (5, 6))

@@ -2,10 +2,6 @@
 
 import numpy as np
 import pytest
-from tests import oracle
-from tests.cases import ROBOTS, robot
-from tests.oracle import Array
-from tests.robots.test_kinematics import central_difference, relative, scaled
 
 from expdesign.mechanics.elastostatics.maps import (
     actuator_forces,
@@ -15,6 +11,10 @@ from expdesign.mechanics.elastostatics.maps import (
     observation_matrix,
 )
 from expdesign.mechanics.robots.parallel import ParallelRobot
+from tests import oracle
+from tests.cases import ROBOTS, robot
+from tests.oracle import Array
+from tests.robots.test_kinematics import central_difference, relative, scaled
 
 every_robot = pytest.mark.parametrize("name", ROBOTS)
 

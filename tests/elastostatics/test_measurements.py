@@ -2,9 +2,6 @@
 
 import numpy as np
 import pytest
-from tests import oracle
-from tests.cases import ALL_ERRORS, ROBOTS, load_of, loads, robot, setup
-from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY
@@ -13,6 +10,9 @@ from expdesign.chain.linearised import KnownChain
 from expdesign.mechanics.elastostatics.maps import actuator_forces, cartesian_stiffness
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.robots.parallel import ParallelRobot
+from tests import oracle
+from tests.cases import ALL_ERRORS, ROBOTS, load_of, loads, robot, setup
+from tests.oracle import Array
 
 
 @pytest.mark.parametrize("kind", ["payload", "wrench"])

@@ -4,9 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.cases import robot
-from tests.design.problems import BIPOD, HEXAPOD, designs, problem
-from tests.oracle import Array
 
 from expdesign.chain.recordings.thermal_correction import ForwardKinematics
 from expdesign.errors import InputError
@@ -15,6 +12,9 @@ from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.problem import DesignProblem
+from tests.cases import robot
+from tests.design.problems import BIPOD, HEXAPOD, designs, problem
+from tests.oracle import Array
 
 GEOMETRIC = {
     "experiment.calibration": "geometric",

@@ -11,13 +11,13 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from tests.commands.calls import call, refusal
 
 import expdesign as xd
 from expdesign.app.templates import kinds
 from expdesign.chain.models.model_file import model_text, read_model
 from expdesign.errors import InputError
 from expdesign.io.kinds import CURRENT_VERSIONS, READ_BACK, Kind, readable_versions
+from tests.commands.calls import call, refusal
 
 OLD = Path(__file__).parent / "version_1"
 EVALUATED = {"duir": 0.7990483435167716, "feir": 0.16983322480708912, "total": 0.8168975330635244}

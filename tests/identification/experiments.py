@@ -4,8 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from tests.cases import ROBOTS, robot
-from tests.oracle import Array
 
 from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.recordings import Recordings
@@ -15,6 +13,8 @@ from expdesign.io.table import Table, parse_table
 from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot import Robot
+from tests.cases import ROBOTS, robot
+from tests.oracle import Array
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,6 @@ import numpy as np
 import pandas as pd
 import pinocchio as pin
 import pytest
-from tests.oracle import Array
-from tests.plant import INSTRUMENT, PLACES, Arm, Faults, recordings, usual_faults
 
 import expdesign as xd
 from expdesign.app.api.identify import IdentificationResult
@@ -27,6 +25,8 @@ from expdesign.mechanics.robots.kinematic_tree import KinematicTree
 from expdesign.mechanics.robots.robot_file import read_robot
 from expdesign.mechanics.robots.serial import SerialRobot
 from expdesign.mechanics.robots.urdf import read_urdf
+from tests.oracle import Array
+from tests.plant import INSTRUMENT, PLACES, Arm, Faults, recordings, usual_faults
 
 ROBOT = Path("configs/robots/ur5.yaml")
 LOADS = ["fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm"]

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from tests.cases import robot
-from tests.fitting import data_of
-from tests.identification.experiments import experiment
 
 from expdesign.chain.chain import Chain
 from expdesign.estimation.fit import fit, linear_fit
+from tests.cases import robot
+from tests.fitting import data_of
+from tests.identification.experiments import experiment
 
 
 def two_parameters(matrix: np.ndarray, readings: np.ndarray, **options: object):  # type: ignore[no-untyped-def]

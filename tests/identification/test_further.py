@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.identification.test_arm_calibration import ROBOT
-from tests.plant import Faults, recordings, usual_faults
 
 import expdesign as xd
 from expdesign.app.api.identify import IdentificationResult
 from expdesign.errors import InputError
 from expdesign.estimation.arm_options import Further
+from tests.identification.test_arm_calibration import ROBOT
+from tests.plant import Faults, recordings, usual_faults
 
 NOISE = 3e-5
 TOOL = usual_faults(3, tool=3.0)

@@ -8,11 +8,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.cases import ROBOTS
-from tests.chain.arm_rows import arm_rows, six_axis
-from tests.chain.arms import INSTRUMENT, PLACE, configurations, read_arm, recordings_of
-from tests.identification.experiments import by_series, experiment, read
-from tests.oracle import Array
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.geometry import leg_geometry
@@ -28,6 +23,11 @@ from expdesign.estimation.identify import identify
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import read_robot
 from expdesign.probabilities import p_text, probability_text
+from tests.cases import ROBOTS
+from tests.chain.arm_rows import arm_rows, six_axis
+from tests.chain.arms import INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+from tests.identification.experiments import by_series, experiment, read
+from tests.oracle import Array
 
 HEXAPOD = Path(__file__).parents[2] / "configs" / "robots" / "hexapod-h1.yaml"
 

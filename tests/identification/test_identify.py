@@ -6,8 +6,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.stats import norm, t
-from tests.cases import ROBOTS, robot
-from tests.identification.experiments import Experiment, by_series, experiment, read
 
 from expdesign.app.api.identify import with_doubts
 from expdesign.errors import InputError, NotIdentifiableError, SingularConfigurationError
@@ -16,6 +14,8 @@ from expdesign.mechanics.robots.bipod import Bipod
 from expdesign.mechanics.robots.hexapod import Hexapod
 from expdesign.report.identification_tables import identification_record
 from expdesign.report.remark_texts import sentences
+from tests.cases import ROBOTS, robot
+from tests.identification.experiments import Experiment, by_series, experiment, read
 
 NAMES = sorted(ROBOTS)
 

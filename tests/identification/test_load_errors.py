@@ -5,8 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.acceptance.test_acceptance import plan_for
-from tests.design.problems import BIPOD, HEXAPOD, problem
 
 import expdesign as xd
 from expdesign.arrays import FloatArray
@@ -15,6 +13,8 @@ from expdesign.estimation.identify import Identification, identify
 from expdesign.estimation.load_errors import Estimator, load_columns
 from expdesign.estimation.whitening import Whitening
 from expdesign.planning.plan import plan_frame
+from tests.acceptance.test_acceptance import plan_for
+from tests.design.problems import BIPOD, HEXAPOD, problem
 
 LARGE = [
     {"source": "mass", "std": 0.5, "shared": True},

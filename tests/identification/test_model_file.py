@@ -5,8 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from tests.cases import robot
-from tests.identification.experiments import experiment
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
@@ -15,6 +13,8 @@ from expdesign.chain.models.model_file import Model, model_text, read_model
 from expdesign.errors import InputError
 from expdesign.estimation.identify import identify
 from expdesign.io.yaml_reader import YamlDocument, read_yaml
+from tests.cases import robot
+from tests.identification.experiments import experiment
 
 ROBOT_FILE = Path(__file__).parents[2] / "configs" / "robots" / "hexapod-h1.yaml"
 

@@ -9,10 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from tests.chain import bodies
-from tests.chain.arm_rows import arm_rows
-from tests.chain.places import recordings as legs_recordings
-from tests.identification.experiments import read
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component, Part
@@ -31,6 +27,10 @@ from expdesign.io.yaml_reader import YamlDocument, parse_yaml, read_yaml
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import robot_from_document
 from expdesign.mechanics.robots.serial import SerialRobot
+from tests.chain import bodies
+from tests.chain.arm_rows import arm_rows
+from tests.chain.places import recordings as legs_recordings
+from tests.identification.experiments import read
 
 ROBOTS = Path(__file__).parents[2] / "configs" / "robots"
 BODY = "{name: body, kind: body, home: [0.5, -0.2, 0.3]}"

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.identification.experiments import table_of
 
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.chain.recordings.reader import recordings_from_table
@@ -22,6 +21,7 @@ from expdesign.planning.sequential import (
     next_measurements,
     recorded_knowledge,
 )
+from tests.identification.experiments import table_of
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

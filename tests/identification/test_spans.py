@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.identification.test_arm_calibration import ROBOT, recordings_of
-from tests.plant import INSTRUMENT, PLACES, Arm, recordings, usual_faults
 
 import expdesign as xd
 from expdesign.chain.recordings.recordings import complete_positions
 from expdesign.errors import InputError
 from expdesign.mechanics.minimal_set import MinimalSet
+from tests.identification.test_arm_calibration import ROBOT, recordings_of
+from tests.plant import INSTRUMENT, PLACES, Arm, recordings, usual_faults
 
 FAULTS = replace(usual_faults(3, tool=0.0), periodic=(0.0, 0.0))
 POINTS = {"ball": np.array([0.9, 0.3, 0.2]), "wire": np.array([-0.5, 1.0, 0.0])}

@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.plant import PLACES, Arm, recordings, usual_faults
 
 import expdesign as xd
 from expdesign.errors import InputError
+from tests.plant import PLACES, Arm, recordings, usual_faults
 
 ROBOT = Path("configs/robots/ur5.yaml")
 READ, LOADS = ["px_m", "py_m", "pz_m"], ["fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm"]

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.cases import ALL_ERRORS, Setup, robot, setup
 
 from expdesign.planning.plan import Plan
 from expdesign.planning.synthetic import load_errors
+from tests.cases import ALL_ERRORS, Setup, robot, setup
 
 
 def plan_for(case: Setup, rows: int, seed: int = 1) -> Plan:

@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from tests import oracle
-from tests.cases import NOISES, ROBOTS, correlated
 
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise, reference_whitener, series_by_pose
 from expdesign.errors import InputError
+from tests import oracle
+from tests.cases import NOISES, ROBOTS, correlated
 
 
 @pytest.mark.parametrize("noise", NOISES)

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from tests.cases import Setup, setup
 from tests.oracle import Array
 

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.design.problems import BIPOD, HEXAPOD, problem
 
 from expdesign.chain.readings.registration import pose_covariance, registered, twist_covariance
 from expdesign.errors import InputError
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.planning.problem_file import problem_from_document, read_problem
+from tests.design.problems import BIPOD, HEXAPOD, problem
 
 POINTS = np.array([[0.06, 0.0, 0.05], [-0.03, 0.05, 0.05], [-0.03, -0.05, 0.05], [0.0, 0.0, 0.07]])
 TURNED = Rotation.from_euler("xyz", [0.1, -0.2, 0.3])

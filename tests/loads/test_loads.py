@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from tests import oracle
-from tests.cases import ROBOTS, SOURCES, load_of, loads, robot, source_of
-from tests.oracle import Array
 
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.errors.source import LoadErrorSource
 from expdesign.plugins import implementations
+from tests import oracle
+from tests.cases import ROBOTS, SOURCES, load_of, loads, robot, source_of
+from tests.oracle import Array
 
 KINDS = ["payload", "wrench"]
 

@@ -6,8 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.commands.calls import config_file
-from tests.model_error.problems import CONFIGS
 
 import expdesign as xd
 from expdesign.assurance.model_error.meir import Meir, meir_of_problem
@@ -19,6 +17,8 @@ from expdesign.planning.problem_file import read_problem
 from expdesign.planning.sampling import starting_designs
 from expdesign.planning.search import search
 from expdesign.report.blocks import DataTable, Figure
+from tests.commands.calls import config_file
+from tests.model_error.problems import CONFIGS
 
 SMALL = {"objectives": ["total", "meir"], "optimiser": {"population": 16, "generations": 6, "seed": 1}}
 

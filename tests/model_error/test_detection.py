@@ -9,7 +9,6 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from scipy.stats import chi2
-from tests.model_error.problems import assessed, plans, problem
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.model_error.left_out import Omitted, plan_points
@@ -18,6 +17,7 @@ from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
 from expdesign.planning.problem import DesignProblem
+from tests.model_error.problems import assessed, plans, problem
 
 EXPERIMENTS = 2000
 QUICK = {

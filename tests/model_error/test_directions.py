@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from tests.model_error.problems import ROBOTS, plans, problem
 
 from expdesign.assurance.model_error.left_out import (
     Directions,
@@ -14,6 +13,7 @@ from expdesign.assurance.model_error.left_out import (
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
+from tests.model_error.problems import ROBOTS, plans, problem
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.model_error.problems import FEW, assessed, impact, plans, problem
 
 from expdesign.assurance.model_error.meir import Hidden, Meir
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.models.effect_entry import effect_classes
 from expdesign.planning.problem import DesignProblem
+from tests.model_error.problems import FEW, assessed, impact, plans, problem
 
 
 def test_the_parameters_of_an_effect_may_be_named_in_any_units() -> None:

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.model_error.problems import FEW, ROBOTS, assessed, impact, plans, problem
 
 from expdesign.assurance.model_error.left_out import plan_points
 from expdesign.assurance.model_error.meir import Meir
@@ -15,6 +14,7 @@ from expdesign.assurance.model_error.statement import WhatIsHidden
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.whitening import Whitening
 from expdesign.planning.problem import DesignProblem
+from tests.model_error.problems import FEW, ROBOTS, assessed, impact, plans, problem
 
 
 def recorded(name: str, **changes: Any) -> tuple[Recordings, np.ndarray]:

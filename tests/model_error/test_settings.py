@@ -3,12 +3,6 @@
 from pathlib import Path
 
 import pytest
-from tests.cases import robot
-from tests.chain.arm_rows import six_axis
-from tests.chain.arms import read_arm
-from tests.chain.bodies import BODY
-from tests.chain.kinds import KINDS
-from tests.model_error.problems import problem
 
 from expdesign.assurance.model_error.left_out import left_out, sampled_points
 from expdesign.assurance.model_error.meir import Meir
@@ -18,6 +12,12 @@ from expdesign.chain.effect import Effect
 from expdesign.chain.effects.legs.transmission import LegBacklash
 from expdesign.chain.ports.law import port_classes
 from expdesign.errors import InputError
+from tests.cases import robot
+from tests.chain.arm_rows import six_axis
+from tests.chain.arms import read_arm
+from tests.chain.bodies import BODY
+from tests.chain.kinds import KINDS
+from tests.model_error.problems import problem
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.model_error.problems import CONFIGS
 
 import expdesign as xd
 from expdesign.assurance.model_error.statement import AccuracyStatement
@@ -16,6 +15,7 @@ from expdesign.planning.criteria.targets import GivenVariances
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
 from expdesign.planning.result import plan_of
+from tests.model_error.problems import CONFIGS
 
 PARTS = {"noise", "load_errors", "total", "hidden", "hidden_physics", "hidden_component", "sentence"}
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import pandas as pd
+
 from tests.oracle import Array
 from tests.plausibility.mistakes import ANGULAR, LINEAR, Frame, swapped, times
 

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from tests.chain.kinds import KINDS
 
 import expdesign as xd
 from expdesign.chain.chain import Chain
@@ -21,6 +20,7 @@ from expdesign.planning.plan import Plan, plan_frame
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
 from expdesign.planning.sampling import starting_designs
+from tests.chain.kinds import KINDS
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 PARALLEL = ("hexapod-h1", "hexapod-120kg", "rubin-camera")

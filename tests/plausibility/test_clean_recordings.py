@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from tests.cases import ROBOTS, robot
-from tests.chain.places import PAYLOAD, WRENCH, rows
-from tests.identification.experiments import read
 
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
+from tests.cases import ROBOTS, robot
+from tests.chain.places import PAYLOAD, WRENCH, rows
+from tests.identification.experiments import read
 
 
 def said_of(name: str, seed: int) -> list[str]:

@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.cases import robot
-from tests.chain.kinds import KINDS
-from tests.chain.places import rows
-from tests.identification.experiments import read
 
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.row import row_data
+from tests.cases import robot
+from tests.chain.kinds import KINDS
+from tests.chain.places import rows
+from tests.identification.experiments import read
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)

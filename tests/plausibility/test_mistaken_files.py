@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+
+import expdesign as xd
+from expdesign.errors import InputError
 from tests.commands.calls import CONFIG, call, plan_file
 from tests.commands.test_register import folder as folder  # noqa: PLC0414 (a fixture)
 from tests.commands.test_register import robot_file
 from tests.plausibility.mistaken_files import POINTS, READ_AS, REFUSED, WORKBOOKS, YAML
 from tests.plausibility.sound import CONFIGS, content_of, recordings_of
 from tests.recordings.test_registered_deflections import MARKERS
-
-import expdesign as xd
-from expdesign.errors import InputError
 
 Log = pytest.LogCaptureFixture
 Printed = pytest.CaptureFixture[str]

@@ -9,7 +9,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from benchmarks.real_sets import CASES, VARIABLE, Case, recordings_folder
+
+from expdesign.app.api.configuration import problem_of
+from expdesign.app.api.inputs import robot_of, table_of
+from expdesign.app.api.recorded import recordings_of as read
+from expdesign.assurance.plausibility.mistakes.columns import axes_in_words, axis_turns
+from expdesign.assurance.plausibility.problem import problem_findings
+from expdesign.assurance.plausibility.recordings import recordings_findings
+from expdesign.chain.recordings.reader import read_recordings, recordings_from_table
+from expdesign.errors import ExpdesignError
+from expdesign.mechanics.robots.robot_file import read_robot
+from research.benchmarks.real_sets import CASES, VARIABLE, Case, recordings_folder
 from tests.commands.calls import call
 from tests.oracle import Array
 from tests.plausibility.mistaken_recordings import OF_PAYLOADS, OF_WRENCHES, read_in
@@ -24,16 +34,6 @@ from tests.plausibility.sound import (
     recordings_of,
     with_wrenches,
 )
-
-from expdesign.app.api.configuration import problem_of
-from expdesign.app.api.inputs import robot_of, table_of
-from expdesign.app.api.recorded import recordings_of as read
-from expdesign.assurance.plausibility.mistakes.columns import axes_in_words, axis_turns
-from expdesign.assurance.plausibility.problem import problem_findings
-from expdesign.assurance.plausibility.recordings import recordings_findings
-from expdesign.chain.recordings.reader import read_recordings, recordings_from_table
-from expdesign.errors import ExpdesignError
-from expdesign.mechanics.robots.robot_file import read_robot
 
 Log = pytest.LogCaptureFixture
 SHIPPED = sorted(path for path in CONFIGS.glob("*.yaml") if not path.name.startswith("sweep"))

@@ -7,12 +7,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.identification.experiments import table_of
-from tests.identification.test_arm_calibration import mixed, recordings_of
-from tests.plant import recordings, usual_faults
-from tests.plausibility.mistaken_recordings import cell, shifted
-from tests.plausibility.mistakes import Frame, swapped, times
-from tests.robots.torso import FILE, LIFTED, STIFFNESS, Torso, read_torso
 
 from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.recordings import recordings_findings
@@ -20,6 +14,12 @@ from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.errors import InputError
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import read_robot
+from tests.identification.experiments import table_of
+from tests.identification.test_arm_calibration import mixed, recordings_of
+from tests.plant import recordings, usual_faults
+from tests.plausibility.mistaken_recordings import cell, shifted
+from tests.plausibility.mistakes import Frame, swapped, times
+from tests.robots.torso import FILE, LIFTED, STIFFNESS, Torso, read_torso
 
 ARM = Path(__file__).parents[2] / "configs" / "robots" / "ur5.yaml"
 READ = ["px_m", "py_m", "pz_m"]

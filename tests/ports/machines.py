@@ -4,9 +4,6 @@ from collections.abc import Callable
 
 import casadi as ca
 import numpy as np
-from tests.cases import ROBOTS, robot
-from tests.chain.places import rows
-from tests.identification.experiments import read
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component, Part
@@ -14,6 +11,9 @@ from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import Row, row_data
 from expdesign.mechanics.robots.robot import Robot
+from tests.cases import ROBOTS, robot
+from tests.chain.places import rows
+from tests.identification.experiments import read
 
 BIPOD = "bipod"
 LEG_1 = Component(Part.LEG, 1)

@@ -3,15 +3,15 @@
 import casadi as ca
 import numpy as np
 import pytest
-from tests.cases import robot
-from tests.diagnosis.samples import base_fit, sample_of
-from tests.ports.machines import recordings_of
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import Row
 from expdesign.diagnosis.evidence.dictionary import Dictionary
 from expdesign.diagnosis.evidence.refinement import refined
 from expdesign.diagnosis.laws import base_alone, measured_of
+from tests.cases import robot
+from tests.diagnosis.samples import base_fit, sample_of
+from tests.ports.machines import recordings_of
 
 NAME = "bipod"
 

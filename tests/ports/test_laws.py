@@ -7,8 +7,6 @@ import casadi as ca
 import numpy as np
 import pytest
 import yaml
-from tests.cases import robot
-from tests.ports.machines import BIPOD, LEG_1, lengths_of_leg_1, recordings_of, softened
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.ports.features import basis_of
@@ -23,6 +21,8 @@ from expdesign.diagnosis.library import library
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.errors import InputError
 from expdesign.report.diagnosis_texts import diagnosis_record
+from tests.cases import robot
+from tests.ports.machines import BIPOD, LEG_1, lengths_of_leg_1, recordings_of, softened
 
 
 @cache

@@ -3,8 +3,6 @@
 import casadi as ca
 import numpy as np
 import pytest
-from tests.cases import robot
-from tests.chain.bodies import BODY
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import BASE, ENVIRONMENT, PAYLOAD, PLATFORM, Component, Part
@@ -16,6 +14,8 @@ from expdesign.chain.ports.port import Channel
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.words import FORMS
 from expdesign.plugins import implementations
+from tests.cases import robot
+from tests.chain.bodies import BODY
 
 LEG = Component(Part.LEG, 1)
 EFFORT, LENGTH, TIME, WARMING = Quantity("effort"), Quantity("length"), Quantity("clock"), Quantity("warming")

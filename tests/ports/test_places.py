@@ -7,8 +7,6 @@ from functools import cache
 import casadi as ca
 import numpy as np
 import pytest
-from tests.cases import ROBOTS, robot
-from tests.ports.machines import recordings_of
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
@@ -26,6 +24,8 @@ from expdesign.diagnosis.evidence.dictionary import Dictionary, Measured, law_of
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.symbolic import BatchFunction
+from tests.cases import ROBOTS, robot
+from tests.ports.machines import recordings_of
 
 NAME = "irregular"
 

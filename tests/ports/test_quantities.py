@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import casadi as ca
 import numpy as np
-from tests.cases import robot
-from tests.ports.machines import BIPOD, recordings_of
 
 from expdesign.chain.ports.families import since_start
 from expdesign.chain.ports.port import Channel
 from expdesign.chain.ports.quantities import Quantity, evaluate
 from expdesign.chain.ports.sight import Sight
 from expdesign.chain.row import row_data, row_symbols
+from tests.cases import robot
+from tests.ports.machines import BIPOD, recordings_of
 
 
 def test_stop_operators_of_several_efforts_follow_the_rows_of_their_series() -> None:

@@ -6,9 +6,6 @@ from functools import cache
 import numpy as np
 import pandas as pd
 import pytest
-from tests.chain.bodies import BODY, recordings
-from tests.fitting import data_of
-from tests.identification.experiments import read
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
@@ -24,6 +21,9 @@ from expdesign.diagnosis.groups import Groups, grouped
 from expdesign.diagnosis.law_findings import LawFinding, group_findings
 from expdesign.diagnosis.sample import Sample, rms
 from expdesign.estimation.fit import fit
+from tests.chain.bodies import BODY, recordings
+from tests.fitting import data_of
+from tests.identification.experiments import read
 
 _NOISE, _ENDS, _GAP, _WIDTH, _SOFT = 2e-5, 4.2, 6e-4, 25.0, 4e-6
 _HEIGHTS = (2.0, 2.7, 3.2, 3.8)

@@ -4,15 +4,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.cases import robot
-from tests.chain.arms import read_arm
-from tests.chain.bodies import BODY
 
 from expdesign.chain.ports import quantities
 from expdesign.chain.ports.law import ports_of
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.words import columns, depends_on, identifier, says
 from expdesign.mechanics.robots.robot import Robot
+from tests.cases import robot
+from tests.chain.arms import read_arm
+from tests.chain.bodies import BODY
 
 _AXES = {"position", "distance", "towards", "own_gravity", "latched"}
 

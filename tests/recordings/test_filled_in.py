@@ -5,7 +5,6 @@ import re
 
 import numpy as np
 import pytest
-from tests.cases import symmetric_hexapod
 
 from expdesign.chain.recordings.filled_in import check_structure
 from expdesign.chain.recordings.reader import recordings_from_table
@@ -13,6 +12,7 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.recordings.references import groups
 from expdesign.errors import InputError
 from expdesign.io.table import parse_table
+from tests.cases import symmetric_hexapod
 
 ROBOT = symmetric_hexapod(0.24, 0.17, 0.30, 0.03, 5.24e6)
 HEAD = "sequence,series,x_m,y_m,z_m,rx_rad,ry_rad,rz_rad,mass_kg,com_x_m,com_y_m,com_z_m,"

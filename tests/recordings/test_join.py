@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.cases import robot
-from tests.identification.experiments import experiment, read
 
 from expdesign.chain.recordings.reader import join
 from expdesign.errors import InputError
+from tests.cases import robot
+from tests.identification.experiments import experiment, read
 
 
 def test_a_file_split_in_two_reads_as_the_whole() -> None:

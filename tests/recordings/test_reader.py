@@ -5,12 +5,12 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 import pytest
-from tests.cases import robot
-from tests.identification.experiments import experiment, read, table_of
 
 from expdesign.chain.recordings.filled_in import check_structure
 from expdesign.chain.recordings.points import points_from_table
 from expdesign.errors import InputError
+from tests.cases import robot
+from tests.identification.experiments import experiment, read, table_of
 
 Fault = Callable[[pd.DataFrame], pd.DataFrame]
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from tests.identification.experiments import Experiment, by_series, experiment, read
 
 from expdesign.chain.recordings.reader import join
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.recordings.references import Sharing, groups, sharing_rows, with_references
 from expdesign.errors import InputError
 from expdesign.estimation.identify import identify
+from tests.identification.experiments import Experiment, by_series, experiment, read
 
 BY_CONFIGURATION = Sharing(configured=True, configuration="run.yaml")
 

@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.cases import symmetric_hexapod
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.point_lists import MeasuredPoint, PointSet
@@ -18,6 +17,7 @@ from expdesign.chain.recordings.registered_deflections import (
 )
 from expdesign.chain.recordings.states import RecordedState
 from expdesign.errors import InputError
+from tests.cases import symmetric_hexapod
 
 ROBOT = symmetric_hexapod(0.24, 0.17, 0.30, 0.03, 5.24e6)
 POSE = np.array([0.01, -0.02, 0.015, 0.1, -0.08, 0.15])

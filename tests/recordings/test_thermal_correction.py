@@ -5,9 +5,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from tests.commands.calls import call
-from tests.design.problems import HEXAPOD, problem
-from tests.oracle import Array
 
 import expdesign as xd
 from expdesign.app.api.inputs import RobotFile
@@ -33,6 +30,9 @@ from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import protocol_frame
 from expdesign.planning.sampling import starting_designs
+from tests.commands.calls import call
+from tests.design.problems import HEXAPOD, problem
+from tests.oracle import Array
 
 REFERENCE = [0.005, 0.0, 0.01, 0.03, 0.0, 0.05]
 POSE_NOISE = np.array([5e-7] * 3 + [2e-6] * 3) / np.sqrt(2.0)

@@ -22,14 +22,13 @@ _OF_THE_PROJECT = [
     "mkdocs.yml",
     "pyproject.toml",
     ".ci",
-    "benchmarks",
+    "conftest.py",
+    "research",
     "configs",
     "docs",
     "results",
     "src",
     "tests",
-    "thesis_studies",
-    "virtual_laboratory",
 ]
 _BY_TOOLS = shutil.ignore_patterns("__pycache__", "*.egg-info", "*-run-*", "runs", ".*_cache")
 

@@ -8,11 +8,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.release.distribution import CODE, ROOT, Distribution, built
 
 import expdesign as xd
 from expdesign.app.templates import kinds
 from expdesign.planning.result import versions
+from tests.release.distribution import CODE, ROOT, Distribution, built
 
 
 @pytest.fixture(scope="module")
@@ -41,9 +41,7 @@ def test_nothing_else_is_in_the_wheel(distribution: Distribution) -> None:
 
 
 def test_the_source_archive_is_the_project(distribution: Distribution) -> None:
-    wanted = of_the_project(
-        "benchmarks", "configs", "docs", "results", "src", "tests", "thesis_studies", "virtual_laboratory"
-    )
+    wanted = of_the_project("configs", "docs", "research", "results", "src", "tests")
     wanted |= {"CITATION.cff", "CHANGELOG.md", "Makefile", "constraints.txt", "pyproject.toml", ".ci/run"}
     assert wanted <= distribution.in_archive
     assert not [name for name in distribution.in_archive if re.search(r"__pycache__|-run-\d", name)]

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.commands.calls import config_file
 
 from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
@@ -18,6 +17,7 @@ from expdesign.planning.problem_file import read_problem
 from expdesign.planning.search import search
 from expdesign.report.design_report import design_report
 from expdesign.report.page import render
+from tests.commands.calls import config_file
 
 ROOT = Path(__file__).parents[2]
 

@@ -9,10 +9,6 @@ from functools import cache
 import numpy as np
 import pandas as pd
 import pytest
-from tests.cases import robot
-from tests.chain.places import rows
-from tests.identification.experiments import read
-from tests.report.conftest import EVIL_NAME, text_of
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.transmission import LegBacklash
@@ -24,6 +20,10 @@ from expdesign.report import words
 from expdesign.report.diagnosis_report import diagnosis_report
 from expdesign.report.diagnosis_texts import conclusions, in_prose, terminal_lines
 from expdesign.report.page import content_of, render
+from tests.cases import robot
+from tests.chain.places import rows
+from tests.identification.experiments import read
+from tests.report.conftest import EVIL_NAME, text_of
 
 NAME = "bipod-unequal"
 

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from tests.commands.calls import ROBOT, call, recordings_file
-from tests.report.test_in_browser import until
 
 from expdesign.report import words
 from expdesign.report.page import content_of
+from tests.commands.calls import ROBOT, call, recordings_file
+from tests.report.test_in_browser import until
 
 
 @pytest.fixture(scope="module")

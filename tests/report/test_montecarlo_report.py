@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tests.cases import ALL_ERRORS, setup
-from tests.report.conftest import EVIL_NAME, text_of
-from tests.report.test_in_browser import until
 
 from expdesign.assurance.validation.repeated import Repeated, repeat
 from expdesign.report import words
 from expdesign.report.blocks import Figure
 from expdesign.report.montecarlo_report import montecarlo_report
 from expdesign.report.page import render
+from tests.cases import ALL_ERRORS, setup
+from tests.report.conftest import EVIL_NAME, text_of
+from tests.report.test_in_browser import until
 
 
 @cache

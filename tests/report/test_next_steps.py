@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from tests.commands.calls import call
 
 import expdesign as xd
 from expdesign.app.api.load import load
@@ -17,6 +16,7 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.report.blocks import NextSteps
 from expdesign.report.identification_tables import varied
 from expdesign.report.page import Page
+from tests.commands.calls import call
 
 CONFIG, ROBOT = Path("configs/bipod.yaml"), Path("configs/robots/bipod.yaml")
 

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import numpy as np
-from tests.commands.calls import call
 
 import expdesign as xd
+from tests.commands.calls import call
 
 
 def report(folder: Path, robot: Path, recordings: str) -> str:

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.commands.calls import refusal
 
 import expdesign as xd
 from expdesign.app.api.check import CheckedProblem, CheckedRobot
@@ -13,6 +12,7 @@ from expdesign.mechanics.robots.robot import Robot
 from expdesign.report.page import content_of
 from expdesign.report.robot_section import actuator_frame, actuator_sentences
 from expdesign.report.robot_view import at_rest, view_data
+from tests.commands.calls import refusal
 
 ROOT = Path(__file__).parents[2]
 ROBOTS = ROOT / "configs" / "robots"

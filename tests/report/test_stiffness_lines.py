@@ -3,9 +3,9 @@
 import numpy as np
 import pandas as pd
 import pytest
-from tests.cases import robot
 
 from expdesign.report.stiffness import stiffness_lines
+from tests.cases import robot
 
 
 @pytest.mark.parametrize(

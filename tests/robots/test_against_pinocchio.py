@@ -3,11 +3,11 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.robots.arms import ARMS, Oracle, serial_robot
 
 from expdesign.arrays import FloatArray
 from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.robots.serial import SerialRobot
+from tests.robots.arms import ARMS, Oracle, serial_robot
 
 GRAVITY = np.array([1.5, -2.0, -9.4])
 

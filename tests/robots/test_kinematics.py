@@ -3,12 +3,12 @@
 import casadi as ca
 import numpy as np
 import pytest
-from tests import oracle
-from tests.cases import ROBOTS, robot
-from tests.oracle import Array
 
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.symbolic import BatchFunction
+from tests import oracle
+from tests.cases import ROBOTS, robot
+from tests.oracle import Array
 
 every_robot = pytest.mark.parametrize("name", ROBOTS)
 

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from tests.design.problems import BIPOD, HEXAPOD, changed
 
 from expdesign.errors import InputError
 from expdesign.mechanics.robots.bipod import Bipod
 from expdesign.mechanics.robots.hexapod import Hexapod
 from expdesign.mechanics.robots.robot_file import read_robot
+from tests.design.problems import BIPOD, HEXAPOD, changed
 
 SHIPPED = sorted((Path(__file__).parents[2] / "configs" / "robots").glob("*.yaml"))
 

@@ -5,12 +5,12 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
-from tests.oracle import Array
 
 from expdesign.errors import InputError
 from expdesign.mechanics.robots.kinematic_tree import FRAME_AXES, KinematicTree
 from expdesign.mechanics.robots.serial import SerialRobot
 from expdesign.mechanics.robots.urdf import read_urdf
+from tests.oracle import Array
 
 # A lift of two stages that follow a motor beside the chain, an arm with a tool, a finger that hangs beside the chain.
 ROBOT = """<robot name="r">

@@ -7,10 +7,6 @@ import casadi as ca
 import numpy as np
 import pandas as pd
 import pytest
-from tests.fitting import data_of
-from tests.identification.experiments import table_of
-from tests.oracle import Array
-from tests.robots.torso import FILE, JOINTS, LIFTED, PLACES, STIFFNESS, Torso, read_torso
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
@@ -34,6 +30,10 @@ from expdesign.estimation.compensation.prediction import predict
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.io.yaml_reader import read_yaml
 from expdesign.mechanics.robots.serial import SerialRobot
+from tests.fitting import data_of
+from tests.identification.experiments import table_of
+from tests.oracle import Array
+from tests.robots.torso import FILE, JOINTS, LIFTED, PLACES, STIFFNESS, Torso, read_torso
 
 DEVIATION = 2e-5
 

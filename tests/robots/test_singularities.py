@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from tests import oracle
-from tests.cases import ROBOTS, robot, symmetric_hexapod
-from tests.oracle import Array
 
 from expdesign.mechanics.robots.bipod import Bipod
 from expdesign.mechanics.robots.hexapod import Hexapod
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
+from tests import oracle
+from tests.cases import ROBOTS, robot, symmetric_hexapod
+from tests.oracle import Array
 
 HEXAPODS = [name for name in ROBOTS if not name.startswith("bipod")]
 

@@ -7,9 +7,6 @@ import numpy as np
 import pandas as pd
 import pinocchio as pin
 import pytest
-from tests.identification.experiments import table_of
-from tests.robots.arms import ARMS
-from tests.robots.urdf import joint_text, link_text, robot_of
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.structure.compliance import BaseCompliance
@@ -17,6 +14,9 @@ from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
+from tests.identification.experiments import table_of
+from tests.robots.arms import ARMS
+from tests.robots.urdf import joint_text, link_text, robot_of
 
 TORSO = (
     '<robot name="torso"><link name="ground"/>'

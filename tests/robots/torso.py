@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pinocchio as pin
-from tests.oracle import Array
-from tests.robots.urdf import joint_text, link_text, robot_of
 
 from expdesign.mechanics.robots.serial import SerialRobot
+from tests.oracle import Array
+from tests.robots.urdf import joint_text, link_text, robot_of
 
 HANDS = ("right_hand", "left_hand")
 JOINTS = ("lean", "turn", *(f"{side}_{name}" for side in ("right", "left") for name in ("shoulder", "elbow", "wrist")))

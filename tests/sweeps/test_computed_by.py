@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from tests.sweeps.small import sweep_file
 
 import expdesign as xd
 from expdesign.app.sweeps.runs import LIBRARIES, ROOT, code_digest, computed_by, modules, sweep_runs
 from expdesign.io.yaml_reader import read_yaml
+from tests.sweeps.small import sweep_file
 
 VARY = {"experiment.measurements": [1, 2]}
 

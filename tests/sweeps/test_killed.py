@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from tests.sweeps.small import contents, sweep_file
 
 from expdesign.app.sweeps.store import RUNS, TIMES
+from tests.sweeps.small import contents, sweep_file
 
 COMMAND = (sys.executable, "-m", "expdesign", "sweep")
 VARY = {"experiment.measurements": [1, 2, 3], "optimiser.seed": {"from": 1, "to": 4}}

@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from tests.commands.calls import CONFIG, ROBOT, call, plan_file, refusal
-from tests.sweeps.small import CONFIGS, SMALL, Sent
 
 import expdesign as xd
 from expdesign.app.parallel import Processes, each_of
@@ -16,6 +14,8 @@ from expdesign.errors import NotIdentifiableError
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
 from expdesign.report.page import render
+from tests.commands.calls import CONFIG, ROBOT, call, plan_file, refusal
+from tests.sweeps.small import CONFIGS, SMALL, Sent
 
 COMPARED = {"samples": 50, "random": 2, "generations": 2, "seed": 3}
 

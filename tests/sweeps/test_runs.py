@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 import yaml
-from tests.sweeps.small import SMALL, sweep_file
 
 from expdesign.app.sweeps.runs import SweepRun, sweep_runs
 from expdesign.errors import InputError
 from expdesign.io.yaml_reader import read_yaml
+from tests.sweeps.small import SMALL, sweep_file
 
 
 def runs_of(folder: Path, **content: object) -> list[SweepRun]:

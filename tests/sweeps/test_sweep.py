@@ -15,13 +15,13 @@ from typing import Any
 
 import pandas as pd
 import pytest
-from tests.commands.calls import call
-from tests.sweeps.small import Sent, contents, sweep_file
 
 import expdesign as xd
 from expdesign.app.parallel import Executors, Processes, WorkersError, results
 from expdesign.app.sweeps.store import sole_writer
 from expdesign.errors import InputError
+from tests.commands.calls import call
+from tests.sweeps.small import Sent, contents, sweep_file
 
 VARY = {"experiment.measurements": [1, 2], "optimiser.seed": {"from": 1, "to": 3}}
 

@@ -15,7 +15,8 @@ class DiagnosisOptions:
         alarm: log evidence, prior included, that something has to bring to be believed: odds of e³, about 20 to 1. A
             law that falls short of none by as much is left out, and a law elsewhere replaces what it exceeds by it.
         overlap: of laws that are alike: the prior of a law is e^overlap over their number. In noise alone the largest
-            gain by 1,200 laws exceeds price and `alarm` in 0.3 % of 600 repetitions (`benchmarks/false_alarms.py`).
+            gain by 1,200 laws exceeds price and `alarm` in 0.3 % of 600 repetitions
+            (`research/benchmarks/false_alarms.py`).
         kinds: of physics among which the prior probability of an effect is shared.
         margin: log evidence by which laws have to exceed named physics, as what machines are known to do is likelier;
             and that new sizes of other laws may bring: what falls short by more is not fitted.
@@ -66,7 +67,7 @@ class DiagnosisOptions:
             as many are needed to learn groups of effects.
         single_mistakes: share of the rows that may be single mistakes beside laws.
         temperature: divides differences of log evidence before they become probabilities: models of real mechanisms are
-            never exact. Like the next five set on development sets of `benchmarks/concealed`.
+            never exact. Like the next five set on development sets of `research/benchmarks/concealed`.
         surest: share that is right of the conclusions for which nothing else comes near.
         surest_place: probability that a law is where it is found, at most.
         indistinguishable: penalised misfits that differ by less leave two explanations open.

@@ -2,10 +2,10 @@
 
 Whatever is in no library is imitated by what is, the better the more effects may stand together. Four things betray an
 imitation: it leaves a misfit over; it predicts badly what was not fitted; it needs values that no machine has; it needs
-many effects. On development sets of 30 mechanisms outside the library (`benchmarks/concealed`), imitations left between
-7 and 100 % of the excess of χ² over, but for one that touched a single row. So an excess of which `residual_share`
-would show above the noise is needed before as many effects are believed as the search allows, since a single unknown
-cause is more likely beforehand than that number of known ones at once.
+many effects. On development sets of 30 mechanisms outside the library (`research/benchmarks/concealed`), imitations
+left between 7 and 100 % of the excess of χ² over, but for one that touched a single row. So an excess of which
+`residual_share` would show above the noise is needed before as many effects are believed as the search allows, since a
+single unknown cause is more likely beforehand than that number of known ones at once.
 """
 
 import casadi as ca

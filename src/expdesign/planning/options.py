@@ -14,8 +14,8 @@ class SearchOptions:
     """How the front is searched.
 
     `population`, `generations`, `seed`, `polish` and `effort` are keys of a configuration
-    (`optimiser`). The others were chosen on sixteen of the configurations of `benchmarks/fronts` by
-    `benchmarks/fronts/anytime.py`, where no other source stands; results depend on them little.
+    (`optimiser`). The others were chosen on sixteen of the configurations of `research/benchmarks/fronts` by
+    `research/benchmarks/fronts/anytime.py`, where no other source stands; results depend on them little.
 
     Attributes:
         population: designs that survive from generation to generation, and fewest that a front is thinned to.

@@ -4,9 +4,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.design.problems import BIPOD, HEXAPOD, problem
-from tests.design.refined import refined
-from tests.oracle import Array
 
 from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.planning.criteria.criterion import known_criteria
@@ -16,6 +13,9 @@ from expdesign.planning.optimality.pool import Pool
 from expdesign.planning.optimality.weights import Relaxation, dual_of, optimal_weights
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import starting_designs
+from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.design.refined import refined
+from tests.oracle import Array
 
 FACTORS = {"duir": 0.0, "total": 1.0}
 SPREAD_TARGETS = [

@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.design.problems import BIPOD, HEXAPOD, problem
-from tests.design.refined import refined
 
 from expdesign.arrays import FloatArray
 from expdesign.planning.criteria.accuracy import Total
 from expdesign.planning.optimality.deviations import plan_deviations
+from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.design.refined import refined
 
 
 def with_maximum() -> dict[str, Any]:

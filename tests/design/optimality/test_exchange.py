@@ -4,8 +4,6 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 import pytest
-from tests.design.problems import BIPOD, HEXAPOD, problem
-from tests.oracle import Array
 
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.exchange import Exchange, rounded, variants
@@ -14,6 +12,8 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import starting_designs
 from expdesign.planning.scalarisation import Aims
 from expdesign.planning.start import relaxed_designs
+from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.oracle import Array
 
 SHARED = {"experiment.deflection_noise.shared_reference": True}
 

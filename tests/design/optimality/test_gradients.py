@@ -4,9 +4,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.design.optimality.central_differences import criterion_gradients, gradient_table
-from tests.design.problems import BIPOD, HEXAPOD, designs, problem
-from tests.oracle import Array
 
 from expdesign.errors import InputError
 from expdesign.planning.criteria.assessment import Assessment
@@ -14,6 +11,9 @@ from expdesign.planning.criteria.criterion import Criterion, known_criteria
 from expdesign.planning.optimality import differentiated
 from expdesign.planning.optimality.differentiated import Differentiated
 from expdesign.planning.problem import DesignProblem
+from tests.design.optimality.central_differences import criterion_gradients, gradient_table
+from tests.design.problems import BIPOD, HEXAPOD, designs, problem
+from tests.oracle import Array
 
 WRENCH = {
     "kind": "wrench",

@@ -5,9 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.design.optimality.central_differences import criterion_gradients
-from tests.design.problems import HEXAPOD, designs, problem
-from tests.design.refined import refined
 
 from expdesign.coordinates import SPATIAL
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
@@ -15,6 +12,9 @@ from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.optimality.certificate import Certificate
 from expdesign.planning.optimality.kktpm import kktpm
 from expdesign.planning.problem import DesignProblem
+from tests.design.optimality.central_differences import criterion_gradients
+from tests.design.problems import HEXAPOD, designs, problem
+from tests.design.refined import refined
 
 NAMES = ["duir", "feir", "total", "o1", "o_tp"]
 

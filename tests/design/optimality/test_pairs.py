@@ -4,8 +4,6 @@ from itertools import product
 
 import numpy as np
 import pytest
-from tests.design.problems import BIPOD, HEXAPOD, problem
-from tests.oracle import Array
 
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.exchange import Exchange
@@ -13,6 +11,8 @@ from expdesign.planning.optimality.plan_sums import PlanSums
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import reachable_measurements, starting_designs
 from expdesign.planning.scalarisation import Aims
+from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.oracle import Array
 
 NAMES = ("duir", "feir")
 FEIR = np.array([0.0, 1.0])

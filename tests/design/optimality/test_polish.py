@@ -4,9 +4,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.design.problems import BIPOD, HEXAPOD, problem
-from tests.design.refined import refined
-from tests.oracle import Array
 
 from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.planning.criteria.criterion import known_criteria
@@ -18,6 +15,9 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import starting_designs
 from expdesign.planning.scalarisation import Aims
 from expdesign.planning.start import every_design
+from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.design.refined import refined
+from tests.oracle import Array
 
 CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "bipod": (BIPOD, {}),

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from tests.design.problems import BIPOD, HEXAPOD, problem
-from tests.oracle import Array
 
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.objectives import Objectives, Pace, PoseGroups, descended
 from expdesign.planning.result import planned
 from expdesign.planning.sampling import starting_designs
 from expdesign.planning.scalarisation import Aims
+from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.oracle import Array
 
 SHARED = {"experiment.deflection_noise.shared_reference": True, "experiment.measurements": 4}
 """Reference shared at a pose, four measurements."""

@@ -2,9 +2,9 @@
 
 import numpy as np
 from scipy.optimize import minimize
-from tests.oracle import Array
 
 from expdesign.planning.optimality.quadratic import Programs, Solutions, solve
+from tests.oracle import Array
 
 BATCH, MEASUREMENTS, GENES, PIECES, ROWS = 5, 3, 4, 3, 2
 

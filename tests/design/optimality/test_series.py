@@ -5,14 +5,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.design.problems import BIPOD, HEXAPOD, problem
-from tests.oracle import Array
 
 from expdesign.planning.optimality.measurement_maps import MeasurementMaps
 from expdesign.planning.optimality.pool import Pool, takes_series
 from expdesign.planning.optimality.series import longer, quadratic, sizes
 from expdesign.planning.optimality.weights import Dual, dual_of
 from expdesign.planning.problem import DesignProblem
+from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.oracle import Array
 
 SHARED: dict[str, Any] = {"experiment.deflection_noise.shared_reference": True, "experiment.measurements": 3}
 CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {

@@ -1,5 +1,0 @@
-"""Proof of `expdesign diagnose` on recordings whose physics is concealed from it.
-
-`python -m benchmarks.concealed.run` generates cases, diagnoses them and scores the answers. The cases come from the
-virtual laboratory; nothing here imports the program that is put to the test.
-"""
