@@ -68,6 +68,9 @@ def test_sound_positions_are_not_warned_of(arm: Robot, positions: pd.DataFrame, 
         (shifted(READ, 1), "readings stand one row too late"),
         (cell(30, "px_m", lambda v: 10.0 * v), "in row 32 10 times too large"),
         (cell(31, "py_m", lambda v: -v), "in row 33 of the wrong sign"),
+        (lambda frame: frame.assign(q3_rad=frame["q3_rad"] - frame["q2_rad"]), "q3_rad + q2_rad"),
+        (lambda frame: frame.assign(q5_rad=frame["q5_rad"] + frame["q4_rad"]), "q5_rad − q4_rad"),
+        (lambda frame: seen_from(frame, np.arange(len(frame)) >= 70), "moved before row 72?"),
     ],
 )
 def test_commands_and_positions_of_different_frames_are_said(
@@ -76,6 +79,36 @@ def test_commands_and_positions_of_different_frames_are_said(
     (finding,) = recordings_findings(recordings_from_table(table_of(change(positions)), arm), arm)
     assert says in finding.likely
     assert "after registration" in finding.what
+
+
+def seen_from(frame: pd.DataFrame, late: np.ndarray) -> pd.DataFrame:
+    """Rows that are late are seen by an instrument that stands elsewhere."""
+    turned = frame[READ].to_numpy() @ Rotation.from_euler("xyz", [0.1, -0.2, 1.4]).as_matrix() + [1.2, -0.4, 0.3]
+    return frame.assign(**dict(zip(READ, np.where(late[:, None], turned, frame[READ]).T, strict=True)))
+
+
+def test_a_station_for_each_arm_is_named_and_no_columns_are_called_swapped(tmp_path: Path) -> None:
+    """One rigid motion for two arms at two stations leaves anything; no exchange of columns explains it."""
+    (finding,) = of_torso(tmp_path, lambda frame: seen_from(frame, (frame["tip"] == "left_hand").to_numpy()))
+    assert "station" in finding.likely
+    assert "`right_hand`, `left_hand`" in finding.likely
+    assert "swapped" not in finding.likely
+    assert finding.otherwise
+
+
+def test_the_lines_that_accept_a_coupling_are_read_and_fit(arm: Robot, positions: pd.DataFrame, tmp_path: Path) -> None:
+    """They are those of the sentence: one joint more in the URDF, one line more in the robot file."""
+    wrong = positions.assign(q3_rad=positions["q3_rad"] - positions["q2_rad"])
+    (finding,) = recordings_findings(recordings_from_table(table_of(wrong), arm), arm)
+    line = finding.likely.split("`")[1]
+    joint = line.split("{")[1].split(":")[0]
+    urdf = (ARM.parent / "ur5.urdf").read_text(encoding="utf-8")
+    motor = f"""<link name="motor"/><joint name="{joint}_motor" type="revolute"><parent link="base"/>
+        <child link="motor"/><axis xyz="0 0 1"/><limit lower="-7" upper="7" effort="1" velocity="1"/></joint>"""
+    (tmp_path / "ur5.urdf").write_text(urdf.replace("</robot>", f"{motor}</robot>"), encoding="utf-8")
+    (tmp_path / "ur5.yaml").write_text(f"{ARM.read_text(encoding='utf-8')}\n{line}\n", encoding="utf-8")
+    coupled = read_robot(tmp_path / "ur5.yaml")
+    assert recordings_findings(recordings_from_table(table_of(wrong), coupled), coupled) == []
 
 
 def test_copied_positions_are_said(arm: Robot, positions: pd.DataFrame) -> None:
@@ -134,17 +167,37 @@ def test_joints_that_move_weight_and_have_no_column_are_named(tmp_path: Path) ->
         (lambda true: Rotation.from_quat(np.roll(true.as_quat(), 1, axis=1)), "written as w, x, y, z and read as"),
         (lambda true: Rotation.from_quat(np.roll(true.as_quat(), -1, axis=1)), "written as x, y, z, w and read as"),
         (lambda true: true.inv(), "Transpose them"),
+        (lambda true: true.as_rotvec(), "rotation vectors"),
+        (lambda true: true.as_euler("ZYX"), "A, B, C about z, y, x"),
+        (lambda true: true.as_euler("XYZ"), "moving axes, first x, then y, then z"),
+        (lambda true: true.as_euler("ZYZ"), "O, A, T"),
     ],
 )
 def test_orientations_written_otherwise_are_said(
-    arm: Robot, written: Callable[[Rotation], Rotation], says: str
+    arm: Robot, written: Callable[[Rotation], Rotation | np.ndarray], says: str
 ) -> None:
     turns = [f"measured_r{axis}_rad" for axis in "xyz"]
     frame = mixed(60)
     assert recordings_findings(recordings_of(frame), arm) == []
     given = frame[turns].astype(float)
     posed = given.notna().all(axis=1)
-    angles = written(Rotation.from_euler("xyz", given[posed].to_numpy())).as_euler("xyz")
-    frame.loc[posed, turns] = angles
+    other = written(Rotation.from_euler("xyz", given[posed].to_numpy()))
+    frame.loc[posed, turns] = other.as_euler("xyz") if isinstance(other, Rotation) else other
     (finding,) = recordings_findings(recordings_of(frame), arm)
     assert says in finding.likely
+    assert finding.otherwise
+
+
+@pytest.mark.parametrize("written", ["xyz", "rotation vectors"])
+def test_poses_of_a_camera_on_the_tip_are_called_inverse(arm: Robot, written: str) -> None:
+    """Eye in hand: the instrument's pose in the target's frame; with rotation vectors both are named."""
+    names = [f"measured_{axis}_m" for axis in "xyz"] + [f"measured_r{axis}_rad" for axis in "xyz"]
+    frame = mixed(60)
+    frame = frame[frame[names].notna().all(axis=1)].copy()
+    pose = frame[names].to_numpy(dtype=float, copy=True)
+    inverse = Rotation.from_euler("xyz", pose[:, 3:]).inv()
+    turns = inverse.as_euler("xyz") if written == "xyz" else inverse.as_rotvec()
+    frame[names] = np.hstack([-inverse.apply(pose[:, :3]), turns])
+    (finding,) = recordings_findings(recordings_of(frame), arm)
+    assert "Invert the poses" in finding.likely
+    assert ("rotation vectors" in finding.likely) == (written != "xyz")

@@ -61,36 +61,6 @@ DEFAULT = MistakeOptions()
 
 
 @dataclass(frozen=True)
-class PositionOptions:
-    """Thresholds of recordings of positions of markers.
-
-    Attributes:
-        poor: share of the spread of the readings that a registration of the nominal robot leaves over only for a
-            mistake.
-        gain: factor by which a hypothesis must reduce the misfit.
-        turned: rad (RMS); orientations that differ by more from those of the nominal robot are written otherwise.
-        heavy: share of the moved mass from which a joint that has no column is worth a word.
-        fewest: fitted rows below which a registration fits anything.
-        larger: spread of the readings over that of the tip's nominal places, beyond which they cannot be in one unit.
-        arm: m; how far from the tip a marker may be taken to sit.
-        farthest: times the span of the robot, and slack in m: no payload is farther away than both together.
-        slack: see `farthest`.
-        rows: with which hypotheses are compared.
-    """
-
-    poor: float = 0.05
-    gain: float = 4.0
-    turned: float = 0.1
-    heavy: float = 0.02
-    fewest: int = 8
-    larger: float = 3.0
-    arm: float = 0.2
-    farthest: float = 2.0
-    slack: float = 2.0
-    rows: int = 120
-
-
-@dataclass(frozen=True)
 class RobotOptions:
     """Ranges that machines lie in.
 
@@ -160,5 +130,5 @@ class ProblemOptions:
     lever: float = 0.05
 
 
-MARKERS, ROBOT, PROBLEM = PositionOptions(), RobotOptions(), ProblemOptions()
+ROBOT, PROBLEM = RobotOptions(), ProblemOptions()
 """What commands use."""

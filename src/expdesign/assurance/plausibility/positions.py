@@ -1,32 +1,24 @@
-"""Positions of markers: would another unit, frame or sign make them fit the robot?
-
-The instrument is registered and the markers are placed for the nominal robot at the commands as they are, and as they
-would be under each hypothesis. The misfit is the RMS of what the registration leaves over, in parts of the spread of
-the readings: below a per cent for any machine that was built, near one where angles are in degrees or a frame is
-left-handed, since no rotation maps a mirrored cloud of points onto the other. Measured orientations are judged by the
-RMS angle that is left when every target is turned on its tip as suits best.
-"""
-
-from collections.abc import Iterator
-from dataclasses import replace
-from itertools import combinations, product
+"""Positions of markers: impossible payloads and units, copied rows, and what another interpretation explains."""
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from expdesign.arrays import FloatArray, IntArray
 from expdesign.assurance.plausibility.finding import Implausibility, extent
-from expdesign.assurance.plausibility.mistakes.columns import DEGREE
+from expdesign.assurance.plausibility.interpretations import explained
 from expdesign.assurance.plausibility.mistakes.numbers import agreeing_rows
-from expdesign.assurance.plausibility.mistakes.rows import SHIFTS, SLIPS, divided, slip_text
-from expdesign.assurance.plausibility.options import DEFAULT, MARKERS
-from expdesign.chain.readings.choice import reading_of
-from expdesign.chain.readings.position import MarkerPosition
-from expdesign.chain.readings.registration import registration_residuals
+from expdesign.assurance.plausibility.options import DEFAULT
+from expdesign.assurance.plausibility.registration import FEWEST, left_of, misfit_of, placed, some, spread_of
 from expdesign.chain.recordings.recordings import POSITION, Recordings, complete_positions
-from expdesign.errors import NotIdentifiableError
 from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, KinematicTree
 from expdesign.mechanics.robots.robot import Robot
+
+HEAVY = 0.02
+"""Share of the moved mass from which a joint that has no column is worth a word."""
+LARGER = 3.0
+"""Spread of the readings over that of the tip's nominal places, beyond which they cannot be in one unit."""
+ARM = 0.2
+"""m; how far from the tip a marker may be taken to sit."""
+FARTHEST, SLACK = 2.0, 2.0
+"""Times the span of the robot, and m: no payload is farther away than both together."""
 
 
 def positions_findings(recordings: Recordings, robot: Robot) -> list[Implausibility]:
@@ -34,34 +26,26 @@ def positions_findings(recordings: Recordings, robot: Robot) -> list[Implausibil
     if not robot.jointed or 0 not in recordings.axes:
         return []
     positions = complete_positions(recordings)
-    some = _some(positions)
-    train = positions.rows(some)
+    train = positions.rows(some(positions))
     payloads = _payloads(recordings, robot)
-    if payloads or len(train) < MARKERS.fewest:
+    if payloads or len(train) < FEWEST:
         return payloads
     units = _units(train, robot)
     if units:
         return units
     standing = _standing(robot.links.tree)
-    stated = _misfit(train, robot)
-    if stated is None or stated < MARKERS.poor:
-        return (
-            standing
-            if stated is None
-            else [*standing, *_orientations(recordings, robot), *_copies(positions, train, robot)]
-        )
-    tried = [(_misfit(other, robot), text) for text, other in (*_hypotheses(train, robot), *_shifts(positions, some))]
-    least, text = min(((misfit, text) for misfit, text in tried if misfit is not None), default=(np.inf, ""))
-    if MARKERS.gain * least >= stated:
+    whole = placed(recordings)
+    stated = misfit_of(whole.rows(some(whole)), robot)
+    if stated is None:
+        return standing
+    if stated.size < 1.0:
+        return [*standing, *_copies(positions, train, robot)]
+    found = explained(recordings, robot)
+    if found is None:
         return []
-    left = f"{100 * stated:.0f} % of the spread of the positions is left after registration"
-    return [Implausibility(f"{left}, where {100 * least:.2g} % would be", text, otherwise=True)]
-
-
-def _some(recordings: Recordings) -> IntArray:
-    """Fitted rows, spread evenly, with which hypotheses are compared."""
-    fitted = np.flatnonzero(~recordings.test)
-    return fitted[:: -(-len(fitted) // MARKERS.rows) or 1]
+    turned = found.stated.share < found.stated.angle
+    where = "column measured_rx_rad" if turned else ""
+    return [Implausibility(found.what, found.interpretation.likely, where, otherwise=True)]
 
 
 def _payloads(recordings: Recordings, robot: Robot) -> list[Implausibility]:
@@ -74,7 +58,7 @@ def _payloads(recordings: Recordings, robot: Robot) -> list[Implausibility]:
     found = []
     for column, centre in centres.items():
         farthest = float(np.linalg.norm(centre, axis=1).max(initial=0.0))
-        if farthest > MARKERS.farthest * size + MARKERS.slack:
+        if farthest > FARTHEST * size + SLACK:
             what = f"a payload's centre of mass lies {farthest:.3g} m away, but the robot spans {size:.3g} m"
             likely = "Write centres of mass in m: they look like mm."
             found.append(Implausibility(what, likely, f"column {column}", impossible=True))
@@ -84,11 +68,11 @@ def _payloads(recordings: Recordings, robot: Robot) -> list[Implausibility]:
 def _units(train: Recordings, robot: Robot) -> list[Implausibility]:
     """Readings that spread over many times what the tip does are in another unit, whatever the frames."""
     rotations = robot.jacobians(train.configurations).rotation.reshape(len(train), -1)
-    own, tip, turn = (_spread(x) for x in (train.deflections, robot.position(train.configurations), rotations))
-    nominal = tip + MARKERS.arm * turn
+    own, tip, turn = (spread_of(x) for x in (train.deflections, robot.position(train.configurations), rotations))
+    nominal = tip + ARM * turn
     ratio = own / max(nominal, 1e-12)
     for factor, unit in ((1e3, "mm"), (1e6, "µm")):
-        if factor / MARKERS.larger < ratio < factor * MARKERS.larger:
+        if factor / LARGER < ratio < factor * LARGER:
             what = f"the positions spread over {own:.3g} m, and the tip of the robot over {tip:.3g} m"
             return [
                 Implausibility(
@@ -96,59 +80,6 @@ def _units(train: Recordings, robot: Robot) -> list[Implausibility]:
                 )
             ]
     return []
-
-
-def _spread(points: FloatArray) -> float:
-    """RMS distance of points (N, d) from their mean."""
-    return float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean()))
-
-
-def _hypotheses(train: Recordings, robot: Robot) -> Iterator[tuple[str, Recordings]]:
-    def commands(factors: FloatArray) -> Recordings:
-        return replace(train, configurations=train.configurations * factors)
-
-    def readings(values: FloatArray) -> Recordings:
-        return replace(train, deflections=values)
-
-    names = robot.configuration
-    angles = np.array([name.endswith("_rad") for name in names])
-    yield (
-        "Are the joint coordinates in degrees? They have to be in rad.",
-        commands(np.where(angles, DEGREE, 1.0)),
-    )
-    yield (
-        "Is the instrument's frame left-handed, or one of px_m, py_m and pz_m of the wrong sign?",
-        readings(train.deflections * [-1.0, 1.0, 1.0]),
-    )
-    for index in range(len(robot.stiffness)):
-        turned = np.ones(len(names))
-        turned[index] = -1.0
-        yield f"Has {names[index]} the wrong sign?", commands(turned)
-        turned[index] = DEGREE if angles[index] else 1e-3
-        yield f"Is {names[index]} in {'degrees' if angles[index] else 'mm'}?", commands(turned)
-    for first, second in combinations(range(len(robot.stiffness)), 2):
-        order = np.arange(len(names))
-        order[[first, second]] = second, first
-        swapped = replace(train, configurations=train.configurations[:, order])
-        yield f"Are the columns {names[first]} and {names[second]} swapped?", swapped
-    yield from _tips(train, robot)
-    yield from _slips(train, robot)
-
-
-def _tips(train: Recordings, robot: Robot) -> Iterator[tuple[str, Recordings]]:
-    """Markers on another of the tips than the rows say; all of them where there are two."""
-    tips, numbers = robot.links.tree.tips, robot.tip_numbers(train.configurations)
-    for index, marker in enumerate(train.markers if len(tips) > 1 else ()):
-        mine = np.asarray(train.marker) == index
-        for number in set(range(1, len(tips) + 1)) - set(numbers[mine].tolist()):
-            moved = train.configurations.copy()
-            moved[mine, -1] = number
-            yield f"Does marker `{marker}` sit on `{tips[number - 1]}`?", replace(train, configurations=moved)
-    if len(tips) == 2:
-        moved = train.configurations.copy()
-        moved[:, -1] = 3 - moved[:, -1]
-        text = f"Are `{tips[0]}` and `{tips[1]}` swapped in the column tip?"
-        yield text, replace(train, configurations=moved)
 
 
 def _standing(tree: KinematicTree) -> list[Implausibility]:
@@ -160,7 +91,7 @@ def _standing(tree: KinematicTree) -> list[Implausibility]:
         for joint in joints
         if joint.moves and tree.motion(joint) is None and tree.carries(joint.parent)
     }
-    heavy = [name for name, own in mass.items() if own > MARKERS.heavy * float(tree.masses().sum())]
+    heavy = [name for name, own in mass.items() if own > HEAVY * float(tree.masses().sum())]
     if not heavy:
         return []
     named = ", ".join(f"`{name}`" for name in heavy)
@@ -179,70 +110,9 @@ def _hangs_on(link: str, ancestor: str, tree: KinematicTree) -> bool:
     return link == ancestor
 
 
-def _orientations(recordings: Recordings, robot: Robot) -> list[Implausibility]:
-    """Measured orientations that do not turn as the tip does, and would if they were written otherwise."""
-    if recordings.aim is None:
-        return []
-    turned = recordings.rows(np.flatnonzero(np.isfinite(recordings.deflections).all(axis=1)))
-    train = turned.rows(_some(turned))
-    stated = _angle(train, robot) if len(train) >= MARKERS.fewest else None
-    if stated is None or stated < MARKERS.turned or train.aim is None:
-        return []
-    other = Rotation.from_matrix(train.aim)
-    x, y, z, w = other.as_quat().T
-    angles = other.as_euler("xyz")
-    hypotheses = {
-        "Was a quaternion written as x, y, z, w and read as w, x, y, z?": np.column_stack([w, x, y, z]),
-        "Was a quaternion written as w, x, y, z and read as x, y, z, w?": np.column_stack([y, z, w, x]),
-        "Are they the instrument's orientations in the target's axes? Transpose them.": other.inv().as_quat(),
-        "Are the angles in degrees? They have to be in rad.": Rotation.from_euler("xyz", angles * DEGREE).as_quat(),
-        "Are the angles about moving axes, first z, then y, then x, in another order? They have to make Rz·Ry·Rx.":
-            Rotation.from_euler("XYZ", angles).as_quat(),
-    }  # fmt: skip
-    tried = [
-        (_angle(replace(train, aim=Rotation.from_quat(quaternions).as_matrix()), robot) or np.inf, text)
-        for text, quaternions in hypotheses.items()
-    ]
-    least, text = min(tried)
-    if MARKERS.gain * least >= stated:
-        return []
-    what = (
-        f"the measured orientations are off by {stated:.2g} rad (RMS) after registration, and would be by {least:.2g}"
-    )
-    return [Implausibility(what, text, "column measured_rx_rad")]
-
-
-def _angle(train: Recordings, robot: Robot) -> float | None:
-    """RMS angle (rad) between measured orientations and those of the registered robot; None where none is measured."""
-    registered = _registered(train, robot)
-    if registered is None or train.aim is None:
-        return None
-    expected = registered.orientations(robot, train, registered.start)
-    left = Rotation.from_matrix(expected @ train.aim.swapaxes(1, 2)).magnitude()
-    return float(np.sqrt((left**2).mean()))
-
-
-def _shifts(recordings: Recordings, some: IntArray) -> Iterator[tuple[str, Recordings]]:
-    """Some rows with the readings of the next ones, or of those before."""
-    for shift, word in SHIFTS:
-        rows = some[(some - shift >= 0) & (some - shift < len(recordings))]
-        shifted = replace(recordings, deflections=np.roll(recordings.deflections, shift, axis=0)).rows(rows)
-        yield f"Do the readings stand one row too {word}? Shift them against the other columns.", shifted
-
-
-def _slips(train: Recordings, robot: Robot) -> Iterator[tuple[str, Recordings]]:
-    """A single reading with a slipped decimal point or the wrong sign, in the rows that fit worst."""
-    left = _left(train, robot)
-    for row in np.argsort(-np.linalg.norm(left, axis=1))[:2] if left is not None else ():
-        for axis, factor in product(range(3), SLIPS):
-            what = f"{POSITION[axis]} = {train.deflections[row, axis]:g} in row {train.lines[row]}"
-            readings = divided(train.deflections, (row, axis), factor)
-            yield slip_text(what, factor), replace(train, deflections=readings)
-
-
 def _copies(recordings: Recordings, train: Recordings, robot: Robot) -> list[Implausibility]:
     """Rows whose positions agree far closer than positions repeat; `train` are those that are fitted."""
-    left = _left(train, robot)
+    left = left_of(train, robot)
     if left is None:
         return []
     noise = np.sqrt((left**2).mean(axis=0)) / DEFAULT.repeatability**2
@@ -252,25 +122,3 @@ def _copies(recordings: Recordings, train: Recordings, robot: Robot) -> list[Imp
     first, other = (recordings.lines[runs[0].first - back] for back in (runs[0].offset, 0))
     what = f"the readings of row {other} agree with those of row {first} far closer than readings repeat"
     return [Implausibility(what, "Were rows copied? Every row has to be measured; take them out.")]
-
-
-def _left(train: Recordings, robot: Robot) -> FloatArray | None:
-    """What registration leaves of every reading (m), shape (N, 3); None where nothing can be registered."""
-    registered = _registered(train, robot)
-    return None if registered is None else registration_residuals(registered, robot, train)
-
-
-def _registered(train: Recordings, robot: Robot) -> MarkerPosition | None:
-    """The registered instrument and its markers; None where nothing can be registered."""
-    try:
-        reading = reading_of(robot, train)
-    except NotIdentifiableError:
-        return None
-    assert isinstance(reading, MarkerPosition)
-    return reading
-
-
-def _misfit(train: Recordings, robot: Robot) -> float | None:
-    """RMS of what registration leaves in parts of the spread of the readings; None where nothing can be registered."""
-    left, spread = _left(train, robot), _spread(train.deflections)
-    return float(np.sqrt((left**2).sum(axis=1).mean())) / spread if left is not None and spread > 0.0 else None

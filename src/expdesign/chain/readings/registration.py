@@ -78,6 +78,8 @@ def pose_covariance(points: FloatArray, deviation: float, rotation: FloatArray, 
 _ON_A_LINE = 1e-9
 """Ratio of the singular values of readings below which they lie on one line."""
 _ALTERNATIONS = 200
+_STANDING = 1e-10
+"""m; a change of every place below which they have settled."""
 _COMPLETE = 4
 """Rows with all coordinates from which the instrument is registered; others are then filled in as registered."""
 
@@ -157,7 +159,7 @@ def start_of(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> F
             turns_by[station], shifts[station] = registered(filled[mine], points[mine])
         turn, shift = turns_by[at], shifts[at]
         readings = np.where(seen, readings, np.einsum("nji,nj->ni", turn, points - shift))
-        in_base = np.einsum("nij,nj->ni", turn, readings) + shift
+        in_base, before = np.einsum("nij,nj->ni", turn, readings) + shift, places.copy()
         for k, place in enumerate(known):
             mine = site == k
             if place is None and mine.any():
@@ -169,6 +171,8 @@ def start_of(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> F
                 matrix = np.hstack([columns, shared]) if reading.instrument is None else columns
                 step = np.linalg.lstsq(matrix, differences.ravel(), rcond=1e-6)[0]
                 places[k, free] += step[: len(free)]
+        if complete.all() and step_number and np.abs(places - before).max(initial=0.0) < _STANDING:
+            break
     found: list[float] = []
     if reading.instrument is None:
         for turned, shifted in zip(turns_by, shifts, strict=True):

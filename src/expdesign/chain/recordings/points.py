@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from expdesign.arrays import FloatArray, IntArray, TextArray
+from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.recordings.columns import known_columns, leg_temperatures, require_mass, whole_load
 from expdesign.chain.recordings.joint_columns import with_joints
 from expdesign.chain.recordings.load_errors import read_load_errors
-from expdesign.chain.recordings.measured import KINDS, read_aims, read_fixed, with_targets
+from expdesign.chain.recordings.measured import KINDS, TURNS, read_aims, read_fixed, with_targets
 from expdesign.chain.recordings.recordings import (
     ALONG,
     POINT,
@@ -21,6 +21,7 @@ from expdesign.chain.recordings.recordings import (
     SPANS,
     STATION,
     LoadedPoints,
+    markers_in,
     measured_names,
 )
 from expdesign.chain.recordings.references import read_references
@@ -89,6 +90,7 @@ def points_of(table: Table, robot: Robot, order: IntArray, *, measured: bool, re
     readings = dict(zip(coordinates.deviation, coordinates.deflection, strict=True))
     if measured and not poses and not markers:
         known -= {deviation for deviation, reading in readings.items() if not table.has(reading)}
+    aims = read_aims(table, order) if markers else None
     extra = table.frame.iloc[order][[name for name in table.columns if name not in known]]
     return LoadedPoints(
         source=table.source,
@@ -108,7 +110,8 @@ def points_of(table: Table, robot: Robot, order: IntArray, *, measured: bool, re
         markers=markers,
         sites=sites,
         stations=stations,
-        aim=read_aims(table, order) if markers else None,
+        aim=aims,
+        angles=None if aims is None else np.nan_to_num(table.numbers_where_filled(TURNS))[order],
         point=point,
         fixed=fixed,
         along=along,
@@ -265,20 +268,5 @@ def read_markers(
     for column in (SESSION, STATION):
         own = table.text(column) if table.has(column) else np.full(len(names), "")
         groups[column] = own if len(np.unique(own.astype(str))) > 1 else np.full(len(names), "")
-    sites = seen_in(names, groups[SESSION], "in session")
-    markers, first, index = np.unique(
-        seen_in(sites, groups[STATION], "from station").astype(str), return_index=True, return_inverse=True
-    )
-    chosen: IntArray = index[order].astype(np.int64)
-    parted = [np.any(groups[column] != "") for column in (SESSION, STATION)]
-    return (
-        chosen,
-        tuple(str(name) for name in markers),
-        tuple(str(name) for name in sites[first]) if any(parted) else (),
-        tuple(str(name) for name in groups[STATION][first]) if parted[1] else (),
-    )
-
-
-def seen_in(names: TextArray, groups: TextArray, of: str) -> TextArray:
-    """Names (N,) with the group of each row, where it has one: `ball in session 2`."""
-    return np.array([f"{n} {of} {g}" if g != "" else n for n, g in zip(names, groups, strict=True)], dtype=object)
+    index, markers, sites, stations = markers_in(names, groups[SESSION], groups[STATION])
+    return index[order], markers, sites, stations

@@ -141,9 +141,9 @@ def _with_orientations(part: Recordings) -> Recordings:
         return part
     none = np.full((len(part), 3), np.nan)
     deviations = None if part.deviations is None else np.hstack([part.deviations, none])
-    aim = np.tile(np.eye(3), (len(part), 1, 1))
+    aim, angles = np.tile(np.eye(3), (len(part), 1, 1)), np.zeros((len(part), 3))
     readings = np.hstack([part.deflections, none])
-    return replace(part, aim=aim, axes=np.arange(6), deflections=readings, deviations=deviations)
+    return replace(part, aim=aim, angles=angles, axes=np.arange(6), deflections=readings, deviations=deviations)
 
 
 def _count_on(parts: list[Recordings]) -> list[Recordings]:

@@ -92,6 +92,7 @@ class LoadedPoints:
         stations: from where each of `markers` is seen: one pose of the instrument each; empty where it stood still.
         aim: orientation of the target of each row in the instrument's axes, from which rotations are counted, shape
             (N, 3, 3): the measured one. None where no orientations of targets are measured.
+        angles: the three numbers from which `aim` was made as Rz·Ry·Rx (rad), shape (N, 3), as they were written.
         point: index in `fixed` of every row, shape (N,), where distances or gauges are read; else None.
         fixed: names of fixed points and gauges.
         along: unit vectors along gauges in O, shape (N, 3), 0 for rows without; None as `point`.
@@ -123,6 +124,7 @@ class LoadedPoints:
     sites: tuple[str, ...] = field(default=(), kw_only=True)
     stations: tuple[str, ...] = field(default=(), kw_only=True)
     aim: FloatArray | None = field(default=None, kw_only=True)
+    angles: FloatArray | None = field(default=None, kw_only=True)
     point: IntArray | None = field(default=None, kw_only=True)
     fixed: tuple[str, ...] = field(default=(), kw_only=True)
     along: FloatArray | None = field(default=None, kw_only=True)
@@ -187,6 +189,38 @@ def _indicators(index: IntArray | None, count: int, rows: int) -> FloatArray:
     return indicators
 
 
+def markers_in(
+    names: TextArray, sessions: TextArray, stations: TextArray
+) -> tuple[IntArray, tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
+    """Index of every row's marker (N,), the markers' names, their sites and their stations, from texts of rows (N,).
+
+    A marker is one in every session and from every station; where there are none, sites and stations are empty.
+    """
+
+    def within(of: TextArray, groups: TextArray, word: str) -> TextArray:
+        return np.array([f"{n} {word} {g}" if g else n for n, g in zip(of, groups, strict=True)], dtype=object)
+
+    sites = within(names, sessions, "in session")
+    seen = within(sites, stations, "from station").astype(str)
+    markers, first, index = np.unique(seen, return_index=True, return_inverse=True)
+    moved = bool(np.any(stations != ""))
+    return (
+        index.astype(np.int64),
+        tuple(str(name) for name in markers),
+        tuple(str(name) for name in sites[first]) if moved or np.any(sessions != "") else (),
+        tuple(str(name) for name in stations[first]) if moved else (),
+    )
+
+
+def regrouped(recordings: "Recordings", column: str, groups: TextArray) -> "Recordings":
+    """The recordings as if a `column` (`station` or `session`) had said these groups of rows (N,)."""
+    sites, stations = (np.array([each[i] for each in recordings.seen], dtype=object) for i in (1, 2))
+    none = np.full(len(recordings), "")
+    own = (none, groups) if column == STATION else (groups, stations[recordings.marker])
+    marker, markers, site, station = markers_in(sites[recordings.marker], *own)
+    return replace(recordings, marker=marker, markers=markers, sites=site, stations=station)
+
+
 def complete_positions(recordings: "Recordings") -> "Recordings":
     """Rows of which all coordinates of a position were read, without orientations; other recordings as they are."""
     if recordings.marker is None:
@@ -198,6 +232,7 @@ def complete_positions(recordings: "Recordings") -> "Recordings":
     places = replace(
         recordings,
         aim=None,
+        angles=None,
         point=None,
         fixed=(),
         along=None,

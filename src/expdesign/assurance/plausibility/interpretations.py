@@ -1,0 +1,360 @@
+"""Absolute readings of an arm read otherwise: which convention, coupling, frame or order would make them fit?
+
+Each entry of `INTERPRETATIONS` proposes readings of the same recordings, with what to write so that they are read so.
+The instrument is registered and the markers are placed for the robot as drawn under every one (`registration`). Where
+the recordings as they are do not fit, the one that fits best is named, if it fits and by far better.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations, product
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from expdesign.arrays import FloatArray, IntArray, TextArray
+from expdesign.assurance.plausibility.mistakes.columns import DEGREE
+from expdesign.assurance.plausibility.mistakes.rows import SHIFTS, SLIPS, divided, slip_text
+from expdesign.assurance.plausibility.registration import FEWEST, Misfit, left_of, misfit_of, placed, registered, some
+from expdesign.chain.recordings.recordings import POSITION, STATION, Recordings, regrouped
+from expdesign.mechanics.robots.orientation import arrays_in_space
+from expdesign.mechanics.robots.robot import Robot
+
+GAIN = 4.0
+"""Factor by which an interpretation must reduce the misfit."""
+CERTAIN = 0.3
+"""Misfit of an interpretation beyond which no other kind is tried: 1.5 % of the spread and 1.7°."""
+
+
+@dataclass(frozen=True)
+class Interpretation:
+    """Another reading of the same recordings.
+
+    Attributes:
+        likely: what was mistaken, and what to write so that they are read so.
+        read: the recordings read so, from those as they are.
+    """
+
+    likely: str
+    read: Callable[[Recordings], Recordings]
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """The interpretation under which recordings fit the robot.
+
+    Attributes:
+        interpretation: it.
+        stated: misfit of the recordings as they are.
+        misfit: of the recordings read so.
+    """
+
+    interpretation: Interpretation
+    stated: Misfit
+    misfit: Misfit
+
+    @property
+    def what(self) -> str:
+        """By how much it is better."""
+        return (
+            f"the readings do not fit the robot: {self.stated.sentence} are left after registration, where "
+            f"{self.misfit.sentence} would be"
+        )
+
+
+def explained(recordings: Recordings, robot: Robot) -> Explanation | None:
+    """The interpretation under which recordings fit, None where they fit as they are or under none."""
+    whole = placed(recordings)
+    stated = misfit_of(whole.rows(some(whole)), robot)
+    if stated is None or stated.size < 1.0:
+        return None
+    best: Explanation | None = None
+    for proposed in INTERPRETATIONS:
+        if best is not None and best.misfit.size < min(CERTAIN, stated.size / GAIN):
+            break
+        for interpretation in proposed(whole, robot):
+            read = interpretation.read(whole)
+            misfit = misfit_of(read.rows(some(read)), robot)
+            if misfit is not None and (best is None or misfit.size < best.misfit.size):
+                best = Explanation(interpretation, stated, misfit)
+    return best if best is not None and best.misfit.size < min(1.0, stated.size / GAIN) else None
+
+
+def _commands(change: Callable[[FloatArray], FloatArray]) -> Callable[[Recordings], Recordings]:
+    return lambda recordings: replace(recordings, configurations=change(recordings.configurations))
+
+
+def _times(factors: FloatArray) -> Callable[[Recordings], Recordings]:
+    return _commands(lambda configurations: configurations * factors)
+
+
+def _units(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+    """All joints in degrees; single ones in another unit, or of the wrong sign."""
+    names = robot.configuration
+    angles = np.array([name.endswith("_rad") for name in names])
+    yield Interpretation(
+        "Are the joint coordinates in degrees? They have to be in rad.", _times(np.where(angles, DEGREE, 1.0))
+    )
+    for index in range(len(robot.stiffness)):
+        turned, scaled = np.ones(len(names)), np.ones(len(names))
+        turned[index], scaled[index] = -1.0, DEGREE if angles[index] else 1e-3
+        yield Interpretation(f"Has {names[index]} the wrong sign?", _times(turned))
+        unit = "degrees" if angles[index] else "mm"
+        yield Interpretation(f"Is {names[index]} in {unit}?", _times(scaled))
+
+
+def _frames(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+    """A left-handed frame of the instrument."""
+
+    def mirrored(recordings: Recordings) -> Recordings:
+        signs = np.where(recordings.axes == 0, -1.0, 1.0)
+        return replace(recordings, deflections=recordings.deflections * signs)
+
+    yield Interpretation(
+        "Is the instrument's frame left-handed, or one of px_m, py_m and pz_m of the wrong sign?", mirrored
+    )
+
+
+def _swaps(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+    """Two columns of commands exchanged."""
+    names = robot.configuration
+    for first, second in combinations(range(len(robot.stiffness)), 2):
+        order = np.arange(len(names))
+        order[[first, second]] = second, first
+        text = f"Are the columns {names[first]} and {names[second]} swapped?"
+        yield Interpretation(text, _commands(lambda configurations, order=order: configurations[:, order]))  # type: ignore[misc]
+
+
+def _couplings(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+    """A joint whose motor is stated against the link before the last one: FANUC arms, parallelograms, wrists."""
+    joints, names = robot.links.tree.coordinates, robot.configuration
+    for index in range(1, len(joints)):
+        if joints[index].unit != "rad" or joints[index - 1].unit != "rad":
+            continue
+        own, before = joints[index].joint, joints[index - 1].joint
+        for sign, word in ((1.0, "+"), (-1.0, "−")):
+            follows = f"couplings: {{{own}: {{follows: {{{own}_motor: 1, {before}: {sign:g}}}}}}}"
+            text = (
+                f"Is joint {index + 1} driven from the link before joint {index}, as the elbow of FANUC arms and of "
+                f"parallelograms is, so that its angle is {names[index]} {word} {names[index - 1]}? Write `{follows}` "
+                f"into the robot file, and a revolute joint `{own}_motor` off the chain into the URDF; {names[index]} "
+                "is then the motor's."
+            )
+            yield Interpretation(text, _commands(lambda q, i=index, s=sign: _added(q, i, s)))  # type: ignore[misc]
+
+
+def _added(configurations: FloatArray, index: int, sign: float) -> FloatArray:
+    changed = configurations.copy()
+    changed[:, index] += sign * configurations[:, index - 1]
+    return changed
+
+
+def _tips(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+    """Markers on another of the tips than the rows say; all of them where there are two; a station for each tip."""
+    tips, numbers = robot.links.tree.tips, robot.tip_numbers(recordings.configurations)
+    if len(tips) < 2:
+        return
+
+    def on(configurations: FloatArray, mine: FloatArray, number: FloatArray | int) -> FloatArray:
+        moved = configurations.copy()
+        moved[mine, -1] = number
+        return moved
+
+    for index, marker in enumerate(recordings.markers):
+        mine = np.asarray(recordings.marker) == index
+        for number in set(range(1, len(tips) + 1)) - set(numbers[mine].tolist()):
+            text = f"Does marker `{marker}` sit on `{tips[number - 1]}`?"
+            yield Interpretation(
+                text,
+                lambda r, i=index, n=number: replace(r, configurations=on(r.configurations, r.marker == i, n)),  # type: ignore[misc]
+            )
+    if len(tips) == 2:
+        text = f"Are `{tips[0]}` and `{tips[1]}` swapped in the column tip?"
+        yield Interpretation(text, _commands(lambda q: on(q, np.full(len(q), True), 3 - q[:, -1])))
+    text = (
+        "Was the instrument moved between the tips? Add a column `station` that names where it stood: one station for "
+        f"each of {', '.join(f'`{tip}`' for tip in tips)}."
+    )
+
+    def by_tip(recordings: Recordings) -> Recordings:
+        groups = np.array([tips[int(n) - 1] for n in robot.tip_numbers(recordings.configurations)], dtype=object)
+        return regrouped(recordings, STATION, groups)
+
+    yield Interpretation(text, by_tip)
+
+
+def _stations(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+    """An instrument that was moved once: the change point of the rigid motion between robot and readings."""
+    if any(recordings.stations):
+        return
+    reading = registered(recordings.rows(some(recordings)), robot)
+    if reading is None or reading.instrument is not None:
+        return
+    places = np.zeros((len(recordings.markers), 3))
+    row = 0
+    for _ in range(3):  # places of markers are those of the split before
+        row = _change_point(recordings, robot, places)
+        if row == 0:
+            return
+        read = regrouped(recordings, STATION, _from(recordings, int(recordings.sequence[row])))
+        again = registered(read.rows(some(read)), robot)
+        if again is None:
+            return
+        found = again.start[again.framed : again.framed + 3 * len(again.unknown)].reshape(-1, 3)
+        known = again.places | dict(zip(again.unknown, found, strict=True))
+        sites = recordings.sites or recordings.markers
+        places = np.array([known.get(site, np.zeros(3)) for site in sites])
+    first, line = int(recordings.sequence[row]), int(recordings.lines[row])
+    text = f"Was the instrument moved before row {line}? Add a column `station`: 1 before that row, 2 from it on."
+    yield Interpretation(text, lambda r: regrouped(r, STATION, _from(r, first)))
+
+
+def _from(recordings: Recordings, first: int) -> TextArray:
+    """Groups of rows before and from a number of the sequence on, shape (N,)."""
+    return np.where(recordings.sequence >= first, "2", "1")
+
+
+def _change_point(recordings: Recordings, robot: Robot, places: FloatArray) -> int:
+    """The row from which on another rigid motion maps readings onto markers best, for markers at `places` (m, 3).
+
+    Sums of squares of both parts are those of Kabsch's registration, from sums over rows; 0 where there are too few.
+    """
+    q = recordings.configurations
+    positions, rotations = arrays_in_space(robot.position(q), robot.jacobians(q).rotation)
+    points = positions + np.einsum("nij,nj->ni", rotations, places[recordings.marker])
+    read, count = recordings.deflections[:, :3], len(recordings)
+    if count < 2 * FEWEST:
+        return 0
+    points, read = points - points.mean(axis=0), read - read.mean(axis=0)
+    rows = np.concatenate(
+        [np.ones((count, 1)), points, read, (points**2 + read**2).sum(axis=1, keepdims=True),
+         np.einsum("ni,nj->nij", points, read).reshape(count, 9)], axis=1,
+    )  # fmt: skip
+    before = np.cumsum(rows, axis=0)[FEWEST - 1 : count - FEWEST]
+    total = rows.sum(axis=0)
+    cost = _left(before) + _left(total - before)
+    return int(np.argmin(cost)) + FEWEST
+
+
+def _left(sums: FloatArray) -> FloatArray:
+    """Σ|R·p + t − y|² of the best rigid motion, from sums of 1, p, y, |p|² + |y|² and p·yᵀ (K, 17), shape (K,)."""
+    count, points, read = sums[:, 0], sums[:, 1:4], sums[:, 4:7]
+    product_of = sums[:, 8:].reshape(-1, 3, 3) - np.einsum("k,ki,kj->kij", 1.0 / count, points, read)
+    squares = sums[:, 7] - ((points**2).sum(axis=1) + (read**2).sum(axis=1)) / count
+    singular = np.linalg.svd(product_of, compute_uv=False)
+    singular[:, 2] *= np.sign(np.linalg.det(product_of))
+    left: FloatArray = squares - 2.0 * singular.sum(axis=1)
+    return left
+
+
+def _slips(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+    """A single reading with a slipped decimal point or the wrong sign, in the rows that fit worst."""
+    rows = some(recordings)
+    left = left_of(recordings.rows(rows), robot)
+    worst = rows[np.argsort(-np.linalg.norm(left, axis=1))[:2]] if left is not None else rows[:0]
+    for row, axis, factor in product(worst, range(3), SLIPS):
+        what = f"{POSITION[axis]} = {recordings.deflections[row, axis]:g} in row {recordings.lines[row]}"
+        place = (int(row), axis)
+        yield Interpretation(
+            slip_text(what, factor),
+            lambda r, place=place, factor=factor: replace(r, deflections=divided(r.deflections, place, factor)),  # type: ignore[misc]
+        )
+
+
+def _shifts(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+    """Rows with the readings of the next ones, or of those before."""
+    for shift, word in SHIFTS:
+        yield Interpretation(
+            f"Do the readings stand one row too {word}? Shift them against the other columns.",
+            lambda r, shift=shift: _shifted(r, shift),  # type: ignore[misc]
+        )
+
+
+def _shifted(recordings: Recordings, shift: int) -> Recordings:
+    """Without the row that comes from the other end."""
+    rolled = {name: np.roll(getattr(recordings, name), shift, axis=0) for name in ("deflections", "aim", "angles")
+              if getattr(recordings, name) is not None}  # fmt: skip
+    inner: IntArray = np.arange(len(recordings))[shift:] if shift > 0 else np.arange(len(recordings))[:shift]
+    return replace(recordings, **rolled).rows(inner)
+
+
+Turn = Callable[[FloatArray, FloatArray], Rotation]
+"""Orientations from the three numbers as they were written (N, 3), and from the matrices that were made from them."""
+
+
+def _quaternion(order: list[int]) -> Turn:
+    return lambda angles, aim: Rotation.from_quat(Rotation.from_matrix(aim).as_quat()[:, order])
+
+
+CONVENTIONS: tuple[tuple[str, Turn], ...] = (
+    ("", lambda angles, aim: Rotation.from_matrix(aim)),
+    ("Are the three numbers rotation vectors (axis times angle), as Universal Robots writes them? Convert them to "
+     "rx, ry, rz of Rz·Ry·Rx: `Rotation.from_rotvec(v).as_euler(\"xyz\")` of SciPy.",
+     lambda angles, aim: Rotation.from_rotvec(angles)),
+    ("Are they A, B, C about z, y, x, as KUKA writes them, in the columns of rx, ry, rz? Write C, B, A: rx is the "
+     "angle about x.", lambda angles, aim: Rotation.from_euler("ZYX", angles)),
+    ("Are the angles about moving axes, first x, then y, then z (Rx·Ry·Rz)? Convert them: "
+     "`Rotation.from_euler(\"XYZ\", a).as_euler(\"xyz\")` of SciPy makes Rz·Ry·Rx.",
+     lambda angles, aim: Rotation.from_euler("XYZ", angles)),
+    ("Are the angles about fixed axes, first z, then y, then x (Rx·Ry·Rz), the one about z in the first column? "
+     "Convert them: `Rotation.from_euler(\"zyx\", a).as_euler(\"xyz\")` of SciPy.",
+     lambda angles, aim: Rotation.from_euler("zyx", angles)),
+    ("Are they O, A, T or Euler angles about z, y and z again? Convert them: "
+     "`Rotation.from_euler(\"ZYZ\", a).as_euler(\"xyz\")` of SciPy.",
+     lambda angles, aim: Rotation.from_euler("ZYZ", angles)),
+    ("Are the angles in degrees? They have to be in rad.",
+     lambda angles, aim: Rotation.from_euler("xyz", angles * DEGREE)),
+    ("Was a quaternion written as x, y, z, w and read as w, x, y, z?", _quaternion([3, 0, 1, 2])),
+    ("Was a quaternion written as w, x, y, z and read as x, y, z, w?", _quaternion([1, 2, 3, 0])),
+)  # fmt: skip
+"""How three numbers may be meant, with what to write; the first is as they are read."""
+
+
+def _orientations(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+    """Conventions of orientations; those of the instrument in the target's axes; whole poses that are inverse."""
+    if recordings.aim is None or recordings.deflections.shape[1] < 6:
+        return
+    for text, turn in CONVENTIONS[1:]:
+        yield Interpretation(text, lambda r, turn=turn: _turned(r, turn))  # type: ignore[misc]
+    text = "Are they the instrument's orientations in the target's axes? Transpose them."
+    yield Interpretation(text, lambda r: _turned(r, lambda angles, aim: Rotation.from_matrix(aim).inv()))
+    for text, turn in CONVENTIONS:
+        inverse = (
+            "Are the poses inverse, the instrument's in the frame of the target, as of a camera on the tip (eye in "
+            "hand)? Invert the poses: R' = Rᵀ, p' = −Rᵀ·p."
+        )
+        yield Interpretation(
+            f"{inverse} {text}".strip(),
+            lambda r, turn=turn: _inverse(_turned(r, turn)),  # type: ignore[misc]
+        )
+
+
+def _turned(recordings: Recordings, turn: Turn) -> Recordings:
+    assert recordings.aim is not None
+    angles = recordings.angles
+    if angles is None:
+        angles = Rotation.from_matrix(recordings.aim).as_euler("xyz")
+    return replace(recordings, aim=turn(angles, recordings.aim).as_matrix())
+
+
+def _inverse(recordings: Recordings) -> Recordings:
+    """Poses of the instrument in the target's frame as poses of the target in the instrument's; complete rows alone."""
+    assert recordings.aim is not None
+    turned = recordings.aim.swapaxes(1, 2)
+    read = recordings.deflections.copy()
+    read[:, :3] = -np.einsum("nij,nj->ni", turned, read[:, :3])
+    return replace(recordings, aim=turned, deflections=read).rows(np.flatnonzero(np.isfinite(read).all(axis=1)))
+
+
+INTERPRETATIONS: tuple[Callable[[Recordings, Robot], Iterator[Interpretation]], ...] = (
+    _units,
+    _frames,
+    _orientations,
+    _couplings,
+    _tips,
+    _stations,
+    _shifts,
+    _slips,
+    _swaps,
+)
+"""Kinds of readings of the same recordings, likelier ones first."""
