@@ -1,7 +1,8 @@
 """A budget of time in place of a number of measurements (`experiment.budget`).
 
-How long a plan takes at most depends on two numbers alone: m measurements at p settings of the robot. Which
-measurements are taken, and which share a setting, the search decides (`pose_settings.py`).
+How long a plan takes at most depends on three numbers alone: m measurements at p settings of the robot, of which some
+repeat the load of another one there. Which measurements are taken, and which share a setting, the search decides
+(`pose_settings.py`).
 
 How long a plan takes, in the order of the laboratory sheet, is told without looking for that order. With deflections,
 whatever is measured at one pose stands together, and the number of changes does not depend on the order of the poses: p
@@ -59,10 +60,18 @@ class Budget:
     most: int | None = None
     poses: int | None = None
 
-    def minutes_of(self, measurements: IntArray | int, settings: IntArray | int) -> FloatArray:
-        """Minutes that no plan of so many measurements at so many settings exceeds, with its rows for validation."""
+    def minutes_of(
+        self, measurements: IntArray | int, settings: IntArray | int, again: IntArray | int = 0
+    ) -> FloatArray:
+        """Minutes that no plan of so many measurements at so many settings exceeds, with its rows for validation; of
+        them `again` repeat the load of another one in its setting.
+        """
         m, p = np.asarray(measurements) + self.validation, np.asarray(settings) + self.validation
-        return np.asarray(most_minutes(m, p, self.costs, referenced=self.referenced, shared=self.shared), dtype=float)
+        minutes = np.asarray(
+            most_minutes(m, p, self.costs, referenced=self.referenced, shared=self.shared), dtype=float
+        )
+        alone = self.referenced and not self.shared  # every reading has an unloaded one beside it
+        return minutes if alone else minutes - self.costs.minutes(0, again, 0)
 
     @property
     def largest(self) -> int:

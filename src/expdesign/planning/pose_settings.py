@@ -80,9 +80,10 @@ class PoseSettings:
         return first
 
     def minutes(self, designs: FloatArray) -> FloatArray:
-        """What plans of designs (..., m, g) take at most (min), shape (...)."""
+        """What plans of designs (..., m, g) take (min), shape (...)."""
         assert self.budget is not None
-        return self.budget.minutes_of(self.taken(designs).sum(axis=-1), self.units(designs).sum(axis=-1))
+        again = self._again(designs).sum(axis=-1)
+        return self.budget.minutes_of(self.taken(designs).sum(axis=-1), self.units(designs).sum(axis=-1), again)
 
     def affordable(self, others: FloatArray, added: FloatArray) -> BoolArray:
         """Whether designs (b, m − 1, g) may have one of some measurements (b, l, g), or (1, l, g), as well, (b, l)."""
@@ -91,10 +92,19 @@ class PoseSettings:
         where, there, taken = self._where, self.taken(others), self.taken(added)
         known = (others[:, None][..., where] == added[:, :, None][..., where]).all(axis=-1) & there[:, None]
         count = there.sum(axis=1)[:, None] + taken
+        repeats = ((others[:, None] == added[:, :, None]).all(axis=-1) & there[:, None]).any(axis=-1) & taken
+        again = self._again(others).sum(axis=-1)[:, None] + repeats
         units = self.units(others).sum(axis=1)[:, None] + (taken & ~known.any(axis=-1))
         poses = self.budget.poses or np.inf
-        within: BoolArray = (self.budget.minutes_of(count, units) <= self.budget.minutes) & (units <= poses)
+        within: BoolArray = (self.budget.minutes_of(count, units, again) <= self.budget.minutes) & (units <= poses)
         return within & (count >= self.budget.least.measurements)
+
+    def _again(self, designs: FloatArray) -> BoolArray:
+        """Which measurements of designs (..., m, g) repeat an earlier one, pose, setting and load, shape (..., m)."""
+        same = (designs[..., :, None, :] == designs[..., None, :, :]).all(axis=-1)
+        taken = self.taken(designs)
+        again: BoolArray = (np.tril(same, -1) & taken[..., None, :]).any(axis=-1) & taken
+        return again
 
     @property
     def _where(self) -> BoolArray:
@@ -153,7 +163,7 @@ class PoseSettings:
         while True:
             taken, units = self.taken(design), self.units(design)
             count, number = int(taken.sum()), int(units.sum())
-            if number <= most and budget.minutes_of(count, number) <= budget.minutes + 1e-9:
+            if number <= most and float(self.minutes(design)) <= budget.minutes + 1e-9:
                 return
             if number > fewest and (number > min(most, wanted * count) or count <= least):
                 self._join_nearest(design, np.flatnonzero(units))

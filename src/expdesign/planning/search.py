@@ -238,6 +238,12 @@ def _gaps(problem: DesignProblem, archive: Archive) -> float:
     return float(gap_shares(front[np.argsort(front[:, 0])]).sum())
 
 
+def kept(problem: DesignProblem, decisions: FloatArray, front: Front) -> Front:
+    """What is kept of designs (d, m, g) that were made of those of a front."""
+    found = _front(problem, DesignPopulation(problem), decisions, None, front.ended, front.missing or 0.0)
+    return replace(found, evaluations=front.evaluations + len(decisions), missing=front.missing)
+
+
 def _require_finite(problem: DesignProblem, designs: FloatArray) -> None:
     """Raise where an objective is finite at none of the designs (b, m, g) that identify everything."""
     assessment = problem.assessed(designs)

@@ -32,6 +32,7 @@ from expdesign.planning.result import (
     run_record,
 )
 from expdesign.planning.search import BY_HAND, Progress, search
+from expdesign.planning.spending import spent
 from expdesign.report.design_report import design_report
 from expdesign.report.page import Page
 
@@ -178,6 +179,7 @@ def run(
     purpose = purpose_of("run", config)
     first = replace(_result(problem, front, unbounded, unbounded, limit.ended), purpose=purpose)
     searched(first)
+    problem, front = spent(problem, front)
     duir, total = _bounds(problem, front, callback, limit)
     result = replace(_result(problem, front, duir, total, limit.ended), purpose=purpose)
     result.record["wall_s"] = time.perf_counter() - started

@@ -82,6 +82,18 @@ class PlanSums:
             found[design, option] = others[design, with_it] + self._closed(longer)
         return found
 
+    def with_more(self, parts: FloatArray, more: FloatArray, poses: FloatArray) -> FloatArray:
+        """Sums (b, m, c) of designs with parts (b, m, c') at poses (b, m, n) of which one after the other has more."""
+        if not self._readings:
+            return parts.sum(axis=1)[:, None] + more
+        together, series = self._series(parts, poses)
+        return series.sum(axis=1)[:, None] + self._closed(together + more) - self._closed(together)
+
+    def total(self, sums: FloatArray) -> FloatArray:
+        """`total`² (...) of flat sums (..., c)."""
+        found: FloatArray = np.add(*self.variances(sums)).max(axis=-1)
+        return found
+
     def terms(self, sums: FloatArray) -> Sums:
         """M, N and S of flat sums (..., c)."""
         return self._unfolded(sums, self._sizes[0])

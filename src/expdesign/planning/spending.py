@@ -1,0 +1,108 @@
+"""What a plan leaves of a budget of time is spent on further readings of its own measurements.
+
+The search chooses among as many measurements as fit with a load each. A reading more at a pose and a load that a
+plan has takes the reading alone, or with a reference of its own the load's two changes as well. Which measurements are
+read how often is a convex question where criteria are those of generalised least squares (theory.md 10.1): readings go
+where `total` falls most, many at a time at first, and at last one by one from where it rises least.
+"""
+
+from copy import copy
+from dataclasses import replace
+
+import numpy as np
+
+from expdesign.arrays import FloatArray, IntArray
+from expdesign.planning.budget import LARGEST, Budget
+from expdesign.planning.front import Front
+from expdesign.planning.optimality.plan_sums import PlanSums
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.result import design_minutes
+from expdesign.planning.search import kept
+
+_SHARE = 6
+"""Part of the readings left that is given to one measurement at a time."""
+_MOVES = 200
+"""Readings of a plan that are moved one by one, at most."""
+
+
+def spent(problem: DesignProblem, front: Front) -> tuple[DesignProblem, Front]:
+    """The plans of a front with further readings, as far as the budget reaches, and the problem with room for them.
+
+    They are the same where there is no budget, or where its time is spent.
+    """
+    budget, minutes = problem.budget, design_minutes(problem, front)
+    if budget is None or minutes is None:
+        return problem, front
+    taken = problem.space.taken(front.decisions)
+    least = taken.sum(axis=1)
+    most = LARGEST if budget.most is None else budget.most
+    left = np.floor((budget.minutes - minutes) / _reading(budget) + 1e-9).astype(np.int64)
+    left = np.clip(left, 0, np.maximum(most - least, 0))
+    if not left.any():
+        return problem, front
+    counts = _shared_out(problem, front.decisions, taken.astype(np.int64), left)
+    further = copy(problem.space)
+    further.measurements = int(max(counts.sum(axis=1).max(), problem.space.measurements))
+    wider = replace(problem, space=further)
+    designs = np.concatenate([_repeated(problem, *each, further.measurements) for each in zip(front.decisions, counts)])
+    return wider, kept(wider, designs, front)
+
+
+def readings_within(budget: Budget) -> int:
+    """The most readings of loaded measurements that any plan has within a budget: all of one pose and load."""
+    rest = budget.minutes - float(budget.minutes_of(1, 1))
+    most = LARGEST if budget.most is None else budget.most
+    return int(np.clip(1 + np.floor(rest / _reading(budget) + 1e-9), 1, most))
+
+
+def _reading(budget: Budget) -> float:
+    """Minutes that a reading more of a measurement takes."""
+    if not budget.referenced or budget.shared:
+        return max(float(budget.costs.minutes(0, 0, 1)), 1e-9)
+    return max(float(budget.costs.minutes(0, 2, 2)), 1e-9)
+
+
+def _repeated(problem: DesignProblem, design: FloatArray, counts: IntArray, room: int) -> FloatArray:
+    """A design (1, room, g) with each measurement of one (m, g) so many times, and the rest of the room left out."""
+    settings = problem.space.settings
+    assert settings is not None
+    rows = np.repeat(design, counts, axis=0)
+    nothing = np.repeat(rows[:1], room - len(rows), axis=0)
+    nothing[:, settings.gene] = 0.0
+    return np.concatenate([rows, nothing])[None]
+
+
+def _shared_out(problem: DesignProblem, designs: FloatArray, counts: IntArray, left: IntArray) -> IntArray:
+    """How often each measurement of designs (b, m, g) is read, (b, m), with so many further readings (b,)."""
+    sums, everyone = PlanSums(problem, 1.0), np.arange(len(designs))
+    parts = sums.parts(designs.reshape(-1, designs.shape[-1])).reshape(*designs.shape[:2], -1)
+    poses, possible, counts, rest = designs[..., problem.space.of_pose], counts > 0, counts.copy(), left.copy()
+    while rest.any():
+        step = -(-rest // _SHARE)
+        scores = _totals(sums, parts, poses, counts, step)
+        best = np.where(possible, scores, np.inf).argmin(axis=1)
+        counts[everyone, best] += step
+        rest -= step
+    given = left > 0
+    for _ in range(_MOVES if given.any() else 0):
+        fewer = np.where(possible & (counts > 1), _totals(sums, parts, poses, counts, -np.ones_like(left)), np.inf)
+        donor = fewer.argmin(axis=1)
+        moved = counts.copy()
+        moved[everyone, donor] -= 1
+        scores = np.where(possible, _totals(sums, parts, poses, moved, np.ones_like(left)), np.inf)
+        best = scores.argmin(axis=1)
+        now = sums.total(sums.sums(parts * counts[..., None], poses))
+        better = given & np.isfinite(fewer[everyone, donor]) & (scores[everyone, best] < now * (1.0 - 1e-9))
+        if not better.any():
+            break
+        moved[everyone, best] += 1
+        counts = np.where(better[:, None], moved, counts)
+        given &= better
+    return counts
+
+
+def _totals(sums: PlanSums, parts: FloatArray, poses: FloatArray, counts: IntArray, step: IntArray) -> FloatArray:
+    """`total`² (b, m) of designs of which one measurement after the other is read `step` (b,) times more."""
+    with np.errstate(all="ignore"):
+        found = sums.total(sums.with_more(parts * counts[..., None], parts * step[:, None, None], poses))
+    return np.where(np.isfinite(found), found, np.inf)
