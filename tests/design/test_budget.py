@@ -19,7 +19,8 @@ from expdesign.planning.problem_file import problem_from_document, read_problem
 from expdesign.planning.result import design_minutes, planned, validation_decisions
 from expdesign.planning.sampling import reachable_measurements
 from expdesign.planning.scalarisation import Aims
-from expdesign.planning.search import search
+from expdesign.planning.search import kept, search
+from expdesign.planning.spending import spent, what_ends
 from tests.design.problems import HEXAPOD, problem
 
 COSTS = {"pose_change": 10, "mass_change": 3, "reading": 1}
@@ -130,6 +131,57 @@ def test_every_design_stays_within_the_budget(shared: bool) -> None:
     # The best plan is worth no less than any that was fixed beforehand.
     fixed = problem(HEXAPOD, {"experiment.measurements": 2, "optimiser": FEW, SHARED: shared})
     assert front.criteria["duir"].min() < 1.1 * search(fixed).criteria["duir"].min()
+
+
+def plans_of_a_few(case: Any) -> Any:
+    """A front of plans with three measurements at one pose, the others left out."""
+    design = space_of_one_pose(case, np.random.default_rng(2))
+    design[:, case.space.settings.gene] = np.where(np.arange(len(design)) < 3, case.space.settings.first, 0.0)
+    front = search(case)
+    return kept(case, case.space.canonical(design[None]), front)
+
+
+@pytest.mark.parametrize("shared", [False, True])
+def test_time_that_a_plan_leaves_is_spent_on_further_readings_of_its_measurements(shared: bool) -> None:
+    case = limited(90.0, **{SHARED: shared})
+    few = plans_of_a_few(case)
+    wider, front = spent(case, few)
+    before, after = design_minutes(case, few), design_minutes(wider, front)
+    assert before is not None
+    assert after is not None
+    # Another reading takes a minute, or with a load and a reference of its own eight.
+    assert before[0] < 90.0 - 8.0 < after[0] <= 90.0 + 1e-9
+    assert front.criteria["total"][0] < 0.9 * few.criteria["total"][0]
+    rows, once = (planned(p, f.decisions[0]) for p, f in ((wider, front), (case, few)))
+    assert len(rows) > case.space.measurements if shared else len(rows) > 3
+    np.testing.assert_array_equal(
+        np.unique(np.column_stack([rows.configurations, rows.loads]), axis=0),
+        np.unique(np.column_stack([once.configurations, once.loads]), axis=0),
+    )
+    # No reading moved to another measurement lowers `total`.
+    counts = np.unique(np.column_stack([rows.configurations, rows.loads]), axis=0, return_inverse=True)[1].ravel()
+    for taken in range(3):
+        for given in {0, 1, 2} - {taken}:
+            if (counts == taken).sum() < 2:
+                continue
+            moved = np.arange(len(rows))
+            moved[np.flatnonzero(counts == taken)[0]] = np.flatnonzero(counts == given)[0]
+            judged = case.assess(rows.configurations[moved][None], rows.loads[moved][None], rows.series[moved][None])
+            assert known_criteria()["total"].values(judged)[0] > front.criteria["total"][0] * (1.0 - 1e-9)
+
+
+def test_what_ends_a_plan_is_said() -> None:
+    case = limited(90.0, **{"experiment.measurements": 5})
+    wider, front = spent(case, plans_of_a_few(case))
+    assert front.criteria["duir"].shape == (1,)
+    assert case.space.taken(front.decisions).sum() == 5
+    said = what_ends(wider, front)
+    assert said is not None
+    assert "5 measurements takes 47 of the 90 min" in said
+    assert "`measurements`" in said
+    wider, front = spent(limited(90.0), plans_of_a_few(limited(90.0)))
+    assert "a further reading of a measurement takes 8 min" in (what_ends(wider, front) or "")
+    assert what_ends(problem(HEXAPOD, {}), front) is None
 
 
 def test_gradients_keep_measurements_of_one_setting_together() -> None:

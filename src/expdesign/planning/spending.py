@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
+from expdesign.counted import counted
 from expdesign.planning.budget import LARGEST, Budget
 from expdesign.planning.front import Front
 from expdesign.planning.optimality.plan_sums import PlanSums
@@ -20,8 +21,8 @@ from expdesign.planning.result import design_minutes
 from expdesign.planning.search import kept
 
 _SHARE = 6
-"""Part of the readings left that is given to one measurement at a time."""
-_MOVES = 200
+"""Part of the readings left that is given to one measurement at a time: one part of so many."""
+_MOVES = 100
 """Readings of a plan that are moved one by one, at most."""
 
 
@@ -42,17 +43,29 @@ def spent(problem: DesignProblem, front: Front) -> tuple[DesignProblem, Front]:
         return problem, front
     counts = _shared_out(problem, front.decisions, taken.astype(np.int64), left)
     further = copy(problem.space)
-    further.measurements = int(max(counts.sum(axis=1).max(), problem.space.measurements))
+    further.measurements = max(int(counts.sum(axis=1).max()), problem.space.measurements)
     wider = replace(problem, space=further)
-    designs = np.concatenate([_repeated(problem, *each, further.measurements) for each in zip(front.decisions, counts)])
+    plans = zip(front.decisions, counts, strict=True)
+    designs = np.concatenate([_repeated(problem, *each, further.measurements) for each in plans])
     return wider, kept(wider, designs, front)
 
 
-def readings_within(budget: Budget) -> int:
-    """The most readings of loaded measurements that any plan has within a budget: all of one pose and load."""
-    rest = budget.minutes - float(budget.minutes_of(1, 1))
-    most = LARGEST if budget.most is None else budget.most
-    return int(np.clip(1 + np.floor(rest / _reading(budget) + 1e-9), 1, most))
+def what_ends(problem: DesignProblem, front: Front) -> str | None:
+    """What keeps the recommended plan from having a reading more, as a sentence; None without a budget."""
+    budget, minutes = problem.budget, design_minutes(problem, front)
+    if budget is None or minutes is None:
+        return None
+    taken = float(minutes[front.recommended])
+    count = int(problem.space.taken(front.decisions[front.recommended]).sum())
+    said = (
+        f"The plan of {counted(count, 'measurement')} takes {taken:.4g} of the {budget.minutes:.4g} min of the budget"
+    )
+    if count == budget.most:
+        return f"{said}; it ends at `measurements`, the largest number allowed."
+    if count == LARGEST:
+        return f"{said}; it ends at {LARGEST} measurements, the most that are planned without `measurements`."
+    more = f"; a further reading of a measurement takes {_reading(budget):.4g} min"
+    return f"{said}{more if taken + _reading(budget) > budget.minutes + 1e-9 else ''}."
 
 
 def _reading(budget: Budget) -> float:

@@ -40,7 +40,14 @@ from expdesign.report.design_figures import (
     plotted,
     shown_criteria,
 )
-from expdesign.report.design_texts import about_run, lower_bound_sentence, next_steps, poses_text, vocabulary
+from expdesign.report.design_texts import (
+    about_run,
+    lower_bound_sentence,
+    next_steps,
+    planned_count,
+    poses_text,
+    vocabulary,
+)
 from expdesign.report.error_budget import EXPLAINED, headings, worst_sentence
 from expdesign.report.hidden_physics import hidden_section
 from expdesign.report.options import SHOWN
@@ -92,7 +99,7 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
     return Page(
         title=f"Calibration plan for {robot.name}",
         subtitle=(
-            f"{robot.kind}, {words.count(problem.space.measurements, problem.loaded.regressor.measurement)}, "
+            f"{robot.kind}, {words.count(planned_count(problem, front), problem.loaded.regressor.measurement)}, "
             f"accuracy wanted at {words.count(len(problem.targets.weights), 'target')}; configuration {problem.source}"
         ),
         sections=sections,
@@ -110,12 +117,12 @@ def _summary(problem: DesignProblem, front: Front, run: Mapping[str, Any], accep
         KeyFigure("Acceptance, axis by axis", accepted.verdict, "", "each axis is in the uncertainty budget"),
         KeyFigure("From measurement noise (DUIR)", best["duir"], "tolerances"),
         KeyFigure("From load errors (FEIR)", best["feir"], "tolerances"),
-        KeyFigure("Measurements", str(problem.space.measurements), "", poses_text(problem, front)),
+        KeyFigure("Measurements", str(planned_count(problem, front)), "", poses_text(problem, front)),
         KeyFigure("Recommended design", str(front.recommended + 1), f"of {len(front)}", "least total error"),
     ]
     if minutes is not None:
         figures.insert(5, KeyFigure("Time of the plan", words.number(float(minutes[front.recommended])), "min"))
-    sentences = [worst_sentence(accepted.budget)]
+    sentences = [*([run["plan_ended"]] if "plan_ended" in run else []), worst_sentence(accepted.budget)]
     bound = lower_bound_sentence(problem, front, run)
     if bound is not None:
         sentences.append(bound)

@@ -114,6 +114,11 @@ def lower_bound_sentence(problem: DesignProblem, front: Front, run: Mapping[str,
     return " ".join(texts)
 
 
+def planned_count(problem: DesignProblem, front: Front) -> int:
+    """How many measurements the recommended design takes."""
+    return int(problem.space.taken(front.decisions[front.recommended]).sum())
+
+
 def poses_text(problem: DesignProblem, front: Front) -> str:
     """At how many different poses the recommended design measures."""
     configurations, _ = problem.space.decode(front.decisions[front.recommended])

@@ -32,7 +32,7 @@ from expdesign.planning.result import (
     run_record,
 )
 from expdesign.planning.search import BY_HAND, Progress, search
-from expdesign.planning.spending import spent
+from expdesign.planning.spending import spent, what_ends
 from expdesign.report.design_report import design_report
 from expdesign.report.page import Page
 
@@ -75,6 +75,7 @@ class RunResult(FolderResult):
         lines = [
             self.summary,
             f"The search ended because {self.front.ended}.",
+            *([self.record["plan_ended"]] if "plan_ended" in self.record else []),
             *sentences(recommended_acceptance(self.problem, self.front)),
         ]
         if "accuracy" in self.record:
@@ -174,12 +175,11 @@ def run(
         remedy = "Give an interval or a list of choices; `expdesign evaluate` judges a plan that is given."
         raise InputError(what, where=f"{problem.source}, experiment", remedy=remedy)
     limit = _Limit(seconds, started, ended, callback)
-    front = search(problem, limit.reported, ended=limit.searching)
+    problem, front = spent(problem, search(problem, limit.reported, ended=limit.searching))
     unbounded = LowerBound(None, "not computed yet")
     purpose = purpose_of("run", config)
     first = replace(_result(problem, front, unbounded, unbounded, limit.ended), purpose=purpose)
     searched(first)
-    problem, front = spent(problem, front)
     duir, total = _bounds(problem, front, callback, limit)
     result = replace(_result(problem, front, duir, total, limit.ended), purpose=purpose)
     result.record["wall_s"] = time.perf_counter() - started
@@ -204,12 +204,12 @@ class _Limit:
 
     def _over(self, kept: float, share: float) -> bool:
         """Whether no more is left of the time than so many seconds of the processor, or a share of it, take."""
-        if self._seconds is None:
+        passed = time.perf_counter() - self._started
+        if self._seconds is None or passed <= (1.0 - share) * self._seconds:
             return False
-        spent = time.perf_counter() - self._started
         # On a machine that does other things as well, writing takes longer too.
-        slower = max(1.0, spent / max(time.process_time() - self._of_processor, 0.1))
-        return spent > self._seconds - min(kept * slower, share * self._seconds)
+        slower = max(1.0, passed / max(time.process_time() - self._of_processor, 0.1))
+        return passed > self._seconds - min(kept * slower, share * self._seconds)
 
     def searching(self) -> str:
         """Why the search is to end now; empty to go on."""
@@ -239,6 +239,8 @@ def _result(problem: DesignProblem, front: Front, duir: LowerBound, total: Lower
     if minutes is not None:
         record["cost_min"] = float(minutes[front.recommended])
         record["measurements"] = int(problem.space.taken(front.decisions[front.recommended]).sum())
+    if (ends := what_ends(problem, front)) is not None:
+        record["plan_ended"] = ends
     if ended:
         record["ended_by_hand"] = ended
     return RunResult(problem, front, record)
