@@ -38,6 +38,7 @@ from expdesign.estimation.arm_problem import ArmProblem, blind_poses, chosen_set
 from expdesign.estimation.coverage import HeldOutRows, held_out_rows
 from expdesign.estimation.evidence import Priors, inverse
 from expdesign.estimation.fit import Data, Fit, fit
+from expdesign.estimation.left_over import LeftOver, left_over
 from expdesign.estimation.noise_level import NoiseLevel
 from expdesign.estimation.redundancy import Redundant, labels_of, redundancies
 from expdesign.estimation.whitening import Whitening
@@ -64,6 +65,7 @@ class ArmCalibration:
         sizes: of all parameters before the rows were read, those of a kind wider where the rows ask for it, shape (p,).
         told_apart: parameters that the rows determine one by one, shape (p,).
         accuracy: before and after.
+        left: what the fit leaves of the fitted rows.
     """
 
     fitted: BoolArray
@@ -79,6 +81,7 @@ class ArmCalibration:
     sizes: FloatArray
     told_apart: BoolArray
     accuracy: Accuracies
+    left: LeftOver
 
 
 def calibrate(
@@ -118,6 +121,8 @@ def calibrate(
     labels = labels_of(chain)
     told = (np.sqrt(np.diag(fit.covariance)) <= options.determined * beforehand) & _among(minimal.kept, len(sizes))
     typical = np.where(np.isfinite(sizes), sizes, 1e-3)
+    errors = _errors(chain, recordings, fit)
+    of_fitted = (errors[0][fitted], errors[1][fitted])
     remarks = [*found.remarks, *reading.degeneracies, *blind_poses(problem, minimal, labels, sizes, options)]
     return ArmCalibration(
         fitted=fitted,
@@ -132,7 +137,8 @@ def calibrate(
         beforehand=beforehand,
         sizes=sizes * np.maximum(worse, 1.0),
         told_apart=told,
-        accuracy=_accuracy(chain, recordings, fit, problem, found, priors, options),
+        accuracy=_accuracy(errors, recordings, problem, found, priors, options),
+        left=left_over(of_fitted, train.axes, fit.residuals, train.deflections[:, :3]),
     )
 
 
@@ -239,23 +245,27 @@ def _held_out(chain: Chain, recordings: Recordings, fit: Fit, found: Settled) ->
     return held_out_rows(chain, test, fit.values, deviations)
 
 
+def _errors(chain: Chain, recordings: Recordings, fit: Fit) -> tuple[FloatArray, FloatArray]:
+    """Errors of all rows (N, k): of the robot file's robot, and of the calibrated one."""
+    after = recordings.deflections - chain.predict(row_data(recordings, chain.robot), fit.values)[:, recordings.axes]
+    return recordings.deflections - nominal_readings(chain, recordings), after
+
+
 def _accuracy(
-    chain: Chain,
+    errors: tuple[FloatArray, FloatArray],
     recordings: Recordings,
-    fit: Fit,
     problem: ArmProblem,
     found: Settled,
     priors: Priors,
     options: ArmOptions,
 ) -> Accuracies:
-    """Errors of the robot file's robot and of the calibrated one; left-out folds where no rows are marked `test`."""
-    after = recordings.deflections - chain.predict(row_data(recordings, chain.robot), fit.values)[:, recordings.axes]
-    before = recordings.deflections - nominal_readings(chain, recordings)
+    """Of `_errors`; left-out folds where no rows are marked `test`."""
+    before, after = errors
     left_out = None
     if not recordings.test.any():
         seen = problem.seen
         folds = np.repeat(pose_folds(problem.train, options.folds)[:, None], seen.shape[1], axis=1)[seen]
         left_out = np.full(seen.shape, np.nan)
         left_out[seen] = found.solution.left_out(folds, priors) * found.effective[seen]
-    judged = recordings.test & chain.reading.predictable(chain.robot, recordings)
+    judged = recordings.test & problem.chain.reading.predictable(problem.chain.robot, recordings)
     return accuracies(before, after, ~recordings.test, judged, left_out, recordings.axes)

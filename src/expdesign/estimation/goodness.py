@@ -3,7 +3,8 @@
 `check`, `identify`, `diagnose` and `verify` say of the same rows the same. The test is χ² of the readings' residuals at
 their stated standard deviations, with readings minus all that was fitted as degrees of freedom (`Fit.freedom`). Where
 the noise is estimated it is the F-test of what the model leaves over against the scatter of replicates, if there are
-some. Both tails count: a χ² far too small says that the stated standard deviations are too large.
+some; what is left and whether it is alike in neighbouring rows need no noise at all (`left_over`). Both tails count: a
+χ² far too small says that the stated standard deviations are too large.
 """
 
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from scipy.special import chdtr, chdtrc, fdtrc
 
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.fit import Fit
+from expdesign.estimation.left_over import LeftOver
 from expdesign.estimation.noise_level import NoiseLevel, pure_error, replicate_groups
 from expdesign.estimation.outlying import Outlying, outlying_rows
 from expdesign.estimation.whitening import Whitening
@@ -133,6 +135,9 @@ class StatementOfFit:
         origin: of the noise: `recordings`, `replicates` or `residuals`.
         mean_square: of the whitened residuals, per degree of freedom.
         without_load_errors: χ² where the recorded loads are taken as exact; None where no errors of them are declared.
+        left: what the model leaves of the readings; None where it is not looked at.
+        exceeded: χ², degrees of freedom and p-value at stated standard deviations that the residuals exceed, so that
+            the noise was estimated; else None.
         options: thresholds.
     """
 
@@ -144,6 +149,8 @@ class StatementOfFit:
     origin: str = "recordings"
     mean_square: float = 1.0
     without_load_errors: float | None = None
+    left: LeftOver | None = None
+    exceeded: tuple[float, int, float] | None = None
     options: FitOptions = FIT
 
     @classmethod
@@ -155,14 +162,20 @@ class StatementOfFit:
     @property
     def verdict(self) -> Verdict:
         """Of the test: `refuted`, `too good` (the stated noise is too large), `noise estimated` or `not refuted`."""
+        if self.exceeded is not None or (self.left is not None and self.left.beyond):
+            return "refuted"
         if self.p_value is None:
-            lack = self.lack_of_fit
-            against = lack is not None and self.chi2 is None and lack.p_value < self.options.refuted
-            return "refuted" if against else ("noise estimated" if self.chi2 is None else "not refuted")
+            lack, alike = self.lack_of_fit, self.left is not None and self.left.alike
+            against = alike or (lack is not None and lack.p_value < self.options.refuted)
+            return "refuted" if against and self.chi2 is None else self._untested
         if self.p_value < self.options.refuted:
             return "refuted"
         small = self.chi2 is not None and float(chdtr(self.dof, self.chi2)) < self.options.too_good
         return "too good" if small and self.overstated >= self.options.overstated else "not refuted"
+
+    @property
+    def _untested(self) -> Verdict:
+        return "noise estimated" if self.chi2 is None else "not refuted"
 
     @property
     def refuted(self) -> bool:
@@ -183,9 +196,10 @@ class StatementOfFit:
     def birge_ratio(self) -> float:
         """√(χ²/ν) where the model is refuted, else 1: by so much the deviations of the readings are too small for it.
 
-        Standard deviations of a refuted fit are multiplied by it (R. T. Birge, Physical Review 40, 1932, 207).
+        Standard deviations of a refuted fit are multiplied by it (R. T. Birge, Physical Review 40, 1932, 207); those
+        that residuals show are large enough.
         """
-        return sqrt(max(self.mean_square, 1.0)) if self.refuted else 1.0
+        return sqrt(max(self.mean_square, 1.0)) if self.refuted and self.origin != "residuals" else 1.0
 
     @property
     def reading_ratio(self) -> float:
@@ -200,12 +214,24 @@ class StatementOfFit:
             if self.without_load_errors is not None:
                 freedom += f" with the declared load errors ({self.without_load_errors:.6g} with exact loads)"
             return freedom if self.p_value is None else f"{freedom}, {p_text(self.p_value)}"
+        if self.exceeded is not None:
+            value, dof, p_value = self.exceeded
+            return f"chi2 {value:.6g} for {dof} degrees of freedom at the stated noise, {p_text(p_value)}"
         if self.lack_of_fit is None:
-            return f"The noise is estimated from the {self.origin}, so that there is no test"
+            return f"The noise is estimated from the {self.origin}"
         return f"Lack of fit against replicates: {p_text(self.lack_of_fit.p_value)}"
 
     def sentence(self, model: str = "the base model", of: str = "these recordings") -> str:
         """What the test says of a model, in words."""
+        left = "" if self.left is None or self.chi2 is not None else f"; {self.left.sentence} are left"
+        if self.left is not None and self.left.beyond:
+            return f"{self.left.sentence} are left; {self.left.against}: {model} is refuted."
+        if self.chi2 is not None and self.p_value is None:
+            return f"{self.tested}: as many parameters as readings are fitted, so that {model} cannot be tested."
+        if self.refuted and self.left is not None and self.left.alike and self.exceeded is None and self.chi2 is None:
+            return f"{self.tested}{left}; {self.left.against}: {model} is refuted."
+        if self.verdict == "noise estimated" and self.lack_of_fit is None:
+            return f"{self.tested}, so that {model} cannot be tested{left}."
         said = {
             "not refuted": f"{model} explains {of} to within their noise",
             "refuted": f"{model} does not explain {of} to within their noise and is refuted",
@@ -214,11 +240,9 @@ class StatementOfFit:
                 f"{model} leaves. Intervals of readings have the noise that the residuals show; others are too wide "
                 "until it is stated"
             ),
-            "noise estimated": f"nothing speaks against {model}",
+            "noise estimated": f"{model} explains {of} to within the scatter of their replicates",
         }
-        if self.chi2 is not None and self.p_value is None:
-            return f"{self.tested}: as many parameters as readings are fitted, so that {model} cannot be tested."
-        return f"{self.tested}: {said[self.verdict]}."
+        return f"{self.tested}: {said[self.verdict]}{left}."
 
     @property
     def widened(self) -> str:
@@ -238,6 +262,7 @@ class StatementOfFit:
             "birge_ratio": self.birge_ratio,
             "chi2_with_exact_loads": self.without_load_errors,
             "threshold": self.options.refuted,
+            "left_over": None if self.left is None else self.left.record,
             "worst_row": None if self.worst is None else self.worst.record,
         }
 

@@ -32,8 +32,9 @@ from expdesign.estimation.geometric import (
     require_determined,
     usable_rows,
 )
-from expdesign.estimation.goodness import StatementOfFit, squares_of, statement_of_fit
+from expdesign.estimation.goodness import FIT, StatementOfFit, squares_of, statement_of_fit
 from expdesign.estimation.intervals import Intervals, Uncertainty, uncertainty
+from expdesign.estimation.left_over import LeftOver, left_over
 from expdesign.estimation.load_errors import DeclaredLoadErrors, Estimator, declared_load_errors, load_columns
 from expdesign.estimation.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
 from expdesign.estimation.outlying import Influence, influence
@@ -332,6 +333,8 @@ def _of_arm(robot: Robot, recordings: Recordings, found: ArmCalibration, calibra
         mean_square = fit.chi2 / max(fit.dof, 1)
         chi2 = fit.chi2 if noise.known else None
         goodness = StatementOfFit(chi2, fit.dof, p_value, origin=noise.origin, mean_square=mean_square)
+    beyond = found.stated is not None and not noise.known and found.stated[2] < FIT.refuted
+    goodness = replace(goodness, left=found.left, exceeded=found.stated if beyond else None)
     dof = np.full(len(fit.values), np.inf if noise.known else float(max(fit.dof, 1)))
     known, held_out = Uncertainty(fit.estimable, dof), found.held_out
     outcome = _Outcome(fit, noise, whitening, goodness, known)
@@ -359,6 +362,8 @@ def _identification(
     """What a fit with the uncertainty of its parameters says of the robot."""
     fit, goodness, known = found.fit, found.goodness, found.known
     if arm is None:
+        looked = recordings.measurand.absolute or not found.noise.known
+        goodness = replace(goodness, left=_left(fit, recordings.rows(fitted)) if looked else None)
         known = known.inflated(goodness.birge_ratio, goodness.dof)
     robot, intervals, part = fit.chain.robot, known.intervals(fit.values), geometry_slice(fit.chain)
     scale, own = robot.compliance, intervals.part(slice(len(robot.stiffness)))
@@ -385,6 +390,17 @@ def _identification(
         arm=arm,
         loads=found.loads,
     )
+
+
+def _left(fit: Fit, train: Recordings) -> LeftOver:
+    """What a fit leaves of its rows: of deflections, or of positions and poses beside where their mean is."""
+    predicted = fit.chain.predict(row_data(train, fit.chain.robot), fit.values[: len(fit.chain.parameters)])
+    after, before, points = train.deflections - predicted[:, train.axes], train.deflections, None
+    translations = fit.chain.robot.coordinates.translations if train.marker is None else 3
+    if train.measurand.absolute:
+        points = before[:, train.axes < translations]
+        before = before - np.nanmean(before, axis=0)
+    return left_over((before, after), train.axes, fit.residuals, points, translations)
 
 
 def fitted_rows(recordings: Recordings) -> BoolArray:

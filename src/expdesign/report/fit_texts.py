@@ -27,8 +27,12 @@ def fit_sentences(result: Identification) -> list[str]:
     goodness = result.goodness
     model = "the base model" if result.geometry is None else "the model with its geometry"
     texts = [words.sentence(goodness.sentence(model))]
-    if goodness.refuted and not goodness.only_outliers:
-        texts.append("Physics is missing, or the noise is larger than stated: run `expdesign diagnose`.")
+    if goodness.left is not None and goodness.left.beyond:
+        texts.append("The robot file is of another machine, or the columns mean something else.")
+    elif goodness.refuted and not goodness.only_outliers:
+        stated = goodness.chi2 is not None or goodness.exceeded is not None
+        noise = ", or the noise is larger than stated" if stated else ""
+        texts.append(f"Physics is missing{noise}: run `expdesign diagnose`.")
     if goodness.widened:
         texts.append(goodness.widened)
     if goodness.chi2 is None:

@@ -9,6 +9,8 @@ import pandas as pd
 from expdesign.app.api.inputs import RobotInput, purpose_of, require_known
 from expdesign.app.api.recorded import RecordedResult, RecordingsInput, recorded_at, recorded_model
 from expdesign.app.api.result import PAGE
+from expdesign.assurance.plausibility.finding import say
+from expdesign.assurance.plausibility.interpretations import unexplained
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError
@@ -66,7 +68,7 @@ class IdentificationResult(RecordedResult):
 
     @property
     def refused(self) -> bool:
-        """Whether the recordings fit only if they are read otherwise: then what was identified is of no robot."""
+        """Whether the recordings fit only if they are read otherwise, or not at all: what is identified is no robot."""
         return any(isinstance(each, Implausible) and each.otherwise for each in self.result.suspicions)
 
     @property
@@ -107,8 +109,14 @@ def _frame(interval: Intervals, name: str, names: tuple[str, ...]) -> pd.DataFra
 
 
 def with_doubts(result: Identification) -> Identification:
-    """An identification that says, before its own remarks, what physics holds against its recordings."""
-    found = recordings_findings(result.recordings, result.robot)
+    """An identification that says, before its own remarks, what physics holds against its recordings.
+
+    A fit that leaves what no model of the right machine leaves is named with the interpretations that were tried.
+    """
+    found, left = recordings_findings(result.recordings, result.robot), result.goodness.left
+    if left is not None and left.beyond and not any(finding.otherwise for finding in found):
+        found = [*found, unexplained(left.sentence, result.robot)]
+        say(found[-1:], result.recordings.source)
     doubts = [Implausible(finding.what, finding.likely, finding.where, finding.otherwise) for finding in found]
     return replace(result, suspicions=[*doubts, *result.suspicions])
 

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray, IntArray, TextArray
+from expdesign.assurance.plausibility.finding import Implausibility
 from expdesign.assurance.plausibility.mistakes.columns import DEGREE
 from expdesign.assurance.plausibility.mistakes.rows import SHIFTS, SLIPS, divided, slip_text
 from expdesign.assurance.plausibility.registration import FEWEST, Misfit, left_of, misfit_of, placed, registered, some
@@ -69,7 +70,7 @@ def explained(recordings: Recordings, robot: Robot) -> Explanation | None:
     if stated is None or stated.size < 1.0:
         return None
     best: Explanation | None = None
-    for proposed in INTERPRETATIONS:
+    for proposed in INTERPRETATIONS.values():
         if best is not None and best.misfit.size < min(CERTAIN, stated.size / GAIN):
             break
         for interpretation in proposed(whole, robot):
@@ -346,15 +347,23 @@ def _inverse(recordings: Recordings) -> Recordings:
     return replace(recordings, aim=turned, deflections=read).rows(np.flatnonzero(np.isfinite(read).all(axis=1)))
 
 
-INTERPRETATIONS: tuple[Callable[[Recordings, Robot], Iterator[Interpretation]], ...] = (
-    _units,
-    _frames,
-    _orientations,
-    _couplings,
-    _tips,
-    _stations,
-    _shifts,
-    _slips,
-    _swaps,
-)
+INTERPRETATIONS: dict[str, Callable[[Recordings, Robot], Iterator[Interpretation]]] = {
+    "joints in other units or of the wrong sign": _units,
+    "a left-handed frame of the instrument": _frames,
+    "orientations in other conventions, inverse poses": _orientations,
+    "coupled joints": _couplings,
+    "markers on other tips, a station for each tip": _tips,
+    "an instrument that was moved once": _stations,
+    "readings one row too early or late": _shifts,
+    "a slipped decimal point or sign": _slips,
+    "two swapped columns of commands": _swaps,
+}
 """Kinds of readings of the same recordings, likelier ones first."""
+
+
+def unexplained(left: str, robot: Robot) -> Implausibility:
+    """What is said of readings (`left`: what a fit leaves of them) that fit under no interpretation that was tried."""
+    likely = "Compare the robot file and the columns with what was measured."
+    if robot.jointed:
+        likely = f"Tried without success: {'; '.join(INTERPRETATIONS)}. {likely}"
+    return Implausibility(f"the readings do not fit the robot: {left} are left after the fit", likely, otherwise=True)
