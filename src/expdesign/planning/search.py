@@ -36,9 +36,10 @@ from expdesign.planning.operators.descent import FrontDescent
 from expdesign.planning.operators.exchange import SingleExchange
 from expdesign.planning.operators.pairs import PairExchange
 from expdesign.planning.operators.state import Operator, State
+from expdesign.planning.operators.structures import Restarts
 from expdesign.planning.optimality.kktpm import kktpm
 from expdesign.planning.optimality.objectives import Pace, descended
-from expdesign.planning.options import EXPECTED_GAIN
+from expdesign.planning.options import EXPECTED_GAIN, START
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.pymoo_problem import DesignPopulation
 from expdesign.planning.sampling import require_identifiable, starting_designs
@@ -141,7 +142,8 @@ def _searched(population: DesignPopulation, course: "_Course", start: FloatArray
         course.add("every design there is")
         course.why = "every design was evaluated"
         return 0.0
-    first = np.concatenate([relaxed_designs(problem), repeated_designs(problem), structured_designs(problem)])
+    structured = structured_designs(problem, np.random.default_rng([options.seed, 3]), START.structured)
+    first = np.concatenate([relaxed_designs(problem), repeated_designs(problem), structured])
     relaxed = _evaluated(population, evaluator, first)
     state = State(population, np.random.default_rng([options.seed, 1]))
     for made in (sampled, relaxed):  # the better ones last, so that their measurements are offered first
@@ -174,6 +176,8 @@ def operators_of(state: State) -> list[Operator]:
     found: list[Operator] = [SingleExchange(), Children()]
     if state.sums and (problem.space.settings is None or problem.budget is None):
         found.append(PairExchange())
+    if state.sums and problem.budget is not None:
+        found.append(Restarts())
     if state.smooth:
         found.append(FrontDescent())
     return found

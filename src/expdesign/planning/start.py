@@ -6,6 +6,7 @@ The relaxation is solved for DUIR² + s²·FEIR² with a ladder of factors s, so
 The roundings are improved by exchanging measurements, which finds better plans than gradients do from the roundings.
 """
 
+from collections.abc import Iterable
 from itertools import combinations_with_replacement
 from math import comb
 
@@ -63,26 +64,33 @@ def repeated_designs(problem: DesignProblem) -> FloatArray:
     return problem.settable(Exchange(problem, ("feir", "total")).repeated(drawn, aims, kept, paired)[0])
 
 
-def structured_designs(problem: DesignProblem) -> FloatArray:
-    """Designs (d, m, g) of every structure that a budget allows: the most measurements at each number of settings, the
-    best few of those drawn, at better poses and after exchanges of their measurements. Exchanges of a plan with another
+def structured_designs(
+    problem: DesignProblem, generator: np.random.Generator, drawn: tuple[int, int], poses: Iterable[int] | None = None
+) -> FloatArray:
+    """Designs (d, m, g) of structures that a budget allows: the most measurements at each number of settings, the best
+    few of those drawn, at better poses and after exchanges of their measurements. Exchanges of a plan with another
     structure hardly ever come to them.
+
+    Args:
+        problem: the design problem.
+        generator: of what is drawn.
+        drawn: plans of each structure, and how many of them are improved.
+        poses: numbers of settings; every one where left out.
     """
     space, budget, settings = problem.space, problem.budget, problem.space.settings
     m = space.measurements
     found: list[FloatArray] = [np.zeros((0, m, space.decisions))]
     if budget is None or settings is None:
         return found[0]
-    generator, exchange = np.random.default_rng([problem.optimiser.seed, 3]), Exchange(problem, ("total",))
-    number, kept = START.structured
-    offered = extreme_measurements(problem, 2 * number, 0.5, generator)
+    exchange, (number, kept) = Exchange(problem, ("total",)), drawn
+    offered, most = extreme_measurements(problem, 2 * number, 0.5, generator), min(m, budget.poses or m)
     counts = np.arange(1, m + 1)
-    for poses in range(1, min(m, budget.poses or m) + 1):
-        fit = counts[(budget.minutes_of(counts, poses) <= budget.minutes) & (counts >= poses)]
-        if not fit.size:
-            break
-        drawn = extreme_measurements(problem, number * m, 0.5, generator).reshape(number, m, -1)
-        designs = np.where(space.of_pose, drawn[:, np.arange(m) % poses], drawn)
+    for p in range(1, most + 1) if poses is None else poses:
+        fit = counts[(budget.minutes_of(counts, p) <= budget.minutes) & (counts >= p)]
+        if not fit.size or not 1 <= p <= most:
+            continue
+        rows = extreme_measurements(problem, number * m, 0.5, generator).reshape(number, m, -1)
+        designs = np.where(space.of_pose, rows[:, np.arange(m) % p], rows)
         designs[..., settings.gene] = np.where(np.arange(m) < fit.max(), settings.first, 0.0)
         designs = problem.settable(designs)
         best = designs[np.argsort(exchange.scores(designs, _total(number)), kind="stable")[:kept]]
