@@ -113,7 +113,7 @@ RECORDED = (
     ColumnGroup(
         "`error_mass_kg`, `error_com_x_m`, …, `error_fx_N`, …, `error_mz_Nm`",
         "standard deviations of the errors of the load, which `identify` weighs; rows of one `weight` share them; "
-        "optional: else as the configuration of `--targets` says",
+        "optional: else as the configuration of the targets says",
         lambda robot: error_columns(robot.coordinates),
     ),
     ColumnGroup(
