@@ -32,8 +32,8 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 
 def started(name: str, out: Path, folder: Path) -> subprocess.Popen[bytes]:
     arguments = [str(out) if part == "OUT" else part for part in COMMANDS[name]]
-    silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
-    return subprocess.Popen([sys.executable, "-m", "expdesign", name, *arguments, "--force"], cwd=folder, **silent)
+    command = [sys.executable, "-m", "expdesign", name, *arguments, "--force"]
+    return subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
 
 def ended(name: str, out: Path, folder: Path) -> int:
