@@ -34,7 +34,14 @@ from expdesign.errors import InputError
 from expdesign.estimation.accuracy import Accuracies, accuracies, nominal_readings, nominal_start, pose_folds
 from expdesign.estimation.arm_noise import ArmNoise, Settled
 from expdesign.estimation.arm_options import ArmOptions, Further
-from expdesign.estimation.arm_problem import ArmProblem, blind_poses, chosen_set, priors_of, sizes_of
+from expdesign.estimation.arm_problem import (
+    ArmProblem,
+    beyond_manufacture,
+    blind_poses,
+    chosen_set,
+    priors_of,
+    sizes_of,
+)
 from expdesign.estimation.coverage import HeldOutRows, held_out_rows
 from expdesign.estimation.evidence import Priors, inverse
 from expdesign.estimation.fit import Data, Fit, fit
@@ -123,7 +130,8 @@ def calibrate(
     typical = np.where(np.isfinite(sizes), sizes, 1e-3)
     errors = _errors(chain, recordings, fit)
     of_fitted = (errors[0][fitted], errors[1][fitted])
-    remarks = [*found.remarks, *reading.degeneracies, *blind_poses(problem, minimal, labels, sizes, options)]
+    beyond = beyond_manufacture(chain, fit.values, minimal, sizes, labels, options)
+    remarks = [*beyond, *found.remarks, *reading.degeneracies, *blind_poses(problem, minimal, labels, sizes, options)]
     return ArmCalibration(
         fitted=fitted,
         fit=fit,

@@ -26,6 +26,8 @@ class ArmOptions:
         compliance: of a joint, in units of the robot file's, whose order of magnitude is all that is taken as known.
         least, most: bounds of the factors. Not less than a tenth, so that an interval never says that an arm is made
             exactly as drawn; ten times is a robot whose drawings are of another one.
+        beyond: deviations in manufacture, as above, from which a correction is none: the drawing is of another machine,
+            or the correction holds something else.
         loss: of a row whose residual is large: `squares`, `huber` (linear beyond 1.345 standard deviations, 95 %
             efficient at normal noise; Huber, Annals of Mathematical Statistics 35, 1964, 73) or `student` (Student's t
             with `freedom` degrees of freedom; Lange, Little and Taylor, J. Am. Stat. Assoc. 84, 1989, 881).
@@ -48,6 +50,7 @@ class ArmOptions:
     compliance: float = 3.0
     least: float = 0.1
     most: float = 10.0
+    beyond: float = 5.0
     loss: Loss = "squares"
     freedom: float = 4.0
     generous: float = 0.7

@@ -15,7 +15,7 @@ from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.row import RowData, row_data
 from expdesign.estimation.arm_options import ArmOptions
 from expdesign.estimation.evidence import Priors
-from expdesign.estimation.remarks import BlindPoses
+from expdesign.estimation.remarks import BeyondManufacture, BlindPoses
 from expdesign.mechanics.minimal_set import MinimalSet, minimal_set
 
 _ZEROS, _LENGTHS, _ANGLES, _HARMONICS, _SHIFTS, _TURNS = range(6)
@@ -128,6 +128,33 @@ def blind_poses(
     structural = chosen_set(wide, sizes, options, compliances=False)
     lost = [labels[index] for index in minimal.dropped if index not in structural.dropped]
     return [BlindPoses(tuple(lost))] if lost else []
+
+
+def beyond_manufacture(
+    chain: Chain, values: FloatArray, minimal: MinimalSet, sizes: FloatArray, labels: list[str], options: ArmOptions
+) -> list[Remark]:
+    """Corrections of the geometry beyond what machines are made with, those that they stand for included.
+
+    Args:
+        chain: of the fit.
+        values: of its parameters, shape (p,).
+        minimal: which of them were identified.
+        sizes: their standard deviations in manufacture, shape (p,).
+        labels: their names, for people.
+        options: how many of these deviations are too many.
+    """
+    limits, every = minimal.widened(sizes), np.arange(len(values))
+    geometry = [every[part] for effect, part in zip(chain.effects, chain.slices, strict=True)
+                if isinstance(effect, CalibratedGeometryError)]  # fmt: skip
+    own = np.intersect1d(np.concatenate([every[:0], *geometry]), minimal.kept)
+    far = own[np.abs(values[own]) > options.beyond * limits[own]]
+    if not len(far):
+        return []
+    far = far[np.argsort(-np.abs(values[far]) / limits[far])]
+    return [BeyondManufacture(
+        tuple(labels[index] for index in far), tuple(values[far].tolist()), tuple(limits[far].tolist()),
+        tuple(chain.parameters[index].name.endswith("_rad") for index in far),
+    )]  # fmt: skip
 
 
 def priors_of(chain: Chain, sizes: FloatArray, kinds: IntArray, live: IntArray) -> Priors:

@@ -113,3 +113,20 @@ class BlindPoses(Remark):
     """
 
     names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class BeyondManufacture(Remark):
+    """Corrections of a geometry that no machine needs: the drawing is of another one, or something else is in them.
+
+    Attributes:
+        names: of the parameters, for people.
+        values: what was identified (m or rad).
+        sizes: their standard deviations in manufacture (m or rad).
+        angles: whether they are angles.
+    """
+
+    names: tuple[str, ...]
+    values: tuple[float, ...]
+    sizes: tuple[float, ...]
+    angles: tuple[bool, ...]

@@ -8,7 +8,7 @@ import numpy as np
 from expdesign.counted import counted
 from expdesign.estimation.goodness import StatementOfFit
 from expdesign.estimation.identify import Identification
-from expdesign.estimation.remarks import IdleActuators, Implausible
+from expdesign.estimation.remarks import BeyondManufacture, IdleActuators, Implausible
 from expdesign.report import words
 from expdesign.report.arm_section import accuracy_lines, further_lines, geometry_line
 from expdesign.report.identification_tables import rms
@@ -140,7 +140,8 @@ def identified_sentences(result: Identification) -> list[str]:
 
 def identification_lines(result: Identification) -> list[str]:
     """What was identified, with 95 % intervals, and how well it fits."""
-    lines = [*_geometry(result), *_stiffness(result), *fit_sentences(result)]
+    first = sentences(each for each in result.suspicions if isinstance(each, BeyondManufacture))
+    lines = [*first, *_geometry(result), *_stiffness(result), *fit_sentences(result)]
     noise = result.noise
     lines += [
         f"noise of the {one.name}, estimated from {noise.origin}: {words.size(one.deviation, _noise_unit(one.name))}"
@@ -157,8 +158,8 @@ def _noise_unit(group: str) -> str:
 
 
 def identification_warnings(result: Identification) -> list[str]:
-    """What is doubtful, beside what is said of the recordings where they are read."""
-    doubts = [each for each in result.suspicions if not isinstance(each, Implausible)]
+    """What is doubtful, beside what is said of the recordings where they are read, and before anything else."""
+    doubts = [each for each in result.suspicions if not isinstance(each, Implausible | BeyondManufacture)]
     return [f"warning: {text}" for text in sentences(doubts)]
 
 

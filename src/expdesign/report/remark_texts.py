@@ -20,6 +20,7 @@ from expdesign.diagnosis.remarks import (
 )
 from expdesign.estimation.remarks import (
     AliasedGeometry,
+    BeyondManufacture,
     BlindPoses,
     GenerousNoise,
     IdleActuators,
@@ -77,6 +78,21 @@ def _held_marker(one: HeldMarker) -> str:
     )
 
 
+def _beyond(one: BeyondManufacture) -> str:
+    units = ["rad" if angle else "m" for angle in one.angles]
+    listed = [
+        f"{name} {words.size(value, unit)} (machines are made to {words.size(size, unit)})"
+        for name, value, size, unit in zip(one.names, one.values, one.sizes, units, strict=True)
+    ]
+    more = len(listed) - SHOWN.names
+    return (
+        f"Corrections beyond manufacture: {'; '.join(listed[: SHOWN.names])}{f' and {more} more' if more > 0 else ''}. "
+        "The robot file is of another robot, the instrument or a marker was moved (columns `station`, `session`), the "
+        "poses do not show them, or offsets cancel along parallel axes. They are not written into `robot.urdf` unless "
+        "they are accepted (argument `accept`)."
+    )
+
+
 def _size(value: float, name: str) -> str:
     """A length or an angle, by whether translations or rotations are meant."""
     return words.size(value, "m" if name == "translations" else "rad")
@@ -124,6 +140,7 @@ TEXTS: Mapping[type[Remark], Callable[[Any], str]] = {
         f"The recordings determine only combinations of {one.count} of {one.total} geometric parameters. Intervals of "
         "these parameters are those of the prior; predicted poses are more accurate."
     ),
+    BeyondManufacture: _beyond,
     HeldMarker: _held_marker,
     BlindPoses: lambda one: (
         f"The fitted poses do not show {words.listed(one.names[: SHOWN.names])}"

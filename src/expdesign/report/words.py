@@ -85,9 +85,11 @@ def fixed(value: float, decimals: int) -> str:
 
 
 def size(value: float, unit: str) -> str:
-    """A length (`m`) or an angle (`rad`) in µm or µrad, from a thousand of them on in mm or mrad."""
+    """A length (`m`) or an angle (`rad`) in µm or µrad, from a thousand of them on in mm or mrad, and so on."""
     if not math.isfinite(value):
         return UNDETERMINED
+    if abs(value) >= 1.0:
+        return f"{value:.3g} {unit}"
     prefix, factor = ("m", 1e3) if abs(value) >= 1e-3 else ("µ", 1e6)
     return f"{factor * value:.3g} {prefix}{unit}"
 

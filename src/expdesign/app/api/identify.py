@@ -19,7 +19,7 @@ from expdesign.estimation.arm_outcome import calibrated_urdf
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.identify import identify as identify_recordings
 from expdesign.estimation.intervals import Intervals
-from expdesign.estimation.remarks import Implausible
+from expdesign.estimation.remarks import BeyondManufacture, Implausible
 from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.report.fit_texts import identification_lines, identification_warnings
 from expdesign.report.identification_report import identification_report
@@ -42,10 +42,12 @@ class IdentificationResult(RecordedResult):
 
     Attributes:
         result: everything that the identification found.
+        accepted: whether corrections beyond manufacture are.
     """
 
     FILES: ClassVar = {"model.yaml": "model", "identification.json": "record", **PAGE, "robot.urdf": "urdf"}
     result: Identification
+    accepted: bool = False
 
     @property
     def summary(self) -> str:
@@ -68,8 +70,14 @@ class IdentificationResult(RecordedResult):
 
     @property
     def refused(self) -> bool:
-        """Whether the recordings fit only if they are read otherwise, or not at all: what is identified is no robot."""
-        return any(isinstance(each, Implausible) and each.otherwise for each in self.result.suspicions)
+        """Whether the recordings fit only if they are read otherwise, or not at all; or corrections are unaccepted."""
+        read = any(isinstance(each, Implausible) and each.otherwise for each in self.result.suspicions)
+        return read or not self._written
+
+    @property
+    def _written(self) -> bool:
+        """Whether no correction is beyond manufacture, or somebody accepts them."""
+        return self.accepted or not any(isinstance(each, BeyondManufacture) for each in self.result.suspicions)
 
     @property
     def stiffness(self) -> pd.DataFrame:
@@ -85,8 +93,8 @@ class IdentificationResult(RecordedResult):
 
     @property
     def urdf(self) -> str | None:
-        """The corrected URDF of an arm whose geometry was identified, else None."""
-        if self.result.arm is None or self.result.geometry is None:
+        """The corrected URDF of an arm whose geometry was identified, else None; none with unaccepted corrections."""
+        if self.result.arm is None or self.result.geometry is None or not self._written:
             return None
         return calibrated_urdf(self.result.arm, self.result.recordings)
 
@@ -139,6 +147,7 @@ def identify(
     other_robot: bool = False,
     loss: Loss = "squares",
     further: Collection[Further] = (),
+    accept: bool = False,
 ) -> IdentificationResult:
     """Identify the stiffness of every actuator, the geometry, or both from recordings.
 
@@ -158,6 +167,7 @@ def identify(
         further: what is identified of an arm from positions beside geometry and compliances: `masses` (of links),
             `tool` (mass and first moments), `harmonics` (errors that repeat with every turn of a joint), `drift` (of
             the instrument against the base, as a process in time).
+        accept: whether corrections of an arm's geometry beyond what manufacture leaves are written into `robot.urdf`.
 
     Raises:
         InputError: a file is missing or wrong.
@@ -214,4 +224,4 @@ def identify(
         verdict=goodness.verdict,
     )
     purpose = purpose_of("identify", robot, recordings)
-    return IdentificationResult(machine, model, result, at_targets=at_targets, purpose=purpose)
+    return IdentificationResult(machine, model, result, at_targets=at_targets, accepted=accept, purpose=purpose)

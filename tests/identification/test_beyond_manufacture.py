@@ -1,0 +1,53 @@
+"""Corrections that no machine needs are named before anything else, and written where somebody accepts them."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import expdesign as xd
+from expdesign.report.fit_texts import identification_lines
+from expdesign.report.words import size
+from tests.plant import recordings, usual_faults
+
+ROBOT = Path("configs/robots/ur5.yaml")
+
+
+def read(zero: float) -> xd.IdentificationResult:
+    """Joint 3's mark is off by `zero` (rad)."""
+    usual = usual_faults(3, tool=0.0)
+    zeros = usual.zeros + zero * (np.arange(6) == 2)
+    frame = recordings(replace(usual, periodic=(0.0, 0.0), zeros=zeros), 90, 7, markers=2)
+    frame = frame.drop(columns=[name for name in frame if str(name).endswith(("_N", "_Nm"))])
+    return xd.identify(ROBOT, frame)
+
+
+def test_a_zero_beyond_manufacture_comes_first_and_into_no_urdf(tmp_path: Path) -> None:
+    found = read(0.12)
+    first = identification_lines(found.result)[0]
+    assert first.startswith("Corrections beyond manufacture: joint 3's zero 119 mrad")
+    assert found.refused
+    found.save(tmp_path / "out")
+    assert not (tmp_path / "out/robot.urdf").exists()
+    assert (tmp_path / "out/model.yaml").exists()
+
+
+def test_corrections_that_are_accepted_are_written(tmp_path: Path) -> None:
+    found = replace(read(0.12), accepted=True)
+    assert not found.refused
+    found.save(tmp_path / "out")
+    assert (tmp_path / "out/robot.urdf").exists()
+    assert identification_lines(found.result)[0].startswith("Corrections beyond manufacture")
+
+
+def test_usual_errors_of_manufacture_are_written() -> None:
+    found = read(0.0)
+    assert not found.refused
+    assert found.urdf is not None
+    assert "beyond manufacture" not in " ".join(identification_lines(found.result))
+
+
+@pytest.mark.parametrize(("value", "says"), [(0.976, "976 mrad"), (-1.02, "-1.02 rad"), (2e-5, "20 µrad")])
+def test_a_radian_is_no_thousand_milliradians(value: float, says: str) -> None:
+    assert size(value, "rad") == says
