@@ -89,24 +89,3 @@ def test_from_the_configuration_to_commands(arm: object, tmp_path: Path, capsys:
     assert 1e-5 < moved < 0.05
     assert call("next", config, recordings, "--out", tmp_path / "next.csv") == 0
     assert "not determined" not in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    ("change", "part"),
-    [
-        ({"urdf": "none.urdf"}, "there is no file"),
-        ({"tip_link": "flangee"}, "Did you mean `flange`?"),
-        ({"base_link": "flange", "tip_link": "base"}, "does not carry"),
-        ({"actuator_stiffness": [1e4] * 5}, "6 values are needed here, not 5"),
-        ({"limits": {"q7_rad": [0, 1]}}, "unknown coordinate"),
-        ({"limits": {"q1_rad": [1, 0]}}, "the wrong way round"),
-        ({"gravity_m_s2": [0, 0]}, "three components"),
-    ],
-)
-def test_wrong_robot_files(
-    change: dict[str, object], part: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    content = yaml.safe_load((ROOT / "configs/robots/ur5.yaml").read_text())
-    content["urdf"] = str(ROOT / "configs/robots/ur5.urdf")
-    assert call("check", yaml_file(tmp_path / "robot.yaml", content | change)) == 2
-    assert part in " ".join(capsys.readouterr().err.split())

@@ -4,11 +4,10 @@ import re
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 import yaml
 
-from tests.commands.calls import ROBOT, call, plan_file, recordings_file, refusal
+from tests.commands.calls import call
 from tests.plausibility.sound import CONFIGS, content_of, recordings_of
 
 Printed = pytest.CaptureFixture[str]
@@ -71,15 +70,3 @@ def test_a_question_has_no_further_stop(tmp_path: Path, capsys: Printed) -> None
     said = capsys.readouterr().err
     assert "wrong sign? " in said
     assert "?." not in said
-
-
-def test_what_is_wrong_or_not_identifiable_ends_with_2(tmp_path: Path, capsys: Printed) -> None:
-    recordings = recordings_file(tmp_path)
-    frame = pd.read_csv(recordings)
-    frame.drop(columns=[name for name in frame if name[0] == "d" and name != "dz_m"]).iloc[:3].to_csv(
-        recordings, index=False
-    )
-    capsys.readouterr()
-    assert call("check", recordings) == 0
-    assert "3 readings cannot determine 6 compliances" in refusal(capsys, "check", recordings, "--robot", ROBOT)
-    assert "no measured column" in refusal(capsys, "check", plan_file(tmp_path))

@@ -20,7 +20,7 @@ from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
-from tests.commands.calls import ROOT, call, refusal
+from tests.commands.calls import ROOT, call
 
 ROBOT = ROOT / "configs" / "robots" / "bipod.yaml"
 GAP = 8e-6
@@ -155,37 +155,6 @@ def test_recordings_of_the_base_robot_are_consistent(tmp_path: Path) -> None:
     assert record["location"] is None
     assert record["next_experiment"] is None
     assert "no missing physics" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize(
-    ("spoilt", "message"),
-    [
-        (lambda f: f.assign(dy_m=f["dy_m"].where(f.index != 2)), "row 4, column dy_m"),
-        (lambda f: f.assign(sx_m=f["sx_m"].where(f.index != 2, 0.0)), "row 4, column sx_m"),
-        (lambda f: f.assign(dx_m=3.0), "column dx_m"),
-        (lambda f: f.assign(dx_m=-f["dx_m"], dy_m=-f["dy_m"]), "wrong sign"),
-        (lambda f: f.assign(fx_N=0.0, fy_N=0.0), "load"),
-        (lambda f: f.assign(split="test"), "no row is left to fit"),
-    ],
-    ids=["nan", "no noise", "millimetres", "sign", "load", "split"],
-)
-def test_bad_recordings_end_with_2_and_leave_nothing(
-    spoilt: Any, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = recordings(tmp_path, gap=0.0)
-    spoilt(pd.read_csv(path)).to_csv(path, index=False)
-    error = refusal(capsys, "diagnose", ROBOT, path, "--out", tmp_path / "out")
-    assert "recordings.csv" in error
-    assert message in error
-    assert "Traceback" not in error
-    assert [p.name for p in tmp_path.iterdir()] == ["recordings.csv"]
-
-
-def test_files_that_are_not_there_end_with_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = recordings(tmp_path)
-    for arguments in ((tmp_path / "none.yaml", path), (ROBOT, tmp_path / "none.csv"), (path, path)):
-        assert "Traceback" not in refusal(capsys, "diagnose", *arguments, "--out", tmp_path / "out")
-    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("stage", ["looking for effect 2", "checking on held-out recordings", "weighing alternatives"])

@@ -71,25 +71,3 @@ def test_what_cannot_be_identified_is_null_and_said(tmp_path: Path, capsys: pyte
     assert record["condition"] is None
     assert record["o3"] == 0.0
     assert "identify 1 of 2 stiffnesses" in error
-
-
-@pytest.mark.parametrize(
-    ("rows", "words"),
-    [
-        ("1,1,0.0,0.0,200,-900\n", ("plan.csv, row 2", "singular")),
-        ("1,1,0.1,0.5,200,\n", ("plan.csv, row 2, column fy_N", "empty")),
-        ("1,1,0.1,0.5,200,nan\n", ("plan.csv, row 2, column fy_N", "not a finite number")),
-        ("", ("plan.csv", "no rows")),
-        # What recordings would be refused for.
-        ("1,1,-0.2,0.55,200,-900\n2,1,0.2,0.6,200,-900\n", ("row 3, column x_m", "series 1")),
-        ("1,1,-0.2,5.0,200,-900\n", ("plan.csv, row 2", "beyond the robot's limits", "leg 2")),
-        ("sequence,series,x_m,y_m,fy_N\n1,1,-0.2,0.55,-900\n", ("column fx_N", "missing")),
-    ],
-)
-def test_bad_plans(tmp_path: Path, capsys: pytest.CaptureFixture[str], rows: str, words: tuple[str, ...]) -> None:
-    robot = CONFIG["robot"] | {"limits": {"leg_length": [0.1, 2.0]}}
-    code, output, error = evaluate(tmp_path, rows, capsys, CONFIG | {"robot": robot})
-    assert code == 2
-    assert output == ""
-    for word in words:
-        assert word in error

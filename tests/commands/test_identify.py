@@ -79,13 +79,6 @@ def test_a_leg_without_load_ends_with_2_and_its_name(tmp_path: Path, capsys: pyt
     assert call("identify", ROBOT, path, "--out", tmp_path / "out", "--prior", 30) == 0
 
 
-@pytest.mark.parametrize("prior", ["0", "-5", "nan", "1e-300"])
-def test_a_prior_must_be_a_size(prior: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "--prior" in refusal(
-        capsys, "identify", ROBOT, recordings_file(tmp_path), "--out", tmp_path / "out", f"--prior={prior}"
-    )
-
-
 def test_a_failure_leaves_earlier_results_as_they_were(tmp_path: Path) -> None:
     recordings, out = recordings_file(tmp_path), tmp_path / "out"
     assert call("identify", ROBOT, recordings, "--out", out) == 0

@@ -2,7 +2,6 @@
 
 import inspect
 from collections.abc import Mapping
-from pathlib import Path
 from typing import get_args
 
 import pytest
@@ -12,7 +11,6 @@ from expdesign.app.commands.docstring import Docstring
 from expdesign.app.commands.listed import function_of, listed_commands
 from expdesign.app.commands.maker import made
 from expdesign.app.commands.spelling import SPELLINGS
-from tests.commands.calls import CONFIG, ROBOT, recordings_file, refusal
 
 
 def options_of(name: str) -> Mapping[str, str]:
@@ -63,19 +61,3 @@ def test_a_docstring_in_its_parts() -> None:
         "Ctrl-C ends it.",
         "Example: expdesign do file.csv",
     ]
-
-
-@pytest.mark.parametrize(
-    ("command", "options", "said"),
-    [
-        ("diagnose", ("--series", 0), "--series: 0 is not a number of series"),
-        ("compare", ("--plan", "duir=x.csv"), "--plan: `duir` is the name of a criterion"),
-        ("compare", ("--workers", 0), "--workers: 0 is not a number of processes"),
-        ("run", ("--seconds", -1), "--seconds: -1 s is no time"),
-    ],
-)
-def test_errors_speak_of_options(
-    command: str, options: tuple[object, ...], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    inputs = (ROBOT, recordings_file(tmp_path)) if command == "diagnose" else (CONFIG,)
-    assert said in refusal(capsys, command, *inputs, "--out", tmp_path / "out", *options)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import expdesign as xd
-from tests.commands.calls import CONFIG, ROOT, call, plan_file, refusal
+from tests.commands.calls import CONFIG, ROOT, call, plan_file
 
 BIPOD = ROOT / "configs" / "bipod.yaml"
 
@@ -52,22 +52,3 @@ def test_without_load_errors_there_is_no_feir(tmp_path: Path) -> None:
     assert done.record["criteria"]["feir"] is None
     assert done.record["criteria"]["total"] == done.record["criteria"]["duir"]
     done.save(tmp_path / "out")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["--distribution", "cauchy"], "--distribution: `cauchy` is not one of `normal`, `uniform`"),
-        (["--samples", "3"], "3 repetitions"),
-        (["--seed", "-1"], "-1 is not a seed"),
-    ],
-)
-def test_wrong_arguments(tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], said: str) -> None:
-    assert said in refusal(capsys, "montecarlo", BIPOD, bipod_plan(tmp_path), "--out", tmp_path / "out", *arguments)
-    assert not (tmp_path / "out").exists()
-
-
-def test_a_plan_that_identifies_too_little(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "plan.csv"
-    path.write_text("x_m,y_m,fx_N,fy_N\n0,-0.15,500,500\n", encoding="utf-8")  # along one leg
-    assert "identify 1 of 2 stiffnesses" in refusal(capsys, "montecarlo", BIPOD, path, "--out", tmp_path / "out")

@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from expdesign.app.templates import kinds
-from tests.commands.calls import call, refusal
+from tests.commands.calls import call
 
 CONFIGURATIONS = [kind for kind, files in kinds().items() if "config.yaml" in {file.name for file in files}]
 
@@ -49,7 +49,3 @@ def test_a_sweep_alone_comes_with_what_it_points_to(tmp_path: Path, capsys: pyte
     assert call("sweep", tmp_path / "my sweep" / "sweep.yaml", "--out", tmp_path / "out", "--workers", 1) == 0
     assert set(pd.read_csv(tmp_path / "out" / "sweep.csv")["status"]) == {"finished"}
     assert (tmp_path / "my sweep" / "robot.yaml").is_file()
-
-
-def test_a_name_that_is_nearly_right(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "Did you mean `hexapod`?" in refusal(capsys, "new", "hexpod", "--out", tmp_path)

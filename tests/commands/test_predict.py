@@ -4,13 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import pytest
 
 from expdesign.chain.models.model_file import read_model
 from expdesign.chain.recordings.points import points_from_table
 from expdesign.estimation.compensation.prediction import predict
 from expdesign.io.table import read_table
-from tests.commands.calls import call, model_file, plan_file, refusal
+from tests.commands.calls import call, model_file, plan_file
 
 
 def test_points_are_filled_in_and_keep_order_and_columns(tmp_path: Path) -> None:
@@ -31,15 +30,3 @@ def test_what_was_measured_is_replaced_by_what_is_predicted(tmp_path: Path) -> N
     measured, predicted = pd.read_csv(tmp_path / "recordings.csv"), pd.read_csv(out)
     assert list(measured.columns) == list(predicted.columns)
     assert not np.allclose(measured["dz_m"], predicted["dz_m"], rtol=1e-6, atol=0.0)
-
-
-def test_bad_input_ends_with_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    model, plan, out = model_file(tmp_path), plan_file(tmp_path), tmp_path / "predicted.csv"
-    capsys.readouterr()
-    assert call("predict", plan, plan, "--out", out) == 2
-    plan.write_text(plan.read_text().replace("z_m", "zz_m", 1), encoding="utf-8")
-    assert "plan.csv, column z_m: the column is missing. Is `zz_m` meant?" in refusal(
-        capsys, "predict", model, plan, "--out", out
-    )
-    assert call("predict", tmp_path / "none.yaml", plan, "--out", out) == 2
-    assert not out.exists()

@@ -12,7 +12,7 @@ from expdesign.app.api.schema import KINDS, robot_sections
 from expdesign.app.templates import kinds
 from expdesign.io.output import json_text
 from expdesign.io.yaml_reader import read_yaml
-from tests.commands.calls import call, refusal
+from tests.commands.calls import call
 
 ROOT = Path(__file__).parents[2]
 FILES = [file for file in sorted((ROOT / "configs").glob("*.yaml")) if not file.name.startswith("study")]
@@ -93,10 +93,6 @@ def test_what_is_kept_is_current(kind: str, capsys: pytest.CaptureFixture[str]) 
     assert json.loads(capsys.readouterr().out) == xd.schema(kind)
     kept = (ROOT / "docs/schema" / f"{kind}.schema.json").read_text(encoding="utf-8")
     assert kept == json_text(xd.schema(kind, KEPT))
-
-
-def test_a_name_that_is_nearly_right(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "Did you mean `configuration`?" in refusal(capsys, "schema", "config")
 
 
 def test_numbers_may_be_texts_with_their_units(capsys: pytest.CaptureFixture[str]) -> None:

@@ -107,24 +107,6 @@ def test_a_sheet_that_was_not_filled_in(tmp_path: Path, capsys: pytest.CaptureFi
         )
 
 
-def test_a_sheet_without_the_columns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "other.xlsx"
-    xd.load(plan_file(tmp_path))[["series", "x_m"]].to_excel(path, index=False, sheet_name="Tabelle1")
-    message = refusal(capsys, "identify", ROBOT, path, "--out", tmp_path / "out")
-    assert (
-        "other.xlsx, sheet `Tabelle1`, column sequence: the column is missing. Add the column: whole numbers, the order"
-        in message
-    )
-
-
-def test_a_workbook_in_the_place_of_a_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "plan.xlsx"
-    xd.load(plan_file(tmp_path)).to_excel(path, index=False)
-    assert "plan.xlsx: this is a workbook, not text. Check the order of the files." in refusal(
-        capsys, "identify", path, ROBOT, "--out", tmp_path / "out"
-    )
-
-
 def test_numbers_in_the_files_are_those_of_the_page(tmp_path: Path) -> None:
     """0.1018131 rad are 5.83346° to within 1e-6 rad, in the page as in the table; deviations are not rounded."""
     config, plan = costly(tmp_path, shared=True), plan_file(tmp_path)

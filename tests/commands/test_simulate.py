@@ -4,12 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import pytest
 
 from expdesign.chain.recordings.reader import read_recordings
 from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.robots.robot_file import read_robot
-from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file, refusal
+from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file
 
 DEFLECTION = ["dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad"]
 
@@ -72,11 +71,3 @@ def test_a_plan_without_sequence_gets_one(tmp_path: Path) -> None:
     written = pd.read_csv(out)
     assert written["sequence"].tolist() == [1, 2, 3, 4]
     assert written["series"].tolist() == [1, 1, 2, 3]
-
-
-def test_bad_input_ends_with_2_and_writes_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    plan, out = plan_file(tmp_path), tmp_path / "out.csv"
-    assert "--seed" in refusal(capsys, "simulate", CONFIG, plan, "--out", out, "--seed", "-1")
-    plan.write_text(plan.read_text().replace("26.5,0.1,", "x,0.1,"), encoding="utf-8")
-    assert "plan.csv, row 2, column mass_kg" in refusal(capsys, "simulate", CONFIG, plan, "--out", out)
-    assert not out.exists()

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from expdesign.io.table import read_table
-from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file, refusal
+from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file
 
 
 def stiffness(folder: Path) -> np.ndarray:
@@ -55,7 +55,7 @@ def test_configuration_and_robot_in_other_units_give_the_same(
     assert found[0] == found[1]
 
 
-def test_output_in_units_of_choice(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_output_in_units_of_choice(tmp_path: Path) -> None:
     model, plan = model_file(tmp_path), plan_file(tmp_path)
     for command in ("predict", "compensate"):
         out, workbook = tmp_path / f"{command}.csv", tmp_path / f"{command}.xlsx"
@@ -66,23 +66,3 @@ def test_output_in_units_of_choice(tmp_path: Path, capsys: pytest.CaptureFixture
         names = ("x_m", "rx_rad", "sx_m", "srx_rad")
         np.testing.assert_allclose(other.numbers(names), plain.numbers(names), rtol=1e-12)
         assert set(other.written.values()) >= {"x_mm", "rx_mrad"}
-    assert "--units: unknown unit `furlong`" in refusal(
-        capsys, "predict", model, plan, "--out", tmp_path / "x.csv", "--units", "mm,furlong"
-    )
-
-
-@pytest.mark.parametrize(
-    ("change", "what"),
-    [
-        (("dx_m", "dx_mrad"), "column dx_mrad: the unit contradicts the quantity: `dx` is a length"),
-        (("note", "dx_um"), "give the same quantity"),
-    ],
-)
-def test_units_that_contradict(
-    change: tuple[str, str], what: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = recordings_file(tmp_path)
-    path.write_text(path.read_text(encoding="utf-8").replace(*change, 1), encoding="utf-8")
-    message = refusal(capsys, "identify", ROBOT, path, "--out", tmp_path / "out")
-    assert what in message
-    assert "Traceback" not in message

@@ -1,88 +1,92 @@
-"""Inputs that look right and are too little, given twice, or of another kind: exit status 2 and one message."""
+"""Every wrong input of the table: exit status 2, one message that says where and what, and nothing written."""
 
+import shutil
 from pathlib import Path
 
 import pytest
 import yaml
 
-import expdesign as xd
-from expdesign.errors import InputError
-from tests.commands.calls import CONFIG, ROBOT, ROOT, call, plan_file, refused, yaml_file
+from expdesign.app.commands import main as entry
+from tests.commands.calls import CONFIG, ROBOT, ROOT, call, model_file, refusal, refused, yaml_file
+from tests.commands.wrong_inputs import WRONG, Wrong
+from tests.design.problems import BIPOD
 
-ARM = ROOT / "configs" / "robots" / "ur5.yaml"
-ONE_JOINT = """<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="revolute">
-<parent link="a"/><child link="b"/><origin xyz="0 0 1"/><axis xyz="0 1 0"/></joint></robot>"""
-MARKED = (
-    "sequence,series,q1_rad,q2_rad,q3_rad,q4_rad,q5_rad,q6_rad,mass_kg,com_x_m,com_y_m,com_z_m,"
-    "marker,px_m,py_m,pz_m,spx_m,spy_m,spz_m"
-)
-BODY_HEADER = (
-    "sequence,series,x_m,y_m,z_m,rx_rad,ry_rad,rz_rad,fx_N,fy_N,fz_N,mx_Nm,my_Nm,mz_Nm,drx_rad,dry_rad,srx_rad,sry_rad"
-)
+SEARCH = {"population": 4, "generations": 1, "polish": False}
 
 
-@pytest.mark.parametrize("positions", [["0.1,0.2,0.3"], ["0.1,0.2,0.3", "0.2,0.3,0.4"], ["0,0,0", "1,1,1", "2,2,2"]])
-@pytest.mark.parametrize("command", ["check", "identify", "diagnose"])
-def test_positions_that_do_not_place_the_instrument(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str, positions: list[str]
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a right file of every kind."""
+    folder = tmp_path_factory.mktemp("inputs")
+    model_file(folder)
+    shutil.copy(ROBOT, folder / "robot.yaml")
+    for name in ("ur5.yaml", "ur5.urdf"):
+        shutil.copy(ROBOT.parent / name, folder / name.replace("ur5.yaml", "arm.yaml"))
+    content = yaml.safe_load(CONFIG.read_text(encoding="utf-8"))
+    yaml_file(folder / "config.yaml", content | {"robot": "robot.yaml", "optimiser": SEARCH})
+    robot = BIPOD["robot"] | {"limits": {"leg_length": [0.1, 2.0]}}
+    yaml_file(folder / "bipod.yaml", BIPOD | {"robot": robot, "objectives": ["duir", "feir"]})
+    yaml_file(folder / "bipod-plan.csv", "sequence,series,x_m,y_m,fx_N,fy_N\n1,1,-0.2,0.55,200,-900\n")
+    vary = {"optimiser.seed": {"from": 1, "to": 10}}
+    yaml_file(folder / "sweep.yaml", {"schema_version": 1, "config": "bipod.yaml", "vary": vary})
+    return folder
+
+
+def contents(folder: Path) -> dict[Path, bytes]:
+    """Every file below a folder."""
+    return {path: path.read_bytes() if path.is_file() else b"" for path in folder.rglob("*")}
+
+
+def test_right_inputs_are_taken(inputs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the table spoils is right before."""
+    monkeypatch.chdir(inputs)
+    for name in ("robot", "arm", "config", "bipod", "sweep"):
+        assert call("check", f"{name}.yaml") == 0
+    assert call("check", "recordings.csv", "--robot", "robot.yaml") == 0
+    assert call("evaluate", "bipod.yaml", "bipod-plan.csv") == 0
+    assert call("evaluate", "config.yaml", "plan.csv") == 0
+
+
+@pytest.mark.parametrize("wrong", WRONG, ids=str)
+def test_wrong_inputs(
+    wrong: Wrong, inputs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    joints = ["0.1,-1,1,0.3,0.5,0.2", "0.5,-1.2,0.8,-0.3,0.2,0.9", "-0.4,-0.9,1.3,0.1,-0.6,0.4"]
-    rows = [
-        f"{k},{k},{joints[k - 1]},4,0,0,0.1,prism,{place},1e-4,1e-4,1e-4" for k, place in enumerate(positions, start=1)
-    ]
-    recordings = yaml_file(tmp_path / "m.csv", "\n".join([MARKED, *rows]) + "\n")
-    where = ["--robot", ARM] if command == "check" else ["--out", tmp_path / "out"]
-    files = [recordings] if command == "check" else [ARM, recordings]
-    assert "do not tell where the instrument stands" in refused(capsys, command, *files, *where)
+    folder = Path(shutil.copytree(inputs, tmp_path / "inputs"))
+    monkeypatch.chdir(folder)
+    wrong.change(folder)
+    before = contents(folder)
+    for command in wrong.calls:
+        *notes, message = refusal(capsys, *command.split()).strip().splitlines()
+        assert message.startswith("expdesign: ")
+        assert [part for part in wrong.parts if part not in message] == [], message
+        assert len(message) < 700
+        assert not any("Traceback" in line for line in notes)
+        assert contents(folder) == before
 
 
-def test_one_row_of_a_body_is_not_set_aside_as_an_outlier(tmp_path: Path) -> None:
-    robot = yaml_file(tmp_path / "body.yaml", {"name": "b", "kind": "body"})
-    row = "1,1,0,0,2,0,0,0,0,0,0,100,50,0,1e-4,5e-5,2e-6,2e-6"
-    recordings = yaml_file(tmp_path / "b.csv", f"{BODY_HEADER}\n{row}\n")
-    assert call("diagnose", robot, recordings, "--out", tmp_path / "out") == 0
-    assert {"diagnosis.json", "report.html"} <= {path.name for path in (tmp_path / "out").iterdir()}
-
-
-@pytest.mark.parametrize("command", ["check", "run", "compare"])
-def test_a_body_has_nothing_to_plan_for(tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str) -> None:
-    content = yaml.safe_load(CONFIG.read_text()) | {"robot": {"name": "b", "kind": "body"}}
-    config = yaml_file(tmp_path / "config.yaml", content)
-    options = [] if command == "check" else ["--out", tmp_path / "out"]
-    assert "robot: a body has no actuators" in refused(capsys, command, config, *options)
-
-
-@pytest.mark.parametrize("command", ["identify", "diagnose"])
-def test_a_joint_that_no_measured_axis_shows_is_not_called_unloaded(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
+@pytest.mark.parametrize("where", ["taken", "taken/below"])
+@pytest.mark.parametrize("command", ["run config.yaml", "diagnose robot.yaml recordings.csv"])
+def test_a_file_where_the_folder_should_be(
+    inputs: Path, capsys: pytest.CaptureFixture[str], command: str, where: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    yaml_file(tmp_path / "r.urdf", ONE_JOINT)
-    arm = {"name": "r", "kind": "serial", "urdf": "r.urdf", "base_link": "a", "tip_link": "b"}
-    robot = yaml_file(tmp_path / "r.yaml", arm | {"actuator_stiffness": [1000.0]})
-    text = "sequence,series,q1_rad,mass_kg,com_x_m,com_y_m,com_z_m,dx_m,dz_m,sx_m,sz_m\n"
-    recordings = yaml_file(tmp_path / "r.csv", text + "1,1,0.5,10,0.1,0,0.5,1e-5,1e-5,1e-5,1e-5\n")
-    message = refused(capsys, command, robot, recordings, "--out", tmp_path / "out")
-    assert "measured ax" in message
-    assert "no row has a load" not in message
-
-
-def test_options_of_compare_are_taken_as_they_are_given(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    plan = plan_file(tmp_path)
-    twice = ["--plan", f"a={plan}", "--plan", f"a={plan}"]
-    assert "two plans `a`" in refused(capsys, "compare", CONFIG, "--out", tmp_path / "out", *twice)
-    none = ["--generations", 0]
-    assert "--generations: 0 is too small" in refused(capsys, "compare", CONFIG, "--out", tmp_path / "out", *none)
-
-
-def test_a_robot_in_the_place_of_the_configuration_that_is_varied(tmp_path: Path) -> None:
-    sweep = {"schema_version": 1, "config": str(ROBOT), "vary": {"optimiser.seed": [1]}}
-    with pytest.raises(InputError, match="this is a robot, not a run configuration"):
-        xd.sweep(yaml_file(tmp_path / "sweep.yaml", sweep), tmp_path / "out")
+    monkeypatch.chdir(inputs)
+    (inputs / "taken").write_text("mine")
+    for long_work in ("run.search", "diagnose.diagnose_recordings"):
+        monkeypatch.setattr(f"expdesign.app.api.{long_work}", None)  # said before the work, not after it
+    assert "is a file" in refused(capsys, *command.split(), "--out", where)
+    assert (inputs / "taken").read_text() == "mine"
 
 
 def test_a_place_where_no_folder_can_be_made_is_refused_before_the_work(capsys: pytest.CaptureFixture[str]) -> None:
     place = Path("/proc/nothing-can-be-made-here")
     if not place.parent.is_dir():
         pytest.skip("no /proc here")
-    message = refused(capsys, "montecarlo", "not-read.yaml", "not-read.csv", "--out", place)
-    assert "cannot be written" in message
+    assert "cannot be written" in refused(capsys, "montecarlo", "not-read.yaml", "not-read.csv", "--out", place)
+
+
+def test_too_little_memory_is_a_message(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(**_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(entry, "app", full)
+    assert "memory" in refused(capsys, "check", ROOT / "configs" / "bipod.yaml")

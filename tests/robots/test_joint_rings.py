@@ -55,6 +55,26 @@ def test_half_angles_are_three_pairs() -> None:
     assert float(robot.jacobians(np.zeros(6)).condition) < 5.0
 
 
+def test_a_text_with_its_unit_is_the_number_in_the_unit_of_the_key() -> None:
+    angles = [0.1, 75, 115, 195, 235, 355]
+    written = content(
+        home=[0, 0, "500 mm"],
+        base={"radius_m": "400 mm", "half_angle_deg": 10},
+        platform={"radius_m": 0.3, "angles_deg": ["0.1 rad", *angles[1:]], "height_m": "-30 mm", "yaw_deg": "0.5 rad"},
+    )
+    plain = content(
+        home=[0, 0, 0.5],
+        base={"radius_m": 0.4, "half_angle_deg": 10},
+        platform={
+            "radius_m": 0.3,
+            "angles_deg": [float(np.rad2deg(0.1)), *angles[1:]],
+            "height_m": -0.03,
+            "yaw_deg": float(np.rad2deg(0.5)),
+        },
+    )
+    np.testing.assert_allclose(read(written).lengths(np.zeros(6)), read(plain).lengths(np.zeros(6)), atol=1e-15)
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

@@ -1,0 +1,68 @@
+"""Inputs that look wrong and are taken, with a word where they are doubtful."""
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import yaml
+
+from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file, yaml_file
+
+BODY_HEADER = (
+    "sequence,series,x_m,y_m,z_m,rx_rad,ry_rad,rz_rad,fx_N,fy_N,fz_N,mx_Nm,my_Nm,mz_Nm,drx_rad,dry_rad,srx_rad,sry_rad"
+)
+
+
+def test_columns_without_a_meaning_are_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recordings = recordings_file(tmp_path)
+    pd.read_csv(recordings).assign(colour="red").to_csv(recordings, index=False)
+    capsys.readouterr()
+    assert call("check", recordings, "--robot", ROBOT) == 0
+    assert "kept but not used: note, colour" in capsys.readouterr().err
+
+
+def test_a_small_compliance_may_be_negative_by_its_noise(tmp_path: Path) -> None:
+    model = model_file(tmp_path)
+    content = yaml.safe_load(model.read_text())
+    del content["relative_compliance"]
+    content["compliance"]["leg 1"] = -1e-9
+    content["covariance"] = [[1e-18 * (row == column) for column in range(6)] for row in range(6)]
+    yaml_file(model, content)
+    assert call("predict", model, plan_file(tmp_path), "--out", tmp_path / "out.csv") == 0
+
+
+def test_one_row_of_a_body_is_not_set_aside_as_an_outlier(tmp_path: Path) -> None:
+    robot = yaml_file(tmp_path / "body.yaml", {"name": "b", "kind": "body"})
+    row = "1,1,0,0,2,0,0,0,0,0,0,100,50,0,1e-4,5e-5,2e-6,2e-6"
+    recordings = yaml_file(tmp_path / "b.csv", f"{BODY_HEADER}\n{row}\n")
+    assert call("diagnose", robot, recordings, "--out", tmp_path / "out") == 0
+    assert {"diagnosis.json", "report.html"} <= {path.name for path in (tmp_path / "out").iterdir()}
+
+
+def test_a_column_that_is_nearly_known_is_compared_with_the_known_ones(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recordings = recordings_file(tmp_path)
+    recordings.write_text(recordings.read_text(encoding="utf-8").replace("dx_m", "dx_mmm"), encoding="utf-8")
+    assert call("check", recordings, "--robot", ROBOT) == 0
+    assert "dx_mmm (is `dx_m` meant?)" in capsys.readouterr().err
+
+
+def test_poses_in_millimetres_are_noticed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = CONFIG.read_text(encoding="utf-8").replace("robots/", f"{ROBOT.parent}/")
+    config = tmp_path / "config.yaml"
+    config.write_text(text.replace("x_m: [-0.03, 0.03]", "x_m: [-30, 30]"), encoding="utf-8")
+    assert call("check", config) == 0
+    assert "check their units (m, rad)" in capsys.readouterr().err
+    config.write_text(text, encoding="utf-8")
+    assert call("check", config) == 0
+    assert "check their units" not in capsys.readouterr().err
+
+
+def test_names_of_files_may_be_in_any_script(tmp_path: Path) -> None:
+    folder = tmp_path / "Kalibrierung Ø – 校准 ✓"
+    folder.mkdir()
+    plan = plan_file(folder)
+    assert call("simulate", CONFIG, plan, "--out", folder / "Aufnahmen ä.csv") == 0
+    assert call("identify", ROBOT, folder / "Aufnahmen ä.csv", "--out", folder / "Ergebnis – 结果") == 0
+    assert "Aufnahmen ä.csv" in (folder / "Ergebnis – 结果" / "report.html").read_text(encoding="utf-8")
