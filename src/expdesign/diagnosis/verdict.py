@@ -116,7 +116,8 @@ def at_limits(model: NamedModel, reach: float) -> dict[str, str]:
     found: dict[str, str] = {}
     for candidate, part in zip(model.candidates, model.fit.chain.slices, strict=True):
         effect, values = candidate.effect, model.fit.values[part]
-        shapes = {parameter.name for parameter in effect.parameters if parameter.shape}
+        # A shape or a phase says where something repeats, not how far off it is.
+        shapes = {"phase_rad", *(parameter.name for parameter in effect.parameters if parameter.shape)}
         for name, value in _reported(effect, values).items():
             limit = {"m": 2.0 * reach, "rad": _TURNED}.get(name.rpartition("_")[2], np.inf)
             if abs(value) > limit and name not in shapes and "_per_" not in name:
