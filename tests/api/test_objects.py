@@ -15,6 +15,8 @@ import expdesign as xd
 from expdesign.app.api.result import Result
 from expdesign.errors import InputError
 from tests.commands.calls import CONFIG, ROBOT, plan_file
+from tests.commands.test_diagnose import ROBOT as BIPOD
+from tests.commands.test_diagnose import recordings
 
 POSE = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
 
@@ -133,9 +135,9 @@ def test_a_model_in_memory_can_be_checked(identified: xd.IdentificationResult) -
     assert "identified model with 0 effects" in xd.check(identified).summary
 
 
-def test_a_diagnosis_is_pickled_and_copied(simulated: xd.SimulationResult) -> None:
+def test_a_diagnosis_is_pickled_and_copied(tmp_path: Path) -> None:
     """Although it was told of the search by a function of the call."""
-    found = xd.diagnose(ROBOT, simulated, callback=lambda stage, done, total, note: None)
+    found = xd.diagnose(BIPOD, recordings(tmp_path), callback=lambda stage, done, total, note: None)
     for copied in (pickle.loads(pickle.dumps(found)), copy.deepcopy(found)):
         assert copied.record == found.record
         assert copied.lines == found.lines

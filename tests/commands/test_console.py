@@ -9,7 +9,9 @@ import pytest
 import expdesign as xd
 from expdesign.app.api.callbacks import remaining, stages
 from expdesign.counted import counted
-from tests.commands.calls import CONFIG, ROBOT, call, plan_file
+from tests.commands.calls import CONFIG, call, plan_file
+from tests.commands.test_diagnose import ROBOT as BIPOD
+from tests.commands.test_diagnose import recordings
 
 
 @pytest.fixture
@@ -110,10 +112,9 @@ def test_progress_and_callback_are_told_the_same(
         told.append(note)
         clock[0] += 10.0
 
-    recordings = xd.simulate(CONFIG, plan_file(tmp_path), seed=1).frame
-    xd.diagnose(ROBOT, recordings, callback=callback)
+    xd.diagnose(BIPOD, recordings(tmp_path), callback=callback)
     assert capsys.readouterr().err == ""
     silently, told = told, []
-    xd.diagnose(ROBOT, recordings, callback=callback, progress=True)
+    xd.diagnose(BIPOD, tmp_path / "recordings.csv", callback=callback, progress=True)
     assert told == silently
     assert told[-1] in capsys.readouterr().err

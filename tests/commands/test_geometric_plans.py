@@ -67,7 +67,6 @@ def test_unknown_frames_are_refused(tmp_path: Path) -> None:
         xd.montecarlo(changed(tmp_path, {"frames": "unknown"}), poses(14), samples=100)
 
 
-@pytest.mark.slow
 def test_the_next_poses_promise_what_the_longer_plan_has(tmp_path: Path) -> None:
     """DUIR of the recorded plan and of both together, as `evaluate` has them."""
     plan = poses(12)
@@ -121,7 +120,6 @@ def test_designs_of_a_bipods_geometry_are_compared(tmp_path: Path) -> None:
     assert judgement.values["total"][best["duir"]] == pytest.approx(np.nanmin(judgement.values["total"]), rel=1e-9)
 
 
-@pytest.mark.slow
 def test_designs_of_geometric_calibrations_are_compared(tmp_path: Path) -> None:
     config = changed(tmp_path, {"measurements": 10})
     result = xd.compare(config, samples=400, generations=2, random=2)

@@ -14,7 +14,6 @@ import pytest
 import yaml
 from scipy.spatial.transform import Rotation
 
-import expdesign as xd
 from expdesign.chain.models.model_file import read_model
 from expdesign.estimation.identify import identify
 from expdesign.io.yaml_reader import parse_yaml
@@ -26,7 +25,7 @@ from expdesign.planning.problem_file import problem_from_document
 from expdesign.planning.search import search
 from expdesign.report.design_report import design_report
 from expdesign.report.page import render
-from tests.commands.calls import CONFIG, ROBOT, call
+from tests.commands.calls import call
 from tests.design.optimality.central_differences import gradient_table
 from tests.identification.experiments import read
 
@@ -233,28 +232,3 @@ def test_a_new_source_of_load_error_counts_in_feir(place: Callable[[str], None])
     # One common ratio makes all compliances, and so the deflection at the target, wrong by the same share.
     deflection = case.targets.observation[0] @ case.loaded.robot.compliance
     np.testing.assert_allclose(feir, 0.01 * np.linalg.norm(deflection) / 1e-5, rtol=1e-9)
-
-
-def test_a_new_effect_is_found(place: Callable[[str], None], tmp_path: Path) -> None:
-    place("expdesign/chain/effects/leg_settling.py")
-    rng = np.random.default_rng(2)
-    columns = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad", "mass_kg", "com_x_m", "com_y_m", "com_z_m"]
-    plan = pd.DataFrame(
-        [
-            [*rng.uniform(-0.02, 0.02, 3), *rng.uniform(-0.1, 0.1, 3), rng.choice([5.0, 10.0, 26.5]),
-             *rng.uniform(-0.1, 0.1, 2), 0.12]
-            for _ in range(24)
-        ],
-        columns=columns,
-    )  # fmt: skip
-    simulated = xd.simulate(CONFIG, plan, conceal="leg_settling at leg 2, 6 um", load_errors=False)
-    simulated.save(tmp_path / "recordings.csv")
-    assert call("diagnose", ROBOT, tmp_path / "recordings.csv", "--out", tmp_path / "out") == 0
-    found = json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))
-    assert found["verdict"] == "explained"
-    (effect,) = found["effects"]
-    assert effect["component"] == "leg 2"
-    assert "leg_settling" in (effect["physics"], *effect["indistinguishable_from"])
-    if effect["physics"] == "leg_settling":
-        _, low, high = effect["parameters"]["settling_m"]
-        assert low < 6.0e-6 < high

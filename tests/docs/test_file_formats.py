@@ -14,6 +14,8 @@ from expdesign.chain.models import model_file
 from expdesign.coordinates import SPATIAL
 from expdesign.plugins import implementations
 from tests.commands.calls import CONFIG, ROBOT, plan_file, recordings_file
+from tests.commands.test_diagnose import ROBOT as BIPOD
+from tests.commands.test_diagnose import recordings
 from tests.docs.test_tutorial import loaded
 
 PAGE = (Path(__file__).parents[2] / "docs/file-formats.md").read_text(encoding="utf-8")
@@ -68,7 +70,7 @@ def _criteria() -> set[str]:
 
 
 def test_diagnosis(tmp_path: Path) -> None:
-    diagnosed = xd.diagnose(ROBOT, recordings_file(tmp_path))
+    diagnosed = xd.diagnose(BIPOD, recordings(tmp_path))
     text = section("diagnosis.json")
     record = json.loads(json.dumps(diagnosed.record))
     for part in (record, record["tests"], record["fit"], record["location"] or {}, *record["effects"]):

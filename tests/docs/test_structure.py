@@ -1,6 +1,6 @@
 """Data flow in one direction: what the drawing of docs/structure.md shows."""
 
-import ast
+import re
 from collections import defaultdict
 from pathlib import Path
 
@@ -35,7 +35,7 @@ def test_a_class_name_stands_for_one_thing() -> None:
     """Except what configurations and robot files say, as objects of the API."""
     found = defaultdict(set)
     for path in (ROOT / "src" / "expdesign").rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ClassDef) and path.name != "objects.py":
-                found[node.name].add(path)
+        for name in re.findall(r"^ *class (\w+)", path.read_text(encoding="utf-8"), flags=re.MULTILINE):
+            if path.name != "objects.py":
+                found[name].add(path)
     assert {name: paths for name, paths in found.items() if len(paths) > 1} == {}

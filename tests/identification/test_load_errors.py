@@ -99,9 +99,9 @@ def test_the_weighted_estimate_is_that_of_exact_loads_and_its_covariance_has_the
 
 
 def test_declared_errors_do_not_refute_a_model() -> None:
-    """With exact loads χ²/ν is far above 1, with the declared errors about 1 (16 repetitions)."""
+    """With exact loads χ²/ν is far above 1, with the declared errors about 1 (8 repetitions)."""
     exact, allowing = [], []
-    for seed in range(16):
+    for seed in range(8):
         case, frame = simulated(LARGE, seed=seed)
         recorded = xd.identify(HEXAPOD["robot"], frame).result.recordings
         goodness = identify(case.loaded.robot, recorded, load_errors=case.load_errors).goodness
@@ -111,7 +111,7 @@ def test_declared_errors_do_not_refute_a_model() -> None:
         allowing.append(goodness.chi2 / goodness.dof)
     assert np.mean(exact) > 3.0
     # The scale of every source adapts, so that the mean of χ²/ν lies a little below 1.
-    assert np.mean(allowing) == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / (16 * goodness.dof)) + 0.05)
+    assert np.mean(allowing) == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / (8 * goodness.dof)) + 0.05)
 
 
 def test_a_diagnosis_looks_for_nothing_that_declared_errors_account_for() -> None:
@@ -124,11 +124,11 @@ def test_a_diagnosis_looks_for_nothing_that_declared_errors_account_for() -> Non
 
 def test_a_diagnosis_reads_the_errors_that_the_recordings_declare() -> None:
     case, frame = simulated(SHARED, seed=3)
-    named = xd.diagnose(HEXAPOD["robot"], columns_of(frame, **WHOLE)).result.before
+    diagnosed = xd.diagnose(HEXAPOD["robot"], columns_of(frame, **WHOLE), targets=problem(HEXAPOD, UNDECLARED))
+    named, found = diagnosed.result.before, diagnosed.acceptance
     configured = xd.diagnose(HEXAPOD["robot"], frame, targets=case).result.before
     assert named.chi2 == pytest.approx(configured.chi2, rel=1e-9)
     assert named.without_load_errors == pytest.approx(configured.without_load_errors, rel=1e-9)
-    found = xd.diagnose(HEXAPOD["robot"], columns_of(frame, **WHOLE), targets=problem(HEXAPOD, UNDECLARED)).acceptance
     assert found is not None
     assert [one.name for one in found.budget.contributions][1:] == ["mass", "com"]
 
@@ -171,13 +171,6 @@ class Experiments:
         return float(np.mean(inside)), float(np.sqrt(np.mean(np.square(errors))))
 
 
-@pytest.mark.parametrize("estimator", ["generalised", "weighted"])
-def test_intervals_hold_the_truth_where_loads_have_their_declared_errors(estimator: Estimator) -> None:
-    share, _ = Experiments(SHARED).coverage(60, estimator)
-    assert share == pytest.approx(0.95, abs=0.06)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("estimator", ["generalised", "weighted"])
 @pytest.mark.parametrize("stated", [True, False])
 def test_coverage_of_400_experiments(estimator: Estimator, stated: bool) -> None:

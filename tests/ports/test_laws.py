@@ -47,7 +47,7 @@ def test_a_leg_that_is_softer_at_one_length_is_located_and_modelled() -> None:
     assert result.errors.test_after < 0.3 * result.errors.test_before
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_law_is_found_beside_noise_that_nobody_states(seed: int) -> None:
     """Named effects that imitate it halve nothing; the noise is estimated with the law, and errors are given in it."""
     recordings = replace(recordings_of(softened(), seed=seed), deviations=None)
