@@ -50,7 +50,7 @@ def test_the_budget_is_that_of_the_commands(calibration: str | None) -> None:
 
 
 @pytest.mark.parametrize("calibration", ["both", "geometric"])
-def test_a_diagnosis_is_judged_with_the_geometry_that_it_found(calibration: str) -> None:
+def test_a_diagnosis(calibration: str) -> None:
     """U counts the geometry, as in the commands and in those of `identify`; nothing is said of what is hidden.
 
     That joint 1's zero and the instrument's turn cannot be told apart made U a hundred times as large.

@@ -155,7 +155,7 @@ def reported(effect: Effect, values: Any) -> dict[str, float]:
 
 
 @pytest.mark.parametrize("case", CASES, ids=str)
-def test_the_chain_explains_and_names_what_the_laboratory_hides(case: Case) -> None:
+def test_what_it_hides(case: Case) -> None:
     """What remains is below 3 % of the base model's residuals, and parameters are right to 3 %."""
     recordings = recorded(case.robot, case.element)
     base, best, values = fitted(case.robot, recordings, case.element["physics"], case.component, case.variant)
