@@ -189,6 +189,10 @@ def _as_input_error(error: ValidationError, document: YamlDocument) -> InputErro
     return InputError(what[:1].lower() + what[1:], where=document.where(path), remedy=remedy.strip())
 
 
+_SHORT = 1000
+"""Whole numbers before a decimal comma are smaller."""
+
+
 def _problem(message: str, kind: str, context: dict[str, Any], value: Any) -> tuple[str, str]:
     """What is wrong and what to do, from one of pydantic's errors."""
     given = f", not {shortened(value)}" if kind != "missing" and isinstance(value, str | int | float | None) else ""
@@ -199,7 +203,9 @@ def _problem(message: str, kind: str, context: dict[str, Any], value: Any) -> tu
     if kind in {"too_short", "too_long"}:
         limit = context.get("min_length") if kind == "too_short" else context.get("max_length")
         bound, count = f"at {'least' if kind == 'too_short' else 'most'} {limit}", context.get("actual_length")
-        return f"{bound} entries are needed here, not {count}", decimal_commas(count, limit) or "Correct the list."
+        return f"{bound} entries are needed here, not {count}", decimal_commas(
+            count, limit, value
+        ) or "Correct the list."
     if kind in {"greater_than", "greater_than_equal"}:
         bound = f"greater than {context['gt']:g}" if kind == "greater_than" else f"at least {context['ge']:g}"
         return f"the number must be {bound}{given}", "Correct it (SI units)."
@@ -210,10 +216,26 @@ def _problem(message: str, kind: str, context: dict[str, Any], value: Any) -> tu
     return message.removeprefix("Value error, "), str(context.get("remedy") or "Correct it.")
 
 
-def decimal_commas(count: int | None, limit: int | None) -> str:
-    """The remedy for a list of twice as many entries: YAML takes a decimal comma for the end of an entry."""
-    twice = count is not None and limit is not None and count == 2 * limit
-    return "Are these decimal commas? Write points: `[5.0e6, ...]`, not `[5,0e6, ...]`." if twice else ""
+def decimal_commas(count: int | None, limit: int | None, entries: Any = None) -> str:
+    """The remedy for a list with too many entries: YAML takes a decimal comma for the end of an entry.
+
+    That is, twice as many as allowed, or entries of which at least so many as are too many are whole and follow a short
+    whole one (`0,298`).
+    """
+    if count is None or limit is None or not limit < count <= 2 * limit:
+        return ""
+    values = entries if isinstance(entries, list) else []
+    whole = [isinstance(value, int) and not isinstance(value, bool) for value in values]
+    pairs = [
+        f"{first},{second}"
+        for first, second, both in zip(values, values[1:], np.logical_and(whole[:-1], whole[1:]), strict=False)
+        if both and abs(first) < _SHORT and second > 0
+    ]
+    if count == 2 * limit:
+        return "Are these decimal commas? Write points: `[5.0e6, ...]`, not `[5,0e6, ...]`."
+    if len(pairs) < count - limit:
+        return ""
+    return f"Is `{pairs[-1]}` a decimal comma? Write a point: `{pairs[-1].replace(',', '.')}`."
 
 
 def _existing(loc: tuple[int | str, ...], content: Any, keep_last: bool) -> KeyPath:

@@ -100,16 +100,22 @@ class CheckedRobot(Checked):
     def summary(self) -> str:
         """What it is, in one sentence."""
         robot = self.robot
+        usable = "cannot be at its reference pose" if self.beyond else "is usable"
         return (
-            f"{robot.kind} `{robot.name}` with {counted(len(robot.stiffness), 'actuator')} is usable "
+            f"{robot.kind} `{robot.name}` with {counted(len(robot.stiffness), 'actuator')} {usable} "
             f"(scaled condition number {self.condition:.3g} at its reference pose)."
         )
+
+    @property
+    def beyond(self) -> bool:
+        """Whether the limits exclude the reference pose."""
+        return float(self.robot.limit_excess(self.robot.reference_configuration())) > 0.0
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """What is doubtful about it."""
         reference = self.robot.reference_configuration()
-        if float(self.robot.limit_excess(reference)) <= 0.0:
+        if not self.beyond:
             return ()
         return (f"{self.source}: at the reference pose {self.robot.limit_message(reference)}",)
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from expdesign.assurance.plausibility.evidence import Alternative, Evidence, Fitted, Weighting, evidence_of
-from expdesign.assurance.plausibility.finding import Implausibility
+from expdesign.assurance.plausibility.finding import Implausibility, extent
 from expdesign.assurance.plausibility.mistakes import ALTERNATIVES, FINDINGS
 from expdesign.assurance.plausibility.options import DEFAULT, MistakeOptions
 from expdesign.assurance.plausibility.positions import positions_findings
@@ -35,9 +35,43 @@ def recordings_findings(
     )
     if not enough or not np.any(evidence.stated.wrenches) or evidence.fits[-1] is None:
         return []
-    named = _named(evidence)
+    named = _out_of_reach(evidence) or _named(evidence)
     own = (finding for findings in FINDINGS for finding in findings(evidence))
     return [*named, *(finding for finding in own if not named or finding.where)]
+
+
+BEYOND, FAR = 0.002, 0.02
+"""Parts of a robot's size by which a recorded pose is beyond its limits, and by which it cannot have been there."""
+
+
+def _out_of_reach(evidence: Evidence) -> list[Implausibility]:
+    """Recorded poses at which the limits of the robot do not let it be, where most rows are within them.
+
+    Where most are beyond them as well, the file is another robot's, or its columns mean something else: other readings
+    of these come first.
+    """
+    robot, poses = evidence.robot, evidence.stated.configurations
+    size = extent(robot)
+    if size is None or robot.jointed:
+        return []
+    excess = np.asarray(robot.limit_excess(poses), dtype=float).reshape(-1)
+    beyond = np.flatnonzero(excess > BEYOND * size)
+    if not len(beyond):
+        return []
+    worst = int(np.argmax(excess))
+    lines = ", ".join(str(line) for line in evidence.recordings.lines[beyond][:6]) + (", …" if len(beyond) > 6 else "")
+    what = f"the robot cannot have been where row{'s' * (len(beyond) > 1)} {lines} have it: " + (
+        robot.limit_message(poses[worst]).rstrip(".")
+    )
+    far = bool(excess[worst] > FAR * size)
+    if len(beyond) <= len(poses) // 2:
+        likely = "Correct the pose (has a decimal point slipped, or a sign?), or the limits in the robot file."
+        return [Implausibility(what, likely, otherwise=far)]
+    named = _named(evidence)
+    likely = (
+        "Is this the file of another robot? Compare the robot file, or its limits, with the robot that was measured."
+    )
+    return named or [Implausibility(what, likely, otherwise=far)]
 
 
 class _Suspect(NamedTuple):

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import Implausibility, extent
 from expdesign.assurance.plausibility.options import ROBOT
 from expdesign.mechanics.robots.drawing import Drawing
@@ -10,7 +11,51 @@ from expdesign.mechanics.robots.robot import Robot
 
 def robot_findings(robot: Robot) -> list[Implausibility]:
     """What speaks against a robot file."""
-    return [*_size(robot), *_proportions(robot), *_limits(robot), *_stiffness(robot), *_gravity(robot)]
+    found = [*_size(robot), *_proportions(robot), *_limits(robot), *_stiffness(robot), *_gravity(robot)]
+    return [*found, *_legs(robot)]
+
+
+COINCIDENT, STRAIGHT = 0.6, 0.02
+"""Degrees that joints of a pair are apart at least, as half angles; part of a leg's length that legs pass at."""
+
+
+def _legs(robot: Robot) -> list[Implausibility]:
+    """Joints of pairs that coincide nearly, as by a half angle in rad, and legs that run through each other."""
+    drawing = robot.drawing(robot.reference_configuration())
+    legs = {name: ends for name, ends in drawing.components.items() if name.startswith("leg ")} if drawing else {}
+    if drawing is None or len(legs) < 3 or drawing.points.shape[-1] != 3:
+        return []
+    ends = np.array([drawing.points[[path[0], path[-1]]] for path in legs.values()])
+    found = []
+    for side, name in enumerate(("base", "platform")):
+        points = ends[:, side]
+        radius = float(np.linalg.norm(points - points.mean(axis=0), axis=1).mean())
+        apart = np.linalg.norm(points[:, None] - points[None], axis=-1)[np.triu_indices(len(points), 1)]
+        half = float(np.degrees(np.arcsin(min(apart.min() / (2.0 * radius), 1.0)))) if radius > 0.0 else 0.0
+        if 1e-6 < half < COINCIDENT:
+            what = f"joints of the {name} are only {1e3 * apart.min():.2g} mm apart, a half angle of {half:.3g}°"
+            likely = f"Is `half_angle_deg` in rad? {half:.3g} rad are {np.degrees(half):.3g}°; write half of the angle."
+            found.append(Implausibility(what, likely, name))
+    names = list(legs)
+    crossing = [
+        (names[i], names[k]) for i in range(len(ends)) for k in range(i) if _cross(ends[i], ends[k])
+    ]  # fmt: skip
+    if crossing:
+        pairs = ", ".join(f"{second} and {first}" for first, second in crossing)
+        what = f"{pairs} run through each other at the reference pose"
+        likely = "Are joints of the platform in another order than those of the base? A row is a leg in both."
+        found.append(Implausibility(what, likely, "platform"))
+    return found
+
+
+def _cross(one: FloatArray, other: FloatArray) -> bool:
+    """Whether two segments (2, 3) pass, away from their ends, by less than a part of their length."""
+    first, second, between = one[1] - one[0], other[1] - other[0], other[0] - one[0]
+    matrix = np.column_stack([first, -second])
+    places, _, rank, _ = np.linalg.lstsq(matrix, between, rcond=1e-9)
+    apart = float(np.linalg.norm(matrix @ places - between))
+    length = min(float(np.linalg.norm(first)), float(np.linalg.norm(second)))
+    return bool(rank == 2 and (places > 0.02).all() and (places < 0.98).all() and apart < STRAIGHT * length)
 
 
 def _size(robot: Robot) -> list[Implausibility]:

@@ -175,6 +175,53 @@ def scatter(evidence: Evidence) -> Iterator[Implausibility]:
         yield Implausibility(what, "Are these too large: in another unit, or multiplied by 10? Correct them.")
     elif not small.any():
         yield from _all_larger(of_readings, freedoms, evidence.options)
+        yield from _one_kind_larger(evidence, times)
+
+
+_THOUSAND, _NEAR = 1e3, np.sqrt(10.0)
+
+
+def _one_kind_larger(evidence: Evidence, times: FloatArray) -> Iterator[Implausibility]:
+    """That translations or rotations alone scatter a thousand times more than stated, within a factor of √10.
+
+    Physics that is missing moves a platform and turns it: both kinds then exceed what is stated.
+    """
+    fitted, linear = evidence.fits[-1], evidence.linear
+    if fitted is None or fitted.misfit > evidence.options.fair or linear.all() or not linear.any():
+        return
+    size = [float(np.exp(np.log(np.maximum(times[kind], 1e-300)).mean())) for kind in (linear, ~linear)]
+    large = int(np.argmax(size))
+    if abs(np.log(size[large] / _THOUSAND)) < np.log(_NEAR) and size[1 - large] < _THOUSAND / _NEAR**3:
+        names = [name for name, kind in zip(evidence.names, linear, strict=True) if kind == (large == 0)]
+        what = f"the readings of {', '.join(names)} scatter {size[large]:.3g} times more than their standard deviations"
+        what += f", the others {size[1 - large]:.2g} times"
+        unit = "mm, or µm divided once too often" if large == 0 else "mrad, or µrad divided once too often"
+        likely = f"Are these standard deviations a thousand times too small (numbers in {unit})? Correct them."
+        yield Implausibility(what, likely)
+
+
+_OTHER = 2.0
+"""Factor between identified and stated stiffness from which another robot is asked about, where little fits."""
+
+
+def other_robot(evidence: Evidence) -> Iterator[Implausibility]:
+    """Nothing fits, and all actuators come out stiffer or softer alike: the file of another robot, whose columns fit.
+
+    What a robot lacks in physics leaves its stiffness near what it is; the geometry of another one does not.
+    """
+    stated, by_size, options = evidence.fits[0], evidence.fits[-1], evidence.options
+    if stated is None or by_size is None or not evidence.noise_stated or stated.p_value >= options.refuted:
+        return
+    shown = by_size.compliances[np.isfinite(by_size.compliances)]
+    if len(shown) < 2 or np.any(shown <= 0.0) or not _LITTLE < by_size.misfit < options.senseless:
+        return
+    factor, spread = float(np.exp(np.log(shown).mean())), float(np.log(shown).std(ddof=1))
+    if spread < options.alike and not 1.0 / _OTHER < factor < _OTHER and _known_factor(by_size, evidence) is None:
+        times, word = max(factor, 1.0 / factor), "softer" if factor > 1.0 else "stiffer"
+        what = f"all actuators come out {times:.3g} times {word} than the robot file says, and "
+        what += f"{100 * by_size.misfit:.2g} % of the readings are left over"
+        likely = "Is this the file of another robot? Compare the robot file with the robot that was measured."
+        yield Implausibility(what, likely)
 
 
 def _all_larger(squares: FloatArray, freedom: FloatArray, options: MistakeOptions) -> Iterator[Implausibility]:
@@ -199,6 +246,8 @@ def _alike(squares: FloatArray, freedom: FloatArray) -> float:
     return float(chdtrc(len(freedom) - 1, statistic / correction))
 
 
+_LITTLE = 0.02
+"""Share of the readings (squares) that is left over from which on little fits."""
 _KGF, _POUND = 9.80665, 0.45359237
 """N of a kgf, kg of a pound."""
 _TEN_SOFT, _HUNDRED = (
