@@ -18,7 +18,7 @@ from expdesign.planning.accuracy_map import AccuracyMap
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.error_ellipses import target_covariances
 from expdesign.planning.front import Front
-from expdesign.planning.optimality.deviations import Deviations, plan_deviations
+from expdesign.planning.optimality.deviations import Deviations, evaluations, plan_deviations
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import plans_frame
 from expdesign.report import error_maps, words
@@ -39,24 +39,31 @@ class PlanDeviations:
     """
 
     def __init__(self, problem: DesignProblem, front: Front) -> None:
-        count = len(front)
-        chosen = range(count) if count <= SHOWN.delicate_designs else sorted({front.recommended, front.knee})
+        both = sorted({front.recommended, front.knee})
+        number = int(problem.space.taken(front.decisions[both]).sum(axis=1).max())
+        each = evaluations(problem, number)
+        choices = (list(range(len(front))), both, [front.recommended])
+        chosen = next((some for some in choices if each * len(some) <= SHOWN.delicate_evaluations), [])
         self._place = {design: place for place, design in enumerate(chosen)}
-        self._found: Deviations = plan_deviations(problem, front.decisions[list(chosen)])
+        self._only = "the recommended design and the knee" if chosen == both else "the recommended design"
+        self._found = plan_deviations(problem, front.decisions[chosen]) if chosen else None
         self._n_pose = len(problem.loaded.robot.configuration)
 
     def sentences(self, design: int) -> list[str]:
         """What random deviations do, and which quantity is the most delicate: the error that costs 1 % by itself."""
+        found = self._found
+        if found is None:
+            return ["Not computed for plans of so many measurements, of which each by itself matters little."]
         if design not in self._place:
-            return ["Computed for the recommended design and the knee only, because the front is long."]
-        place, found = self._place[design], self._found
+            return [f"Computed for {self._only} only, because the front or its plans are long."]
+        place = self._place[design]
         if not np.isfinite(found.total[place]):
             return ["This design does not determine every stiffness, so that its sensitivity is not determined either."]
-        loads = self._stated(slice(self._n_pose, None))
-        loads = f", and every load by {loads}" if loads else ""
+        loads = self._stated(found, slice(self._n_pose, None))
+        loads, poses = f", and every load by {loads}" if loads else "", self._stated(found, slice(0, self._n_pose))
         mean, spread = (float(part[place]) for part in found.growth(found.stated))
         texts = [
-            f"If every pose is off at random by {self._stated(slice(0, self._n_pose))}{loads} (standard deviations), "
+            f"If every pose is off at random by {poses}{loads} (standard deviations), "
             f"the error to expect changes by about ±{words.number(100.0 * spread, 2)}\u00a0%"
             + (f" and grows by {words.number(100.0 * mean, 2)}\u00a0% on average." if mean > 0.0 else ".")
         ]
@@ -73,10 +80,11 @@ class PlanDeviations:
             texts.append("No single deviation costs 1\u00a0%.")
         return texts
 
-    def _stated(self, part: slice) -> str:
+    @staticmethod
+    def _stated(found: Deviations, part: slice) -> str:
         """Stated deviations of a group of quantities: `0.2 mm and 1 mrad`."""
         texts: dict[str, None] = {}
-        for name, value in zip(self._found.names[part], self._found.stated[part], strict=True):
+        for name, value in zip(found.names[part], found.stated[part], strict=True):
             column = words.plan_column(name)
             # Angles stated in radians are no round numbers of degrees.
             texts[f"{words.given(float(f'{value * column.factor:.4g}'))}\u00a0{column.unit}"] = None

@@ -21,7 +21,8 @@ class PageOptions:
         names: names that a sentence lists.
         bars_beside: axes of an error budget that are drawn beside the robot; more take the full width.
         growth: part by which the total error may grow where a plan is not met exactly.
-        delicate_designs: designs whose sensitivity is computed; of longer fronts the recommended one and the knee.
+        delicate_evaluations: measurements that are evaluated for the sensitivity of all designs (a second or two);
+            where these are more, of the recommended one and the knee, of the recommended one, or of none.
         ellipse: probability of the error to lie inside an ellipse.
         bins: of a histogram.
         half_width: predicted standard deviations that a density is drawn to either side.
@@ -49,7 +50,7 @@ class PageOptions:
     names: int = 6
     bars_beside: int = 12
     growth: float = 0.01
-    delicate_designs: int = 120
+    delicate_evaluations: int = 60_000
     ellipse: float = 0.95
     bins: int = 60
     half_width: float = 4.0

@@ -8,7 +8,10 @@ import pytest
 
 from expdesign.arrays import FloatArray
 from expdesign.planning.criteria.accuracy import Total
-from expdesign.planning.optimality.deviations import plan_deviations
+from expdesign.planning.front import Front
+from expdesign.planning.optimality.deviations import evaluations, plan_deviations
+from expdesign.report.design_data import PlanDeviations
+from expdesign.report.options import SHOWN
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.design.refined import refined
 
@@ -113,3 +116,14 @@ def test_a_design_that_identifies_nothing_has_no_derivatives() -> None:
     found = plan_deviations(blind, np.repeat(one, 3, axis=0)[None])
     assert np.isnan(found.total).all()
     assert np.isnan(found.allowed(0.01)).all()
+
+
+@pytest.mark.parametrize(("count", "said"), [(3, "of measurement"), (50, "recommended design only"), (600, "so many")])
+def test_long_plans_are_judged_for_fewer_designs_or_none(count: int, said: str) -> None:
+    case = problem(HEXAPOD, {"experiment.measurements": count})
+    designs = case.space.sample(2 * count, np.random.default_rng(4)).reshape(2, count, -1)
+    one = np.ones(2)
+    front = Front(designs, {"total": one}, ("total",), 0, 1, one, 1.0, one, 2)
+    deviations = PlanDeviations(case, front)
+    assert said in " ".join(deviations.sentences(1))
+    assert evaluations(case, count) * (count <= 50) <= SHOWN.delicate_evaluations

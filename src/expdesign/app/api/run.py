@@ -217,7 +217,7 @@ class _Limit:
         if not by_clock and not self._wanted():
             return ""
         self.ended = self._last
-        return f"its time of {self._seconds:g} s was over" if by_clock else BY_HAND
+        return f"its time of {self._seconds:.3g} s was over" if by_clock else BY_HAND
 
     def bounding(self) -> bool:
         """Whether bounds are to end."""

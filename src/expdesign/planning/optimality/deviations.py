@@ -20,7 +20,8 @@ _STEP = 1e-3
 """Step of the second difference, in parts of the quantity's scale: rounding and the next order both stay below 1e-5."""
 _STATED = 1e-2
 """The stated deviation, in parts of the quantity's scale, before it is rounded."""
-_BATCH = 4000
+_BATCH = 20_000
+"""Measurements that are evaluated together, about."""
 
 
 @dataclass(frozen=True)
@@ -84,33 +85,43 @@ def plan_deviations(problem: DesignProblem, variables: FloatArray) -> Deviations
     Where total is a maximum over targets they are those of the largest target. Measurements that share their unloaded
     measurement are taken to keep sharing it.
     """
-    space, robot, load = problem.space, problem.loaded.robot, problem.loaded.load
-    names = [*robot.configuration, *load.columns[: space.n_load]]
-    if space.tilts:
-        names += robot.coordinates.tilt
+    space, names = problem.space, _names(problem)
     kept = len(names)
     total = known_criteria()["total"]
     quantities = space.quantities(variables)
     series = shared_series(problem, quantities)
     piece = Differentiated(problem, quantities, series).pieces(total)[0]
     values, gradient = piece.value, piece.quantity_gradient()[..., :kept]
-    scale = _scales(names, quantities[..., :kept], len(robot.configuration))
+    scale = _scales(names, quantities[..., :kept], len(problem.loaded.robot.configuration))
     batch, count = quantities.shape[:2]
     curvature = np.empty((batch, count, kept))
-    together = max(1, _BATCH // (2 * count * kept))
-    for start in range(0, batch, together):
-        part = slice(start, min(start + together, batch))
-        steps = np.zeros((2, count, kept, count, quantities.shape[-1]))
-        for sign, side in ((1.0, 0), (-1.0, 1)):
-            for measurement in range(count):
-                for quantity in range(kept):
-                    steps[side, measurement, quantity, measurement, quantity] = sign * _STEP * scale[quantity]
-        moved = quantities[part, None, None, None] + steps
-        kept_series = None if series is None else np.repeat(series[part], 2 * count * kept, axis=0)
-        neighbours = problem.assess(*space.split(moved.reshape(-1, *quantities.shape[1:])), kept_series)
-        near = np.where(neighbours.differentiable, total.values(neighbours), np.nan).reshape(-1, 2, count, kept)
-        curvature[part] = (near[:, 0] + near[:, 1] - 2.0 * values[part, None, None]) / (_STEP * scale) ** 2
+    together, steps = (
+        max(1, _BATCH // (2 * count * kept)),
+        (_STEP * scale)[:, None] * np.eye(kept, quantities.shape[-1]),
+    )
+    for design in range(batch):
+        for first in range(0, count, together):
+            rows = np.arange(first, min(first + together, count))
+            moved = np.broadcast_to(quantities[design], (2, len(rows), kept, *quantities.shape[1:])).copy()
+            moved[0, np.arange(len(rows)), :, rows] += steps
+            moved[1, np.arange(len(rows)), :, rows] -= steps
+            kept_series = None if series is None else np.repeat(series[design][None], 2 * len(rows) * kept, axis=0)
+            neighbours = problem.assess(*space.split(moved.reshape(-1, *quantities.shape[1:])), kept_series)
+            near = np.where(neighbours.differentiable, total.values(neighbours), np.nan).reshape(2, len(rows), kept)
+            curvature[design, rows] = (near.sum(axis=0) - 2.0 * values[design]) / (_STEP * scale) ** 2
     return Deviations(tuple(names), values, gradient, curvature, scale)
+
+
+def evaluations(problem: DesignProblem, count: int) -> int:
+    """How many measurements are evaluated for the derivatives of one design of so many."""
+    return 2 * count**2 * len(_names(problem))
+
+
+def _names(problem: DesignProblem) -> list[str]:
+    """Quantities of a measurement that can be missed."""
+    space, robot, load = problem.space, problem.loaded.robot, problem.loaded.load
+    names = [*robot.configuration, *load.columns[: space.n_load]]
+    return [*names, *robot.coordinates.tilt] if space.tilts else names
 
 
 def _scales(names: list[str], quantities: FloatArray, n_pose: int) -> FloatArray:
