@@ -49,7 +49,7 @@ def errors_of_gradients(
     span = (space.upper - space.lower)[free]
     widths = np.array(STEPS)[:, None] * span
     exact = criterion_gradients(problem, variables, names)
-    largest = {name: np.zeros(len(STEPS) + 1) for name in names}
+    largest: dict[str, FloatArray] = {name: np.zeros(len(STEPS) + 1) for name in names}
     for design, measurement in np.ndindex(variables.shape[:2]):
         moved = np.tile(variables[design], (2, len(STEPS), len(free), 1, 1))
         for place, variable in enumerate(free):
