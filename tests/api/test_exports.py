@@ -4,7 +4,6 @@ import ast
 import importlib
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import expdesign as xd
@@ -56,11 +55,3 @@ def test_check_returns_what_the_command_prints(tmp_path: Path, capsys: pytest.Ca
         assert call("check", file, *options) == 0
         assert capsys.readouterr().out == "\n".join(checked.lines) + "\n"
         assert " ".join(checked.lines) == f"{file}: {checked.summary}"
-
-
-def test_plan_next_returns_what_the_command_writes(tmp_path: Path) -> None:
-    recordings = recordings_file(tmp_path)
-    planned = xd.plan_next(CONFIG, recordings, count=2)
-    assert call("next", CONFIG, recordings, "--out", tmp_path / "next.csv", "--count", 2) == 0
-    assert planned.save(tmp_path / "own.csv").read_bytes() == (tmp_path / "next.csv").read_bytes()
-    assert np.all(np.diff([planned.before, *planned.after]) < 0.0)

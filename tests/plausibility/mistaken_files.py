@@ -57,8 +57,6 @@ REFUSED: dict[str, tuple[Text, str]] = {
     "Reihenfolge": (renamed("sequence", "Reihenfolge"), "Is `Reihenfolge` meant?"),
     "Serie": (renamed("series", "Serie"), "Is `Serie` meant?"),
     "FX_MN in capitals": (renamed("mass_kg", "FX_MN"), "the unit MN may be mN or MN"),
-    "a unit of another quantity": (renamed("dx_m", "dx_mrad"), "the unit contradicts the quantity"),
-    "one quantity in two units": (renamed("dy_m", "dx_mm"), "the columns dx_m and dx_mm give the same quantity"),
     "decimal commas between commas": (lambda text: text.replace(".", ","), "decimal commas between the commas?"),
     "two decimal marks": (lambda text: german(text).replace(",", ".", 1), "with a comma"),
 }
