@@ -133,6 +133,24 @@ def test_a_diagnosis_reads_the_errors_that_the_recordings_declare() -> None:
     assert [one.name for one in found.budget.contributions][1:] == ["mass", "com"]
 
 
+def test_a_diagnosed_model_is_as_uncertain_as_its_declared_load_errors_leave_it() -> None:
+    """Where nothing is missing it is the model of least squares that weigh the noise alone, load errors in both."""
+    case, frame = simulated(LARGE, seed=4)
+    diagnosed = xd.diagnose(HEXAPOD["robot"], frame, targets=case)
+    assert diagnosed.record["verdict"] == "consistent"
+    recorded = xd.identify(HEXAPOD["robot"], frame).result.recordings
+    weighted = identify(case.loaded.robot, recorded, load_errors=case.load_errors, estimator="weighted")
+    np.testing.assert_allclose(diagnosed.result.known.covariance, weighted.fit.covariance, rtol=1e-4, atol=1e-9)
+    np.testing.assert_allclose(diagnosed.model.covariance, diagnosed.result.known.covariance, rtol=1e-9, atol=1e-12)
+    case = problem(
+        HEXAPOD, {"experiment.measurements": 6, "experiment.load_error": LARGE, "experiment.estimator": "weighted"}
+    )
+    identified = xd.identify(HEXAPOD["robot"], frame, targets=case).acceptance
+    assert identified is not None
+    assert diagnosed.acceptance is not None
+    np.testing.assert_allclose(diagnosed.acceptance.budget.expanded, identified.budget.expanded, rtol=1e-4)
+
+
 def test_the_next_measurement_follows_a_fit_that_weighs_the_load_errors() -> None:
     case, frame = simulated(LARGE, seed=3)
     fit = xd.plan_next(case, frame).fit

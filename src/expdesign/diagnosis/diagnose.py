@@ -54,7 +54,8 @@ def diagnose(
         robot: the robot.
         recordings: what was measured.
         without: identifiers of physics that the library shall not offer.
-        load_errors: of the recorded loads; where they account for the misfit of the base model, nothing is missing.
+        load_errors: of the recorded loads; where they account for the misfit of the base model, nothing is missing. The
+            covariance of what is predicted contains them.
         interruptible: whether a `KeyboardInterrupt` ends the search with the best model so far, once there is one.
         report: progress callback.
 
@@ -71,11 +72,12 @@ def diagnose(
 
     frame = framed(robot, recordings, without=without, report=noted, load_errors=load_errors)
     try:
-        return _diagnosed(frame, outliers=OUTLIER not in without)
+        found = _diagnosed(frame, outliers=OUTLIER not in without)
     except KeyboardInterrupt:
         if not interruptible:
             raise
-        return _so_far(frame, doing[0])
+        found = _so_far(frame, doing[0])
+    return replace(found, load_errors=load_errors)
 
 
 def _so_far(frame: Frame, doing: str) -> Diagnosis:

@@ -1,6 +1,7 @@
 """What a diagnosis found."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
@@ -16,11 +17,13 @@ from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.relinearised import AGREES
 from expdesign.diagnosis.remarks import WrittenOtherwise
 from expdesign.diagnosis.sample import rms
-from expdesign.diagnosis.statement import NONE, Widening, widened, widening
+from expdesign.diagnosis.statement import NONE, Widening, explained_by_loads, widened, widening
 from expdesign.estimation.coverage import reading_deviations
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.goodness import StatementOfFit
+from expdesign.estimation.load_errors import DeclaredLoadErrors
 from expdesign.estimation.noise_level import NoiseLevel
+from expdesign.estimation.propagated import Propagated
 from expdesign.mechanics.robots.robot import Robot
 
 ONE_AT_A_TIME, TOGETHER, LAWS = "one effect at a time", "all effects at once", "laws at ports"
@@ -58,6 +61,7 @@ class Diagnosis:
         inexact: share of what named physics does to predictions that is not known; laws have it in their fit.
         left_out: by what blocks that were left out widen the predictions of a model of groups.
         stability: how often nine tenths of the rows name the same; None where nothing, or laws are named.
+        load_errors: of the recorded loads; None where none are declared.
         written_difference: of the fitted rows as the written model predicts them from what is said here, RMS in
             standard deviations of a reading; 0 where nothing was written.
         ended: what was being done when somebody ended the diagnosis, whose model is the best so far; empty otherwise.
@@ -84,17 +88,37 @@ class Diagnosis:
     stability: Stability | None = None
     ended: str = ""
     written_difference: float = 0.0
+    load_errors: DeclaredLoadErrors | None = None
 
     @property
     def refuted(self) -> bool:
         """Whether the model that predicts is refuted by the recordings, or no explanation of them."""
         return self.verdict == "unexplained" or self.after.refuted
 
-    @property
+    @cached_property
     def widening(self) -> Widening:
         """By what the recordings widen what the predictive model predicts."""
-        sample = self.names.sample.restricted(~self.predictive.outliers)
-        return widening(self.predictive.fit, sample, known_noise=self.noise.known, left_out=self.left_out)
+        fit, sample = self.predictive.fit, self.names.sample.restricted(~self.predictive.outliers)
+        known, explained, counts = self.noise.known, 0.0, sample.counts
+        if self.propagated is not None and self.load_errors is not None:
+            whitening = sample.whitening.rows(counts)
+            explained = explained_by_loads(
+                fit.seen_by(counts), self.recordings.rows(counts), whitening, self.load_errors
+            )
+        return widening(fit, sample, known_noise=known, left_out=self.left_out, explained=explained)
+
+    @cached_property
+    def propagated(self) -> Propagated | None:
+        """What declared errors of the recorded loads do to the predictive model, whose fit weighs the noise alone.
+
+        None without any, where the noise is what the model leaves over, and for absolute readings of an arm.
+        """
+        fit, counts = self.predictive.fit, self.names.sample.counts & ~self.predictive.outliers
+        if self.load_errors is None or not self.noise.known or isinstance(fit.chain, ChainBeside):
+            return None
+        effects = self.load_errors.effects(fit.chain, fit.values, self.recordings.rows(counts))
+        whitening = self.names.sample.whitening.rows(counts)
+        return Propagated.of(fit.seen_by(counts), whitening, effects, [1.0] * len(effects))
 
     @property
     def known(self) -> Fit:
@@ -107,6 +131,9 @@ class Diagnosis:
         found = widened(self.predictive.fit, self.widening)
         if self.inexact:
             found = with_share(found, self.inexact)
+        if self.propagated is not None:
+            whole = found.estimable.generalised + self.propagated.covariance()
+            found = found.known_as(replace(found.estimable, generalised=whole))
         chain = found.chain
         if not isinstance(chain, ChainBeside):
             return found

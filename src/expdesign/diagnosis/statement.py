@@ -115,7 +115,9 @@ class Widening:
 NONE = Widening()
 
 
-def widening(fit: Fit, sample: Sample, *, known_noise: bool, left_out: Widening = NONE) -> Widening:
+def widening(
+    fit: Fit, sample: Sample, *, known_noise: bool, left_out: Widening = NONE, explained: float = 0.0
+) -> Widening:
     """The widening that the rows which count ask for.
 
     Args:
@@ -124,8 +126,10 @@ def widening(fit: Fit, sample: Sample, *, known_noise: bool, left_out: Widening 
         known_noise: whether the standard deviations of the readings are stated.
         left_out: what blocks ask for that were left out, where that is known: readings of a machine with many small
             errors scatter about its predictions as these do, and not as fitted ones.
+        explained: part of χ² that declared load errors account for.
     """
     value, dof = tested(fit, sample)
+    value -= explained
     ratio = noise_ratio(value, dof) if known_noise else sqrt(value / dof)
     spread = dispersion(fit.residuals, sample)
     alike = sqrt((1.0 + spread.correlation) / (1.0 - spread.correlation))

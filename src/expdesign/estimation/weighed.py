@@ -25,6 +25,7 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.gaussian import Gaussian, Term
 from expdesign.estimation.load_errors import DeclaredLoadErrors, Estimator, LoadEffect, load_columns
+from expdesign.estimation.propagated import Propagated
 from expdesign.estimation.whitening import LoadColumns, Whitening
 
 SCALE_SPREAD = 0.7
@@ -68,8 +69,7 @@ class WeighedLoads:
         mean: posterior mean of the shared errors, in declared standard deviations, effect after effect, shape (d,).
         covariance: of the same, shape (d, d).
         cross: covariance of the parameters with them, shape (p, d).
-        propagated: what μ standard deviations of every error do to the parameters: of each effect (p, d) where rows
-            share it, else (N, p, d).
+        propagated: what μ standard deviations of every error do to the parameters.
     """
 
     estimator: Estimator
@@ -79,17 +79,12 @@ class WeighedLoads:
     mean: FloatArray
     covariance: FloatArray
     cross: FloatArray
-    propagated: tuple[FloatArray, ...]
+    propagated: Propagated
 
     @property
     def excess(self) -> FloatArray:
         """K·(C(μ) − C(λ))·Kᵀ: what sizes beyond the weights add to the covariance of the parameters, shape (p, p)."""
-        flat = [each if each.ndim == 2 else np.concatenate(list(each), axis=1) for each in self.propagated]
-        shares = 1.0 - (self.weights / self.sizes) ** 2
-        found: FloatArray = sum(
-            (share * each @ each.T for share, each in zip(shares, flat, strict=True)), np.zeros((len(self.cross),) * 2)
-        )
-        return found
+        return self.propagated.covariance((1.0 - (self.weights / self.sizes) ** 2).tolist())
 
     @property
     def sentence(self) -> str:
@@ -251,14 +246,6 @@ def _posterior(
     weights, sizes = scales
     whitening = noise.weighing(load_columns(effects, weights) if estimator == "generalised" else None)
     residuals, sensitivities = fitted.linearised(fit.values)
-    gain = fit.estimable.generalised @ as_matrix(whitening.scores(whitening.apply(sensitivities))).T
-    shape = residuals.shape
-    gain = gain.reshape(-1, *shape)
-    propagated = []
-    for effect, size in zip(effects, sizes, strict=True):
-        moved = size * effect.moved / noise.deviations[..., None]
-        subscripts = "pnk,nkd->pd" if effect.shared else "pnk,nkd->npd"
-        propagated.append(np.einsum(subscripts, gain, moved))
     columns = load_columns(effects, sizes)
     rows = noise.weighing(LoadColumns(columns.shared[..., :0], columns.own))
     unit = load_columns(effects, np.ones(len(effects))).shared
@@ -278,5 +265,5 @@ def _posterior(
         model.mean_of("loads"),
         known[part, part],
         known[own, part],
-        tuple(propagated),
+        Propagated.of(fit, whitening, effects, sizes.tolist()),
     )

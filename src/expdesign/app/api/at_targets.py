@@ -91,7 +91,8 @@ class AtTargets:
         """An identified robot; not decided where it is refuted."""
         noise, recorded = result.noise, result.recordings.rows(result.fitted)
         degrees = min((group.dof for group in noise.groups), default=float("inf"))
-        model = FittedModel(result.fit, recorded, result.whitening, float(degrees), result.loads)
+        loads = None if result.loads is None else result.loads.propagated.scaled(float(np.sqrt(result.fit.inflation)))
+        model = FittedModel(result.fit, recorded, result.whitening, float(degrees), loads)
         return cls(problem, model, result.goodness.refuted)
 
     @classmethod
@@ -101,7 +102,7 @@ class AtTargets:
         counts, recorded = sample.counts, result.recordings.rows(sample.counts)
         whitening = sample.whitening.rows(counts)
         degrees = float("inf") if result.noise.known else float(max(result.after.dof, 1))
-        model = FittedModel(result.known.seen_by(counts), recorded, whitening, degrees)
+        model = FittedModel(result.known.seen_by(counts), recorded, whitening, degrees, result.propagated)
         remedy = "record what separates the explanations, or look at the place that is named"
         return cls(problem, model, result.refuted, remedy)
 

@@ -22,7 +22,7 @@ from expdesign.estimation.compensation.arm_targets import of_joints
 from expdesign.estimation.compensation.joint_space import at_targets, tip_chain
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.load_errors import declared_load_errors
-from expdesign.estimation.weighed import WeighedLoads
+from expdesign.estimation.propagated import Propagated
 from expdesign.estimation.whitening import Whitening
 from expdesign.planning.problem import DesignProblem
 
@@ -43,7 +43,7 @@ class FittedModel:
     recordings: Recordings
     whitening: Whitening
     degrees: float = float("inf")
-    loads: WeighedLoads | None = None
+    loads: Propagated | None = None
 
 
 def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudget:
@@ -59,11 +59,12 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
     generalised = model.fit.estimable.generalised
     together = np.einsum("tnp,pq,smq->tnsm", sensitivities, generalised, sensitivities, optimize=True)
     loads = []
-    for name, shared, moved in _effects_of_loads(problem, model):
-        # Errors that every row has for itself add up in squares, one that all share adds up as it is.
+    propagated = _propagated(problem, model)
+    for effect, moved in zip(propagated.effects, propagated.moved, strict=True):
         errors = np.einsum("tnp,mpd->tnmd", sensitivities, moved)
         part = np.einsum("tnmd,skmd->tnsk", errors, errors, optimize=True)
-        loads.append(Contribution(name, np.sqrt((errors**2).sum(axis=(2, 3))), not shared, covariance=part))
+        deviation = np.sqrt((errors**2).sum(axis=(2, 3)))
+        loads.append(Contribution(effect.name, deviation, not effect.shared, covariance=part))
         if model.loads is not None:  # the covariance of the fit contains them
             together = together - part
     own = np.sqrt(np.maximum(np.einsum("tntn->tn", together), 0.0))
@@ -113,21 +114,11 @@ def target_sensitivities(problem: DesignProblem, fit: Fit) -> FloatArray:
     return np.array(rows)
 
 
-def _effects_of_loads(problem: DesignProblem, model: FittedModel) -> list[tuple[str, bool, FloatArray]]:
-    """Every source by name, whether rows share it, and what one standard deviation of each component does to the
-    estimate: (1, p, d) where rows share it, else row by row (N, p, d).
-    """
-    fit, recorded = model.fit, model.recordings
+def _propagated(problem: DesignProblem, model: FittedModel) -> Propagated:
+    """What errors of the loads do to the parameters: those that the fit contains, else as they are declared."""
     if model.loads is not None:
-        pairs = zip(model.loads.effects, model.loads.propagated, strict=True)
-        root = float(np.sqrt(fit.inflation))
-        return [(e.name, e.shared, root * (each if each.ndim == 3 else each[None])) for e, each in pairs]
+        return model.loads
+    fit, recorded = model.fit, model.recordings
     errors = declared_load_errors(fit.chain.robot, recorded, problem.load_errors)
-    if errors is None:
-        return []
-    gain = (model.whitening.scores(fit.sensitivities) @ fit.estimable.generalised).swapaxes(1, 2) / fit.inflation
-    found = []
-    for effect in errors.effects(fit.chain, fit.values, recorded):
-        estimates = gain @ (effect.moved / model.whitening.deviations[..., None])
-        found.append((effect.name, effect.shared, estimates.sum(axis=0)[None] if effect.shared else estimates))
-    return found
+    effects = () if errors is None else errors.effects(fit.chain, fit.values, recorded)
+    return Propagated.of(fit, model.whitening, effects, [1.0] * len(effects))

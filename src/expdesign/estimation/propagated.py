@@ -1,0 +1,49 @@
+"""What declared errors of the loads do to the parameters of a fit (theory.md 5.1).
+
+With the gain K of the fit, an error that moves the readings by g moves the parameters by K·g. Errors that every row has
+for itself add up in squares, one that rows share adds up as it is.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.estimation.fit import Fit
+from expdesign.estimation.load_errors import LoadEffect
+from expdesign.estimation.whitening import Whitening
+
+
+@dataclass(frozen=True)
+class Propagated:
+    """Errors of the loads, and by how much they move the parameters.
+
+    Attributes:
+        effects: the errors.
+        moved: of each the parameters per standard deviation: (1, p, d) where rows share it, else (N, p, d).
+    """
+
+    effects: tuple[LoadEffect, ...]
+    moved: tuple[FloatArray, ...]
+
+    @classmethod
+    def of(cls, fit: Fit, whitening: Whitening, effects: Sequence[LoadEffect], sizes: Sequence[float]) -> "Propagated":
+        """Of errors with `sizes`, in declared standard deviations, in a fit of rows with their whitening."""
+        gain = (whitening.scores(fit.sensitivities) @ fit.estimable.generalised).swapaxes(1, 2) / fit.inflation
+        found = []
+        for effect, size in zip(effects, sizes, strict=True):
+            rows = gain @ (size * effect.moved / whitening.deviations[..., None])
+            found.append(rows.sum(axis=0)[None] if effect.shared else rows)
+        return cls(tuple(effects), tuple(found))
+
+    def scaled(self, factor: float) -> "Propagated":
+        """With errors that are larger by a factor."""
+        return replace(self, moved=tuple(factor * each for each in self.moved))
+
+    def covariance(self, shares: Sequence[float] | None = None) -> FloatArray:
+        """Of the parameters, shape (p, p); of each effect the share that is given."""
+        given = np.ones(len(self.moved)) if shares is None else shares
+        parts = [share * np.einsum("npd,nqd->pq", each, each) for share, each in zip(given, self.moved, strict=True)]
+        found: FloatArray = np.sum(parts, axis=0)
+        return found
