@@ -9,13 +9,13 @@ import pytest
 import yaml
 
 import expdesign as xd
-from expdesign.app.api.compensate import targets_table
 from expdesign.app.api.configuration import problem_of
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.legs.transmission import LegBacklash
 from expdesign.chain.models.model_file import read_model
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
+from expdesign.planning.target_table import targets_table
 from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, refusal
 
 POSE = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]

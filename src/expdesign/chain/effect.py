@@ -22,7 +22,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import Component, component_from_text
+from expdesign.chain.component import PAYLOAD, Component, component_from_text
 from expdesign.chain.declaration import ONLY, TYPICAL, Beyond, Declaration, Parameter, Size, Variant
 from expdesign.chain.recorded_inputs import RecordedInputs
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES, POSITIONS, LoadedPoints, Measurand
@@ -35,6 +35,9 @@ When = Callable[[Robot, LoadedPoints], object]
 """Whether recordings can show an effect on a robot."""
 Values = dict[str, tuple[float, float, float]]
 """Reported values with their 95 % intervals: estimate, low, high."""
+
+LOAD_DIRECTION = "load direction"
+"""Port at which gravity acts in another direction than stated, at targets as well."""
 
 
 class Effect(ABC):
@@ -97,6 +100,16 @@ class Effect(ABC):
     @abstractmethod
     def describe(self) -> tuple[Parameter, ...]:
         """The parameters of this component and variant."""
+
+    @property
+    def of_weights(self) -> bool:
+        """Whether it is an error of the loads that were applied, not of the machine nor of the direction of gravity."""
+        return self.component == PAYLOAD and self.port_name != LOAD_DIRECTION
+
+    @property
+    def port_name(self) -> str:
+        """Port of the chain at which it acts."""
+        return self.declared.port
 
     @classmethod
     @abstractmethod

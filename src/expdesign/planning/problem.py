@@ -10,6 +10,7 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.copying import Copied
 from expdesign.errors import ExpdesignError, InputError, NotIdentifiableError
+from expdesign.estimation.compensation.target_loads import TargetLoads
 from expdesign.estimation.coverage import STANDARD, Coverage
 from expdesign.estimation.load_errors import DeclaredLoadErrors, Estimator
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
@@ -59,6 +60,7 @@ class DesignProblem(Copied):
         budget: of time in place of a number of measurements, or None.
         validation: rows of a plan that are kept for validation.
         interrupt: called before every evaluation of measurements; raises to end what is going on.
+        own_loads: how well the payloads at the targets are known; None where wrenches act at some.
     """
 
     loaded: LoadedRobot
@@ -82,6 +84,7 @@ class DesignProblem(Copied):
     known: Information | None = None
     estimator: Estimator = "generalised"
     interrupt: Callable[[], None] = field(default=go_on, compare=False)
+    own_loads: TargetLoads | None = None
 
     def __repr__(self) -> str:
         objectives = ", ".join(criterion.name for criterion in self.objectives)

@@ -9,6 +9,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.errors import InputError, SingularConfigurationError
+from expdesign.estimation.compensation.target_loads import TargetLoads
 from expdesign.estimation.coverage import STANDARD
 from expdesign.io.kinds import require_kind
 from expdesign.io.nearest import nearest
@@ -84,6 +85,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         targets=targets,
         target_wrenches=wrenches,
         target_loads=target_loads,
+        own_loads=_own_loads(section, robot, document),
         space=space,
         objectives=(),
         optimiser=SearchOptions(**section.optimiser.model_dump(exclude={"algorithm", "bound_seconds"})),
@@ -206,6 +208,27 @@ def _sources(experiment: ExperimentSection, load: Load, document: YamlDocument) 
             raise InputError(what, where=document.where((*where, "std")), remedy=f"In {kind.unit}.")
         sources.append(kind(deviation, entry.shared))
     return tuple(sources)
+
+
+def _own_loads(section: RunSection, robot: Robot, document: YamlDocument) -> TargetLoads | None:
+    """How well the payloads at the targets are known; None where wrenches act at some."""
+    found = TargetLoads.exact(len(section.targets), robot.coordinates)
+    for index, target in enumerate(section.targets):
+        if target.payload is None:
+            continue
+        found.carries[index] = target.payload.same_as is not None
+        stated = target.payload.std
+        if stated is not None:
+            found.deviations[index, 0] = stated.mass_kg or 0.0
+        if stated is not None and stated.com_m is not None:
+            where = ("targets", index, "payload", "std", "com_m")
+            found.deviations[index, 1:] = _vector(stated.com_m, robot.coordinates.centre_of_mass, document, where)
+    if not any(target.payload is None for target in section.targets):
+        return found
+    if found.carries.any() or found.deviations.any():
+        what = "how well payloads at targets are known, where other targets have a wrench"
+        raise InputError(what, where=document.where(("targets",)), remedy="Give every target a payload.")
+    return None
 
 
 def _targets(

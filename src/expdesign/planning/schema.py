@@ -300,11 +300,35 @@ class ExperimentSection(Section):
     constraints: ConstraintsSection | None = left_out("What the laboratory demands of a plan. Default: nothing.")
 
 
+class TargetPayloadErrorSection(Section):
+    """`targets[].payload.std`: standard deviations of the target's own payload."""
+
+    mass_kg: Positive | None = left_out("Of the mass (kg). Default: exact.")
+    com_m: list[Positive] | None = left_out("Of the centre of mass in P (m). Default: exact.")
+
+
 class TargetPayloadSection(Section):
     """`targets[].payload`."""
 
     mass_kg: Positive = Field(description="Mass (kg).")
     com_m: list[Number] | None = left_out("Centre of mass in P (m). Default: its origin.")
+    std: TargetPayloadErrorSection | None = left_out(
+        "How well this payload is known, which U contains. Default: exactly."
+    )
+    same_as: Literal["experiment"] | None = left_out(
+        "`experiment` where the target carries the weights of the experiment: their errors, where recordings showed "
+        "them, act there. Default: a payload of its own."
+    )
+
+    @model_validator(mode="after")
+    def _one_payload(self) -> Self:
+        if self.std is not None and self.same_as is not None:
+            what = "the errors of the weights of the experiment are those of `experiment.load_error`"
+            raise invalid(what, "std", remedy="Leave out `std`, or `same_as`.")
+        if self.std is not None and self.std.mass_kg is not None and self.std.mass_kg > self.mass_kg:
+            what = f"an error of {self.std.mass_kg:g} kg is larger than the mass, {self.mass_kg:g} kg"
+            raise invalid(what, "std", remedy="In kg.")
+        return self
 
 
 class TargetSection(Section):

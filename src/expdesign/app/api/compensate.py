@@ -1,6 +1,6 @@
 """`compensate`: command poses that reach the targets under load."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -23,6 +23,7 @@ from expdesign.estimation.compensation.arm_targets import ArmTargets, arm_target
 from expdesign.estimation.compensation.compensate import Compensation, Corrections, compensate_arm, corrections_of
 from expdesign.estimation.compensation.compensate import compensate as commands_for
 from expdesign.estimation.compensation.prediction import in_file_order, require_history
+from expdesign.estimation.compensation.target_loads import TargetLoads, said_of_loads
 from expdesign.io.output import csv_text
 from expdesign.io.table import Table, parse_table
 from expdesign.mechanics.robots.robot import Robot
@@ -49,6 +50,7 @@ class CompensationResult(TableResult):
         sequence: numbers of the targets, in the same order.
         robot: that is commanded.
         refuted: whether the recordings of the model refute it.
+        scope: which errors of the load were applied at the targets and which not.
     """
 
     compensation: Compensation
@@ -56,6 +58,7 @@ class CompensationResult(TableResult):
     sequence: list[int]
     robot: Robot
     refuted: bool = False
+    scope: list[str] = field(default_factory=list)
 
     @property
     def summary(self) -> str:
@@ -64,9 +67,9 @@ class CompensationResult(TableResult):
 
     @property
     def lines(self) -> list[str]:
-        """Corrections and expected uncertainties as a table in words, a line for each target, and the summary."""
+        """Corrections and U as a table in words, a line for each target, the summary, and which errors were applied."""
         table = correction_lines(self.corrections, self.sequence, self.robot.coordinates.translations)
-        return [*table, self.summary]
+        return [*table, self.summary, *self.scope]
 
     @property
     def notes(self) -> list[str]:
@@ -82,6 +85,10 @@ def compensate(
     The load is that at the target: a payload's wrench is taken at the orientation that the platform shall have. For an
     arm, targets are poses `x_m` ... `rz_rad` of the tip, with joint columns as the posture to stay near, or joint
     columns alone: the pose that the nominal robot has there.
+
+    An error of the loads that the model's recordings showed belongs to their weights. It acts at a target only where
+    the column `same_as` says `experiment`; a target carries a payload of its own otherwise, whose standard deviations
+    `error_mass_kg`, `error_com_x_m` ... are in U.
 
     Args:
         model: identified model (YAML).
@@ -110,13 +117,14 @@ def compensate(
         from expdesign.app.api.configuration import problem_of_robot  # noqa: PLC0415 (of configurations)
 
         problem = problem_of_robot(targets, robot, identified.source, confirmed=other_robot)  # type: ignore[arg-type]
-    table = table_of(targets, "targets") if problem is None else targets_table(problem)  # type: ignore[arg-type]
+    table = table_of(targets, "targets") if problem is None else _table_of(problem)  # type: ignore[arg-type]
+    loads = TargetLoads.of_table(table, robot.coordinates)
     require_history(identified, table)
     require_known(frame, get_args(Frame), "frame", "frame")
     aims = arm_targets(table, identified, frame) if robot.jointed else None
     points = points_from_table(table, robot) if aims is None else aims.points
     calibrated = _calibrated(identified, points, problem)
-    found = commands_for(identified, points) if aims is None else compensate_arm(identified, aims)
+    found = commands_for(identified, points, loads) if aims is None else compensate_arm(identified, aims, loads)
     corrections = corrections_of(robot, points, found, calibrated)
     if calibrated is None:
         say(correction_findings(robot, points, corrections.translation, corrections.rotation), points.source)
@@ -125,30 +133,20 @@ def compensate(
     text = table.frame.drop(columns=[name for name in SPATIAL.pose if robot.jointed and table.has(name)])
     text = text.assign(**dict(zip(columns, in_file_order(points, *columns.values()), strict=True)))
     purpose, refuted = purpose_of("compensate", model, targets), identified.fit == "refuted"
-    return CompensationResult(text, found, corrections, points.sequence.tolist(), robot, refuted, purpose=purpose)
+    scope, sequence = said_of_loads(identified.chain, loads), points.sequence.tolist()
+    return CompensationResult(text, found, corrections, sequence, robot, refuted, scope, purpose=purpose)
+
+
+def _table_of(problem: "DesignProblem") -> Table:
+    from expdesign.planning.target_table import targets_table  # noqa: PLC0415 (of configurations)
+
+    return targets_table(problem)
 
 
 def _is_table(targets: object) -> bool:
     """Whether targets are a table, and no run configuration that holds some."""
     named = isinstance(targets, str | Path) and Path(targets).suffix.lower() not in (".yaml", ".yml")
     return named or isinstance(targets, pd.DataFrame | Result)
-
-
-def targets_table(problem: "DesignProblem") -> Table:
-    """The targets with their loads, one row each, numbered as in the configuration."""
-    robot, count = problem.loaded.robot, len(problem.targets.configurations)
-    columns: dict[str, object] = {"sequence": np.arange(1, count + 1), "series": np.arange(1, count + 1)}
-    columns |= {name: problem.targets.configurations[:, i] for i, name in enumerate(robot.configuration)}
-    if all(loaded.load.has_mass for loaded, _ in problem.target_loads):
-        names = problem.target_loads[0][0].load.columns
-        values = np.array([parameters for _, parameters in problem.target_loads])
-    else:
-        names, values = robot.coordinates.wrench, problem.target_wrenches
-    own = dict(zip(robot.coordinates.gravity, robot.gravity, strict=True))
-    for i, name in enumerate(names):
-        if name not in own or np.any(values[:, i] != own[name]):
-            columns[name] = values[:, i]
-    return parse_table(csv_text(pd.DataFrame(columns)), f"{problem.source}, targets")
 
 
 def calibrated_by(problem: "DesignProblem") -> Calibrated:

@@ -13,7 +13,7 @@ from expdesign.app.api.inputs import ModelInput, TableInput, model_of, purpose_o
 from expdesign.app.api.recorded import referenced
 from expdesign.app.api.result import PAGE, FolderResult, PathLike
 from expdesign.arrays import FloatArray
-from expdesign.assurance.acceptance.attained import compare, tip_errors
+from expdesign.assurance.acceptance.attained import attained_at, compare
 from expdesign.assurance.acceptance.certificate import About, about_of, certificate_number, read_about
 from expdesign.assurance.acceptance.check_measurement import CheckMeasurement, read_check_measurement
 from expdesign.assurance.acceptance.conformity import judge
@@ -22,7 +22,8 @@ from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import Frame
 from expdesign.errors import ArgumentError, InputError
 from expdesign.estimation.compensation.arm_targets import instrument_of
-from expdesign.estimation.compensation.prediction import chain_of, predict_with, require_history, require_regular_points
+from expdesign.estimation.compensation.prediction import require_history, require_regular_points
+from expdesign.estimation.compensation.target_loads import TargetLoads
 from expdesign.estimation.coverage import STANDARD, Coverage
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.page import Page
@@ -140,9 +141,10 @@ def verify(
     check = read_check_measurement(table, robot, frame)
     require_regular_points(robot, check.points)
     problem = problem_of_robot(config, robot, identified.source, confirmed=other_robot)
-    deviations = _deviations(identified, check, problem)
+    loads = TargetLoads.of_table(table, robot.coordinates)
+    deviations = _deviations(identified, check, loads, problem)
     check = replace(check, points=referenced(check.points, shared_reference, problem))
-    comparison = compare(identified, check, deviations)
+    comparison = compare(identified, check, deviations, loads)
     chosen = Coverage(coverage) if coverage is not None else STANDARD if problem is None else problem.coverage
     columns = [robot.coordinates.deflection[axis] for axis in check.axes]
     statement = comparison.statement(check.points, columns)
@@ -154,13 +156,10 @@ def verify(
     )
 
 
-def _deviations(model: Model, check: CheckMeasurement, problem: DesignProblem | None) -> FloatArray:
+def _deviations(model: Model, check: CheckMeasurement, loads: TargetLoads, problem: DesignProblem | None) -> FloatArray:
     """Standard deviations of the readings (N, k): the recordings' own, or those of the configuration."""
     if check.deviations is not None:
-        if check.poses is None:
-            predicted = predict_with(chain_of(model, platform=True), model, check.points).deviations[:, check.axes]
-        else:
-            predicted = model.estimable.deviations(tip_errors(model, check, check.poses)[1])[:, check.axes]
+        predicted = attained_at(model, check, loads).deviations[:, check.axes]
         # What `compensate` wrote into `sx_m …` is how well the pose is predicted, not how well it was measured.
         if (np.abs(check.deviations - predicted) > SAME * predicted).any():
             return check.deviations

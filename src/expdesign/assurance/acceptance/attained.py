@@ -14,14 +14,15 @@ from scipy.special import ndtr
 
 from expdesign.arrays import FloatArray, TextArray
 from expdesign.assurance.acceptance.check_measurement import FARTHEST, CheckMeasurement
+from expdesign.chain.chain import Chain
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.recordings.references import groups
-from expdesign.chain.row import row_data
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.estimation.compensation.arm_targets import ArmTargets, instrument_of
 from expdesign.estimation.compensation.joint_space import at_targets, tip_chain
-from expdesign.estimation.compensation.prediction import chain_of
+from expdesign.estimation.compensation.prediction import chain_of, moved
+from expdesign.estimation.compensation.target_loads import AttainedUncertainty, TargetLoads
 from expdesign.estimation.goodness import StatementOfFit, WorstRow
 from expdesign.mechanics.robots.orientation import rotations_of
 from expdesign.mechanics.robots.robot import Robot
@@ -89,66 +90,78 @@ class Comparison:
         return adjusted.reshape(self.z.shape)
 
 
-def compare(model: Model, check: CheckMeasurement, deviations: FloatArray) -> Comparison:
+def compare(model: Model, check: CheckMeasurement, deviations: FloatArray, loads: TargetLoads) -> Comparison:
     """What was attained beside what the model predicts, of an arm along the axes of its base.
 
     Args:
         model: the identified robot.
         check: what was measured.
         deviations: standard deviations of the readings, shape (N, k).
+        loads: what the rows carry.
 
     Raises:
         NotIdentifiableError: a prediction depends on parameters that were not determined.
     """
     robot = model.chain.robot
     if check.poses is not None:
-        predicted, motion = tip_errors(model, check, check.poses)
-        flat = motion[:, check.axes].reshape(-1, motion.shape[-1])
-        noise = noise_covariance(deviations, None)
-        found = Comparison(check.readings, predicted[:, check.axes], noise, _model_covariance(model, flat, check))
+        chain, aimed, predicted = tip_errors(model, check, check.poses, loads)
+        noise, known = noise_covariance(deviations, None), _model_covariance(chain, model, aimed, check, loads)
+        found = Comparison(check.readings, predicted[:, check.axes], noise, known)
         return found if check.frame == "base" else found.turned(instrument_of(model)[1])
-    rows = row_data(check.points, robot)
-    moved, motion = chain_of(model, platform=True).predict_with_sensitivities(rows, model.values)
+    chain = chain_of(model, platform=True)
+    motions = loads.motions(chain, model, check.points)
     away = _command_errors(robot, check)[:, check.axes]
-    platform = moved[:, check.axes]
+    platform = motions[:, check.axes]
     if check.absolute or not model.chain.reading.linear:
         attained = check.readings if check.absolute else away + check.readings
-        sensitivities = motion
     else:
-        reading, sensitivities = chain_of(model, platform=False).predict_with_sensitivities(rows, model.values)
+        chain = chain_of(model, platform=False)
+        reading = loads.motions(chain, model, check.points)
         # What the instrument adds to the platform's motion is known from the model and taken off.
         attained = away + check.readings - (reading[:, check.axes] - platform)
-    flat = sensitivities[:, check.axes].reshape(-1, sensitivities.shape[-1])
     return Comparison(
         attained,
         away + platform,
         noise_covariance(deviations, None if check.absolute else check.points.references),
-        _model_covariance(model, flat, check),
+        _model_covariance(chain, model, check.points, check, loads),
     )
 
 
-def tip_errors(model: Model, check: CheckMeasurement, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Predicted errors (N, 6) of an arm's tip at the commands, against wanted poses (N, 6), and their derivatives.
+def attained_at(model: Model, check: CheckMeasurement, loads: TargetLoads) -> AttainedUncertainty:
+    """How well the model knows the poses that its commands attain, as `compensate` states it."""
+    points = moved(check.points, check.targets)
+    if check.poses is None:
+        return AttainedUncertainty.at(chain_of(model, platform=True, from_command=True), model, points, loads)
+    aimed = at_targets(model, _aims(model, points, check, check.poses), check.frame)
+    return AttainedUncertainty.at(tip_chain(model, check.frame), model, aimed, loads)
+
+
+def _aims(model: Model, points: LoadedPoints, check: CheckMeasurement, poses: FloatArray) -> ArmTargets:
+    """The poses (N, 6) that an arm's tip shall have, in the base frame."""
+    place, turn = (np.zeros(3), np.eye(3)) if check.frame == "base" else instrument_of(model)
+    return ArmTargets(points, poses[:, :3] @ turn.T + place, turn @ rotations_of(poses[:, 3:]), check.frame, poses)
+
+
+def tip_errors(
+    model: Model, check: CheckMeasurement, poses: FloatArray, loads: TargetLoads
+) -> tuple[Chain, LoadedPoints, FloatArray]:
+    """Predicted errors (N, 6) of an arm's tip at the commands, against wanted poses (N, 6), by which chain and where.
 
     They are along the axes of the check's frame. Seen from the instrument, its own pose is uncertain as well.
 
     Raises:
         InputError: the model puts a tip where the wanted poses, in this frame, cannot be meant.
     """
-    place, turn = (np.zeros(3), np.eye(3)) if check.frame == "base" else instrument_of(model)
-    targets = ArmTargets(
-        check.points, poses[:, :3] @ turn.T + place, turn @ rotations_of(poses[:, 3:]), check.frame, poses
-    )
-    rows = row_data(at_targets(model, targets, check.frame), model.chain.robot)
-    predicted, slopes = tip_chain(model, check.frame).predict_with_sensitivities(rows, model.values)
-    errors = predicted - np.hstack([poses[:, :3], np.zeros((len(poses), 3))])
+    targets = _aims(model, check.points, check, poses)
+    chain, aimed = tip_chain(model, check.frame), at_targets(model, targets, check.frame)
+    errors = loads.motions(chain, model, aimed) - np.hstack([poses[:, :3], np.zeros((len(poses), 3))])
     away = np.linalg.norm(errors[:, :3], axis=1)
     if away.max() > FARTHEST:
         row = int(away.argmax())
         what = f"by the model the tip is {away[row]:.3g} m from its target in the frame of the {check.frame}"
         remedy = "State the frame of the targets as for `compensate` (argument `frame`)."
         raise InputError(what, where=check.points.where(row), remedy=remedy)
-    return errors, slopes
+    return chain, aimed, errors
 
 
 def _command_errors(robot: Robot, check: CheckMeasurement) -> FloatArray:
@@ -175,7 +188,14 @@ def noise_covariance(deviations: FloatArray, references: TextArray | None) -> Fl
     return covariance.reshape(rows * axes, rows * axes)
 
 
-def _model_covariance(model: Model, flat: FloatArray, check: CheckMeasurement) -> FloatArray:
+def _model_covariance(
+    chain: Chain, model: Model, points: LoadedPoints, check: CheckMeasurement, loads: TargetLoads
+) -> FloatArray:
+    """Of what the chain predicts along the measured axes, what is not known of the payloads included, (N·k, N·k)."""
+    sensitivities = loads.sensitivities(chain, model, points)[:, check.axes]
+    flat = sensitivities.reshape(-1, sensitivities.shape[-1])
+    own = loads.own_errors(chain, model, points)[:, check.axes]
+    own = own.reshape(len(flat), own.shape[-1])
     known = np.isfinite(np.diag(model.covariance))
     lost = (flat[:, ~known] != 0.0).any(axis=1)
     if lost.any():
@@ -184,5 +204,5 @@ def _model_covariance(model: Model, flat: FloatArray, check: CheckMeasurement) -
         remedy = "Identify the robot from measurements that load every actuator."
         raise NotIdentifiableError(what, where=check.points.where(row), remedy=remedy)
     inner = model.covariance[np.ix_(known, known)]
-    covariance: FloatArray = flat[:, known] @ inner @ flat[:, known].T
+    covariance: FloatArray = flat[:, known] @ inner @ flat[:, known].T + own @ own.T
     return covariance

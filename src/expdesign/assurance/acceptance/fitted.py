@@ -1,8 +1,9 @@
 """The uncertainty budget at the targets of a model with any physics, as recordings determined it.
 
 With parameters θ, their covariance P and the sensitivities T of the attained pose at a target, the noise contributes
-√(T·P·Tᵀ). An error of the recorded loads moves the readings by g, and the estimate by P·Sᵀ·V⁻¹·g (theory.md 5.1 with
-the sensitivities S of all parameters); what a parameter of the load takes up no longer reaches the others.
+√(T·P·Tᵀ), and what is not known of the target's own payload adds to it (`target_loads`). An error of the recorded
+loads moves the readings by g, and the estimate by P·Sᵀ·V⁻¹·g (theory.md 5.1 with the sensitivities S of all
+parameters); what a parameter of the load takes up no longer reaches the others.
 """
 
 from dataclasses import dataclass
@@ -10,21 +11,24 @@ from pathlib import Path
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import NOISE, Contribution, UncertaintyBudget, tolerances
-from expdesign.assurance.model_error.left_out import target_points
-from expdesign.chain.chain import Chain
 from expdesign.chain.models.model_file import Model
+from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.row import row_data
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.arm_targets import of_joints
 from expdesign.estimation.compensation.joint_space import at_targets, tip_chain
+from expdesign.estimation.compensation.prediction import chain_of
+from expdesign.estimation.compensation.target_loads import AttainedUncertainty, TargetLoads
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.load_errors import declared_load_errors
 from expdesign.estimation.propagated import Propagated
 from expdesign.estimation.whitening import Whitening
 from expdesign.planning.problem import DesignProblem
+from expdesign.planning.target_table import targets_table
+
+OWN_PAYLOAD = "own payload"
+"""Name of what is not known of the payload at a target."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +58,8 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
             is calibrated and the model has none.
     """
     require_what_is_calibrated(problem, shown=not model.fit.chain.reading.linear)
-    sensitivities = target_sensitivities(problem, model.fit)
-    deviations = model.fit.estimable.deviations(sensitivities)
+    attained = attained_at_targets(problem, model.fit)
+    sensitivities, deviations = attained.sensitivities, attained.known
     generalised = model.fit.estimable.generalised
     together = np.einsum("tnp,pq,smq->tnsm", sensitivities, generalised, sensitivities, optimize=True)
     loads = []
@@ -70,6 +74,10 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
     own = np.sqrt(np.maximum(np.einsum("tntn->tn", together), 0.0))
     noise = np.where(np.isfinite(deviations), own if model.loads is not None else deviations, np.nan)
     contributions = [Contribution(NOISE, noise, True, model.degrees, together), *loads]
+    if attained.own.any():
+        spread = np.einsum("tnd,smd->tnsm", attained.own, attained.own)
+        own = np.sqrt((attained.own**2).sum(axis=-1))
+        contributions.append(Contribution(OWN_PAYLOAD, own, False, covariance=spread))
     return UncertaintyBudget(
         contributions=tuple(contributions),
         tolerance=tolerances(problem),
@@ -92,26 +100,18 @@ def places_tip(fit: Fit) -> bool:
     return fit.chain.robot.jointed and not fit.chain.reading.linear
 
 
-def target_sensitivities(problem: DesignProblem, fit: Fit) -> FloatArray:
-    """Derivatives of the attained pose along the axes of the tolerances, shape (t, n, p).
+def attained_at_targets(problem: DesignProblem, fit: Fit) -> AttainedUncertainty:
+    """How well the attained poses are known along the axes of the tolerances, as `compensate` states it.
 
-    Of an arm that absolute readings placed they are those of the pose of its tip, geometry included; of a robot on legs
-    the motion counts from the command.
+    Of an arm they are those of its tip; of a robot on legs the motion counts from the command.
     """
-    known = fit.chain
-    chain = Chain(known.robot, known.effects, reading=known.reading, instrument=False, from_command=True)
-    placed = Model(known, fit.values, fit.covariance, {}, Path(), problem.source, fit.subspace)
-    if places_tip(fit):
-        chain = tip_chain(placed, "base")
-    turned = problem.targets.axes
-    rows = []
-    for index in range(len(problem.targets.configurations)):
-        points = target_points(problem, index)
-        if places_tip(fit):
-            points = at_targets(placed, of_joints(known.robot, points), "base")
-        moved = chain.predict_with_sensitivities(row_data(points, known.robot), fit.values)[1][0]
-        rows.append(moved if turned is None else turned[index] @ moved)
-    return np.array(rows)
+    table, robot = targets_table(problem), fit.chain.robot
+    model = Model(fit.chain, fit.values, fit.covariance, {}, Path(), problem.source, fit.subspace)
+    points, chain = points_from_table(table, robot), chain_of(model, platform=True, from_command=True)
+    if robot.jointed:
+        points, chain = at_targets(model, of_joints(robot, points), "base"), tip_chain(model, "base")
+    loads = TargetLoads.of_table(table, robot.coordinates)
+    return AttainedUncertainty.at(chain, model, points, loads, problem.targets.axes)
 
 
 def _propagated(problem: DesignProblem, model: FittedModel) -> Propagated:

@@ -23,7 +23,7 @@ from scipy.linalg import pinvh
 
 from expdesign.arrays import FloatArray, as_matrix
 from expdesign.assurance.acceptance.decision import Basis, Decision, LeftOutRisk
-from expdesign.assurance.acceptance.fitted import FittedModel, fitted_budget, places_tip, target_sensitivities
+from expdesign.assurance.acceptance.fitted import FittedModel, attained_at_targets, fitted_budget, places_tip
 from expdesign.assurance.model_error.left_out import Omitted, offsets
 from expdesign.assurance.model_error.recorded import Shown
 from expdesign.errors import InputError
@@ -147,7 +147,7 @@ class _Rest:
         fit = model.fit
         self._sensitivities = as_matrix(fit.sensitivities)
         self._gain = _absorbed(fit)
-        self._targets = target_sensitivities(problem, fit)
+        self._targets = attained_at_targets(problem, fit).sensitivities
         self._residuals = fit.residuals.ravel()
 
     def unknown(self, phrase: str, prior: float, shown: FloatArray, moved: FloatArray) -> _Alternative:

@@ -61,6 +61,10 @@ class _AtPort(Effect):
         )
         super().__init__(robot, component, variant)
 
+    @property
+    def port_name(self) -> str:
+        return self.port.name
+
     @classmethod
     def components(cls, robot: Robot) -> Sequence[Component]:
         """Every component of a port."""

@@ -7,7 +7,7 @@ command. The iteration X_C ← X_D − ΔX(X_C) contracts by about ‖ΔX‖ div
 the size of the robot (1e-4 for micrometres on decimetres), so that a few passes reach rounding.
 
 With an error of the parameters ε the attained pose differs from the target by exactly ΔX(X_C; c) − ΔX(X_C; ĉ), whose
-covariance is S·P·Sᵀ with the sensitivities S at the command.
+covariance is S·P·Sᵀ, S being taken at the target, and that of the target's own payload (`target_loads`).
 
 Serial robots are corrected in their joints (`joint_space.py`). A body has no actuators: its command is where it would
 have to stand unloaded (the counter-displacement, to be made with shims or feet). `corrections_of` says how large the
@@ -22,11 +22,11 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.models.estimable import Calibrated, OutsideRange
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.chain.row import row_data
 from expdesign.errors import ConvergenceError, InfeasibleError, InputError, SingularConfigurationError
 from expdesign.estimation.compensation.arm_targets import ArmTargets, of_joints
 from expdesign.estimation.compensation.joint_space import at_targets, joint_commands, tip_chain
-from expdesign.estimation.compensation.prediction import chain_of, moved, predict_with
+from expdesign.estimation.compensation.prediction import chain_of, moved
+from expdesign.estimation.compensation.target_loads import AttainedUncertainty, TargetLoads
 from expdesign.estimation.coverage import STANDARD
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Robot
 
@@ -57,8 +57,13 @@ class Compensation:
     residual: float
 
 
-def compensate(model: Model, targets: LoadedPoints) -> Compensation:
+def compensate(model: Model, targets: LoadedPoints, loads: TargetLoads | None = None) -> Compensation:
     """Commands for targets, whose configurations are where the platform shall be under their loads.
+
+    Args:
+        model: the identified robot.
+        targets: where the platform shall be.
+        loads: what the targets carry; payloads of their own that are known exactly, if left out.
 
     Raises:
         InputError: the robot is of a kind whose commands are not poses.
@@ -68,17 +73,18 @@ def compensate(model: Model, targets: LoadedPoints) -> Compensation:
     """
     robot = model.chain.robot
     if robot.jointed:
-        return compensate_arm(model, of_joints(robot, targets))
+        return compensate_arm(model, of_joints(robot, targets), loads)
     if not robot.on_legs and not robot.on_support:
         what = f"compensation is for robots that are commanded by a pose, not for a {robot.kind}"
         raise InputError(what, where=model.source, remedy="Use `expdesign predict` for this robot.")
     _require_regular(robot, targets, targets.configurations)
     chain = chain_of(model, platform=True, from_command=True)
+    loads = loads or TargetLoads.exact(len(targets), robot.coordinates)
     wanted = targets.configurations
     commands = wanted
     residual = float("inf")
     for iteration in range(1, _ITERATIONS + 1):
-        deflections = chain.predict(row_data(moved(targets, commands), robot), model.values)
+        deflections = loads.motions(chain, model, moved(targets, commands))
         errors = np.abs(commands + deflections - wanted).max(axis=1)
         if not np.isfinite(errors).all():
             raise _not_converged(targets, errors, iteration)
@@ -90,19 +96,20 @@ def compensate(model: Model, targets: LoadedPoints) -> Compensation:
         raise _not_converged(targets, errors, _ITERATIONS)
     _require_regular(robot, targets, commands)
     _require_within_limits(robot, targets, commands)
-    prediction = predict_with(chain, model, moved(targets, commands))
-    return Compensation(commands, robot.actuator_coordinates(commands), prediction.deviations, iteration, residual)
+    deviations = AttainedUncertainty.at(chain, model, targets, loads).deviations
+    return Compensation(commands, robot.actuator_coordinates(commands), deviations, iteration, residual)
 
 
-def compensate_arm(model: Model, targets: ArmTargets) -> Compensation:
+def compensate_arm(model: Model, targets: ArmTargets, loads: TargetLoads | None = None) -> Compensation:
     """Commands for poses of an arm's tip; deviations are along the axes of the targets' frame. See `compensate`."""
-    found = joint_commands(model, targets)
     robot, points = model.chain.robot, targets.points
+    loads = loads or TargetLoads.exact(len(points), robot.coordinates)
+    found = joint_commands(model, targets, loads)
     _require_within_limits(robot, points, found.commands)
-    aimed = moved(at_targets(model, targets, targets.frame), found.commands)
-    prediction = predict_with(tip_chain(model, targets.frame), model, aimed)
+    aimed = at_targets(model, targets, targets.frame)
+    deviations = AttainedUncertainty.at(tip_chain(model, targets.frame), model, aimed, loads).deviations
     none = np.zeros((len(points), 0))
-    return Compensation(found.commands, none, prediction.deviations, found.iterations, float(found.residual.max()))
+    return Compensation(found.commands, none, deviations, found.iterations, float(found.residual.max()))
 
 
 def _not_converged(targets: LoadedPoints, errors: FloatArray, iterations: int) -> ConvergenceError:

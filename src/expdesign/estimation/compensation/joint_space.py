@@ -21,10 +21,10 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import Frame, TipPose
 from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.chain.row import row_data
 from expdesign.errors import ConvergenceError, SingularConfigurationError
 from expdesign.estimation.compensation.arm_targets import ArmTargets, instrument_of
 from expdesign.estimation.compensation.prediction import moved
+from expdesign.estimation.compensation.target_loads import TargetLoads
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Robot
 
 TOLERANCE = 1e-12
@@ -51,8 +51,8 @@ class JointCommands:
     iterations: int
 
 
-def joint_commands(model: Model, targets: ArmTargets) -> JointCommands:
-    """Commands for targets.
+def joint_commands(model: Model, targets: ArmTargets, loads: TargetLoads) -> JointCommands:
+    """Commands for targets that carry some loads.
 
     Raises:
         ConvergenceError: no command is found.
@@ -66,7 +66,7 @@ def joint_commands(model: Model, targets: ArmTargets) -> JointCommands:
     previous = np.full(len(points), np.inf)
     iterations = 0
     for iteration in range(1, _ITERATIONS + 1):
-        reached = chain.predict(row_data(moved(aimed, commands), robot), model.values)
+        reached = loads.motions(chain, model, moved(aimed, commands))
         iterations = iteration
         twist = np.hstack([targets.positions - reached[:, :3], -reached[:, 3:]])
         if not np.isfinite(twist).all():

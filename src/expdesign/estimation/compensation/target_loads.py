@@ -1,0 +1,205 @@
+"""What acts at a target: whose errors of the load are there, and how well the target's own payload is known.
+
+An error of the load that recordings showed belongs to the weights that were hung on, not to the machine. At a target it
+acts only where the target carries the same weights (`same_as: experiment`); a tilt of gravity acts at every target,
+which stands on the same base. What a target carries otherwise is a payload of its own, whose mass and centre of mass
+are known to a stated standard deviation. No recording shows that error: with D = ∂ΔX/∂F and the wrench L·δ that it
+adds, its part of the attained pose's covariance is D·L·Σ_δ·Lᵀ·Dᵀ (theory.md 5.1, 5.2), beside S·P·Sᵀ of the model.
+Targets of equal payloads, equally well known, carry one and the same.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from expdesign.arrays import BoolArray, FloatArray
+from expdesign.chain.chain import Chain
+from expdesign.chain.models.model_file import Model
+from expdesign.chain.recordings.points import order_in_time
+from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.row import row_data
+from expdesign.coordinates import Coordinates
+from expdesign.io.table import Table
+from expdesign.mechanics.loads.load import Payload
+
+SAME_AS = "same_as"
+"""Column that says whose weights a target carries."""
+EXPERIMENT = "experiment"
+"""Its word for the weights of the recordings."""
+
+
+def own_error_columns(coordinates: Coordinates) -> tuple[str, ...]:
+    """Columns of the standard deviations of a target's own payload: mass (kg) and centre of mass (m)."""
+    return tuple(f"error_{name}" for name in ("mass_kg", *coordinates.centre_of_mass))
+
+
+@dataclass(frozen=True)
+class TargetLoads:
+    """The loads of N targets.
+
+    Attributes:
+        carries: whether a target carries the weights of the recordings, shape (N,).
+        deviations: of the mass (kg) and the centre of mass (m) of its own payload, 0 where these are exact, (N, 1 + d).
+    """
+
+    carries: BoolArray
+    deviations: FloatArray
+
+    @classmethod
+    def exact(cls, count: int, coordinates: Coordinates) -> "TargetLoads":
+        """Payloads of their own that are known exactly."""
+        columns = len(own_error_columns(coordinates))
+        return cls(np.zeros(count, dtype=bool), np.zeros((count, columns)))
+
+    @classmethod
+    def of_table(cls, table: Table, coordinates: Coordinates) -> "TargetLoads":
+        """What the columns `error_mass_kg`, `error_com_x_m` … and `same_as` say, rows in the order of their sequence.
+
+        Raises:
+            InputError: a standard deviation is not positive or larger than the mass, there is no payload that it could
+                be of, or `same_as` names something else than the experiment.
+        """
+        found, names = cls.exact(len(table), coordinates), own_error_columns(coordinates)
+        order, carries, deviations = order_in_time(table), found.carries, found.deviations
+        if table.has(SAME_AS):
+            stated = table.text(SAME_AS).astype(str)[order]
+            what, remedy = (
+                "a target carries the weights of the `experiment`, or its own",
+                "Write `experiment` or nothing.",
+            )
+            table.refuse(~np.isin(stated, ["", EXPERIMENT]), (SAME_AS,), what, remedy, order)
+            carries = stated == EXPERIMENT
+        if any(table.has(name) for name in names):
+            stated = table.numbers_where_filled(names)[order]
+            given, deviations = np.isfinite(stated), np.where(np.isfinite(stated), stated, 0.0)
+            what = "a standard deviation of {:g} says nothing"
+            remedy = "State how well the payload is known, or leave the cell empty where it is exact."
+            table.refuse(given & (stated <= 0.0), names, what, remedy, order, stated)
+            mass = table.numbers_where_filled(("mass_kg",))[order]
+            what = "the standard deviation {:g} is of a payload, and there is none or a smaller one"
+            wrong = np.hstack([given[:, :1] & ~(stated[:, :1] <= mass), given[:, 1:] & ~(mass > 0.0)])
+            table.refuse(wrong, names, what, "State `mass_kg` of the target; in kg and m.", order, stated)
+            what = "the target carries the weights of the experiment, whose errors the recordings state"
+            remedy = "Leave out the errors, or `same_as`."
+            table.refuse(given & carries[:, None], names, what, remedy, order, stated)
+        return cls(carries, deviations)
+
+    def motions(self, chain: Chain, model: Model, points: LoadedPoints) -> FloatArray:
+        """What the chain predicts at the targets (N, r), with errors of the weights where these are carried."""
+        rows, weights = row_data(points, chain.robot), of_weights(chain)
+        if self.carries.all() or not weights.any():
+            return chain.predict(rows, model.values)
+        own = chain.predict(rows, _without(chain, model.values, weights))
+        return np.where(self.carries[:, None], chain.predict(rows, model.values), own) if self.carries.any() else own
+
+    def sensitivities(self, chain: Chain, model: Model, points: LoadedPoints) -> FloatArray:
+        """Derivatives of `motions` with respect to the model's parameters, shape (N, r, p)."""
+        rows, weights = row_data(points, chain.robot), of_weights(chain)
+        if self.carries.all() or not weights.any():
+            return chain.predict_with_sensitivities(rows, model.values)[1]
+        own = chain.predict_with_sensitivities(rows, _without(chain, model.values, weights))[1]
+        own[..., weights] = 0.0
+        if not self.carries.any():
+            return own
+        return np.where(self.carries[:, None, None], chain.predict_with_sensitivities(rows, model.values)[1], own)
+
+    def own_errors(self, chain: Chain, model: Model, points: LoadedPoints) -> FloatArray:
+        """What one standard deviation of each component of each payload does to the attained poses, shape (N, r, D).
+
+        Rows of one payload share its columns.
+        """
+        if points.payload is None or not self.deviations.any():
+            return np.zeros((len(points), self.sensitivities_width(chain), 0))
+        components = self.deviations.shape[1]
+        moved = [self._moved(chain, model, points, index) for index in range(components)]
+        keys = np.concatenate([points.payload, self.deviations], axis=1)
+        _, payload = np.unique(keys, axis=0, return_inverse=True)
+        one = (payload[:, None] == np.arange(payload.max() + 1)).astype(float)  # (N, payloads)
+        spread = np.stack(moved, axis=-1)[:, :, None, :] * one[:, None, :, None]
+        found: FloatArray = spread.reshape(*spread.shape[:2], -1)
+        return found
+
+    @staticmethod
+    def sensitivities_width(chain: Chain) -> int:
+        """R, how many components of the attained pose there are."""
+        return chain.robot.coordinates.n
+
+    def _moved(self, chain: Chain, model: Model, points: LoadedPoints, index: int) -> FloatArray:
+        """Change of the motions (N, r) by one standard deviation of a component, halved between its two signs."""
+        robot, payload = chain.robot, points.payload
+        assert payload is not None
+        rotation, ends = robot.jacobians(points.configurations).rotation, []
+        stated = Payload(robot.coordinates).wrenches(rotation, np.concatenate([payload, points.gravity], axis=1))
+        for sign in (0.5, -0.5):
+            wrong = payload.copy()
+            wrong[:, index] += sign * self.deviations[:, index]
+            load = np.concatenate([wrong, points.gravity], axis=1)
+            change = Payload(robot.coordinates).wrenches(rotation, load) - stated
+            changed = replace(points, wrenches=points.wrenches + change, absolute=points.absolute + change)
+            ends.append(self.motions(chain, model, changed))
+        moved: FloatArray = ends[0] - ends[1]
+        return moved
+
+
+def of_weights(chain: Chain) -> BoolArray:
+    """Which parameters of a chain are errors of the weights that were applied, shape (p,)."""
+    found = np.zeros(len(chain.parameters), dtype=bool)
+    for effect, part in zip(chain.effects, chain.slices, strict=True):
+        found[part] = effect.of_weights
+    return found
+
+
+def _without(chain: Chain, values: FloatArray, weights: BoolArray) -> FloatArray:
+    """Values with errors of the weights at their neutral ones."""
+    neutral = np.array([parameter.neutral for parameter in chain.parameters])
+    return np.where(weights, neutral, values)
+
+
+@dataclass(frozen=True)
+class AttainedUncertainty:
+    """How well N attained poses are known.
+
+    Attributes:
+        sensitivities: S of the model's parameters, shape (N, r, p).
+        known: √(S·P·Sᵀ), infinite where the model's recordings do not determine it, shape (N, r).
+        own: what standard deviations of the targets' own payloads do, shape (N, r, D).
+    """
+
+    sensitivities: FloatArray
+    known: FloatArray
+    own: FloatArray
+
+    @classmethod
+    def at(
+        cls, chain: Chain, model: Model, points: LoadedPoints, loads: TargetLoads, axes: FloatArray | None = None
+    ) -> "AttainedUncertainty":
+        """At the poses of the targets themselves, which the commands miss by micrometres; along `axes` (N, r, r)."""
+        sensitivities, own = loads.sensitivities(chain, model, points), loads.own_errors(chain, model, points)
+        if axes is not None:
+            sensitivities, own = axes @ sensitivities, axes @ own
+        return cls(sensitivities, model.estimable.deviations(sensitivities), own)
+
+    @property
+    def deviations(self) -> FloatArray:
+        """√(S·P·Sᵀ + own·ownᵀ), shape (N, r)."""
+        found: FloatArray = np.sqrt(self.known**2 + (self.own**2).sum(axis=-1))
+        return found
+
+
+def said_of_loads(chain: Chain, loads: TargetLoads) -> list[str]:
+    """Which errors of the load are applied at the targets, which not, and whether their own are in U."""
+    weights = [effect.physics for effect in chain.effects if effect.of_weights]
+    surroundings = [effect.physics for effect in chain.effects if effect.physics == "load_direction_tilt"]
+    carrying, count = int(loads.carries.sum()), len(loads.carries)
+    texts = []
+    if weights:
+        named = ", ".join(dict.fromkeys(weights))
+        where = "at no target" if carrying == 0 else f"at {carrying} of {count} targets" if carrying < count else ""
+        text = f"applied {where or 'at every target'}: {named}, an error of the weights that were recorded"
+        texts.append(text if carrying else f"{text} (`same_as: experiment` at a target that carries them)")
+    if surroundings:
+        texts.append("applied at every target: load_direction_tilt, the direction of gravity")
+    own = int((loads.deviations > 0.0).any(axis=1).sum())
+    if own:
+        texts.append(f"U contains the stated errors of the payload at {own} of {count} targets")
+    return texts

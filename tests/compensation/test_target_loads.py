@@ -1,0 +1,131 @@
+"""What acts at a target: errors of the weights that were recorded stay with them, a payload of its own has its own."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import expdesign as xd
+from expdesign.chain.chain import Chain
+from expdesign.chain.recordings.points import points_from_table
+from expdesign.chain.row import row_data
+from expdesign.errors import InputError
+from expdesign.estimation.compensation.compensate import compensate
+from expdesign.estimation.compensation.prediction import chain_of
+from expdesign.estimation.compensation.target_loads import TargetLoads
+from expdesign.io.output import csv_text
+from expdesign.io.table import parse_table
+from tests.compensation.test_prediction import effect, model_of
+from tests.design.problems import HEXAPOD, problem
+from tests.identification.experiments import experiment
+
+POSES = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
+PAYLOAD = ["mass_kg", "com_x_m", "com_y_m", "com_z_m"]
+OFFSET = np.array([2e-3, -1e-3, 3e-3])
+"""m, of the centre of mass of the weights that were recorded."""
+
+
+def targets(**columns: Any) -> pd.DataFrame:
+    """Two targets with a payload each."""
+    frame = pd.DataFrame([[1, 1, 0.01, 0, 0, 0, 0.05, 0, 25.0, 0.02, 0.01, 0.15],
+                          [2, 2, 0, -0.01, 0, 0.03, 0, 0.1, 20.0, 0.0, 0.05, 0.1]],
+                         columns=["sequence", "series", *POSES, *PAYLOAD])  # fmt: skip
+    return frame.assign(**columns)
+
+
+def read(frame: pd.DataFrame, model: Any) -> tuple[Any, TargetLoads]:
+    table, robot = parse_table(csv_text(frame), "targets.csv"), model.chain.robot
+    return points_from_table(table, robot), TargetLoads.of_table(table, robot.coordinates)
+
+
+def with_offset() -> tuple[Any, Any]:
+    """A model in which the recorded weights' centre of mass is off, and the same without."""
+    here, offset = experiment("H1", 1).robot, effect("payload_com_offset", "payload")
+    chain = Chain(here, (offset,))
+    compliance = np.linspace(0.8, 1.2, 6)
+    return model_of(chain, np.r_[compliance, OFFSET], 1e-6 * np.eye(9)), model_of(Chain(here), compliance)
+
+
+def test_an_error_of_the_weights_moves_only_targets_that_carry_them() -> None:
+    """By as much as a payload whose centre of mass is there."""
+    model, plain = with_offset()
+    own, carried = (compensate(model, *read(targets(same_as=word), model)).commands for word in ("", "experiment"))
+    np.testing.assert_allclose(own, compensate(plain, *read(targets(), plain)).commands, atol=1e-15)
+    moved = targets()
+    moved[PAYLOAD[1:]] += OFFSET
+    np.testing.assert_allclose(carried, compensate(plain, *read(moved, plain)).commands, atol=1e-11)
+    assert np.abs(carried - own).max() > 1e-7
+
+
+def test_knowing_the_weights_error_better_does_not_help_a_target_with_a_payload_of_its_own() -> None:
+    """Nor does it harm it: its uncertainty is that of the other parameters."""
+    model, plain = with_offset()
+    without = model_of(plain.chain, plain.values, 1e-6 * np.eye(6))
+    own = compensate(model, *read(targets(), model)).deviations
+    np.testing.assert_allclose(own, compensate(without, *read(targets(), without)).deviations, rtol=1e-12)
+
+
+def test_the_errors_of_a_target_s_own_payload_are_in_its_uncertainty() -> None:
+    """U² of the model and (D·L·σ)² of every component, here by finite differences of the load."""
+    _, plain = with_offset()
+    model = model_of(plain.chain, plain.values, 1e-6 * np.eye(6))
+    stated = {"error_mass_kg": 0.2, "error_com_x_m": 1e-3, "error_com_y_m": 2e-3, "error_com_z_m": 5e-4}
+    frame = targets(**stated)
+    found, exact = compensate(model, *read(frame, model)), compensate(model, *read(targets(), model))
+    chain, squares = chain_of(model, platform=True, from_command=True), exact.deviations**2
+    for name, deviation in zip(PAYLOAD, stated.values(), strict=True):
+        ends = []
+        for sign in (0.5, -0.5):
+            points, _ = read(targets(**{name: targets()[name] + sign * deviation}), model)
+            ends.append(chain.predict(row_data(points, model.chain.robot), model.values))
+        squares = squares + (ends[0] - ends[1]) ** 2
+    np.testing.assert_allclose(found.deviations, np.sqrt(squares), rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("columns", "message"),
+    [
+        ({"same_as": "campaign"}, "carries the weights of the `experiment`"),
+        ({"error_mass_kg": 0.0}, "says nothing"),
+        ({"error_mass_kg": 30.0}, "there is none or a smaller one"),
+        ({"error_mass_kg": 0.1, "same_as": "experiment"}, "whose errors the recordings state"),
+        ({"mass_kg": 0.0, "error_com_x_m": 1e-3}, "there is none or a smaller one"),
+    ],
+)
+def test_errors_of_payloads_that_cannot_be(columns: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        read(targets(**columns), with_offset()[0])
+
+
+CASE = {"experiment.load.gravity": ..., "model_error": {"physics": ["leg_coupling"]}}
+OWN = {"targets.0.payload.std": {"mass_kg": 0.1, "com_m": [1e-3, 1e-3, 2e-3]}}
+
+
+@pytest.mark.parametrize("changes", [{}, OWN], ids=["exact payloads", "a payload of its own"])
+def test_one_u_for_a_target_in_every_command(tmp_path: Path, changes: dict[str, Any]) -> None:
+    """`identify` and `compensate` state it along the axes of the tolerances, to the last digits of a file."""
+    case = problem(HEXAPOD, CASE | changes)
+    plan = xd.run(case).plan
+    recorded = xd.simulate(case, plan).frame
+    identified = xd.identify(HEXAPOD["robot"], recorded, targets=case)
+    assert identified.acceptance is not None
+    commands = xd.compensate(identified, case).frame
+    budget = identified.acceptance.budget
+    expected = commands[[f"U_{name}" for name in POSES]].to_numpy()
+    shown = np.isfinite(budget.tolerance)
+    np.testing.assert_allclose(expected[shown], budget.expanded[shown], rtol=1e-9)
+    assert ("own payload" in [one.name for one in budget.contributions]) == bool(changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"targets.0.payload.std": {"mass_kg": 1e3}}, "larger than the mass"),
+        ({"targets.0.payload.std": {"mass_kg": 0.1}, "targets.0.payload.same_as": "experiment"}, "load_error"),
+    ],
+)
+def test_a_configuration_s_payloads_that_cannot_be(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        problem(HEXAPOD, changes)
