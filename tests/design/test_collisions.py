@@ -9,6 +9,7 @@ import pytest
 import expdesign
 from expdesign.errors import InputError
 from expdesign.planning.constraints import Collisions
+from expdesign.planning.result import plan_of
 from expdesign.planning.schema import CollisionsSection, PrimitiveSection
 from expdesign.planning.search import search
 from tests.design.problems import HEXAPOD, problem
@@ -83,7 +84,7 @@ def test_no_design_collides_and_a_colliding_plan_is_refused() -> None:
     assert (
         bound.constraints.collisions.excess(bound.loaded.robot, bound.space.decode(front.decisions)[0]) <= 0.0
     ).all()
-    plan = expdesign.run(free).plan
+    plan = plan_of(free, front.decisions[0])
     plan["series"] = np.arange(1, len(plan) + 1)  # rows of one series have one command
     for name, value in zip(bound.loaded.robot.configuration, poses[hits][0], strict=True):
         plan.loc[1, name] = value
