@@ -10,6 +10,7 @@ from expdesign.app.api.inputs import RobotInput, purpose_of, require_known
 from expdesign.app.api.recorded import RecordedResult, RecordingsInput, recorded_at, recorded_model
 from expdesign.app.api.result import PAGE
 from expdesign.assurance.plausibility.finding import say
+from expdesign.assurance.plausibility.instrument import instrument_findings
 from expdesign.assurance.plausibility.interpretations import unexplained
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.counted import counted
@@ -125,6 +126,9 @@ def with_doubts(result: Identification) -> Identification:
     if left is not None and left.beyond and not any(finding.otherwise for finding in found):
         found = [*found, unexplained(left.sentence, result.robot)]
         say(found[-1:], result.recordings.source)
+    elif result.arm is not None and not any(finding.otherwise for finding in found):
+        found = [*found, *(own := instrument_findings(result.arm, result.recordings))]
+        say(own, result.recordings.source)
     doubts = [Implausible(finding.what, finding.likely, finding.where, finding.otherwise) for finding in found]
     return replace(result, suspicions=[*doubts, *result.suspicions])
 
