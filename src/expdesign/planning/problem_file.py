@@ -238,6 +238,7 @@ def _targets(
     poses, observations, wrenches, loads = [], [], [], []
     importance = np.zeros((len(section.targets), coordinates.n))
     axes = np.array([tolerance_axes(target, robot, document, index) for index, target in enumerate(section.targets)])
+    kinds: dict[type[Load], LoadedRobot] = {}  # one object for each kind: its expressions are built once
     for index, target in enumerate(section.targets):
         where: KeyPath = ("targets", index)
         joints = pose_of(target.pose, robot, document, (*where, "pose"))
@@ -254,7 +255,9 @@ def _targets(
             wrench = [0.0] * coordinates.n if target.wrench is None else target.wrench
             parameters = _vector(wrench, coordinates.wrench, document, (*where, "wrench"))
         require_usable(robot, pose, document.where((*where, "pose")))
-        here = loaded.under(load, instrument=False)
+        if type(load) not in kinds:
+            kinds[type(load)] = loaded.under(load, instrument=False)
+        here = kinds[type(load)]
         observations.append(axes[index] @ here.measure(pose, parameters).observation)
         wrenches.append(here.load.wrenches(robot.jacobians(pose).rotation, parameters))
         poses.append(pose)
