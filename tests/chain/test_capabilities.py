@@ -40,61 +40,52 @@ ELSEWHERE = ("axis", "one", "part")
 """Owners of other things of these names: noise of an axis' reading, a fit to markers; files that are joined."""
 
 
-#: Where a reading is compared with another, and why.
 COMPARED = {
-    # A deflection is the motion of the platform itself where nothing acts on the reading.
-    "assurance/model_error/left_out.py": 1,
+    "assurance/plausibility/instrument.py": "scale and jumps of an instrument show in positions alone",
+    "assurance/model_error/left_out.py": "a deflection is the motion of the platform where nothing acts on the reading",
+    "estimation/identify.py": "all three components of a position are translations",
 }
+"""Modules that compare a reading with another, and why."""
 
 
 def test_no_one_branches_on_markers_but_the_strategies() -> None:
-    asked: dict[str, int] = {}
+    asked = set()
     for name, nodes in _modules(*STRATEGIES):
         for node in nodes:
             if isinstance(node, ast.Compare) and any(isinstance(op, ast.Is | ast.IsNot) for op in node.ops):
-                left = node.left
-                called = left.attr if isinstance(left, ast.Attribute) else getattr(left, "id", "")
-                owner = getattr(getattr(left, "value", None), "id", "")
+                left = node.left  # a name alone is a local value that there may be
+                owner = getattr(left.value, "id", "") if isinstance(left, ast.Attribute) else "one"
+                called = getattr(left, "attr", "")
                 if called in ("marker", "markers", "reading", "positions") and owner not in ELSEWHERE:
-                    asked[name] = asked.get(name, 0) + 1
-    assert asked == COMPARED
+                    asked.add(name)
+    assert asked == set(COMPARED)
 
 
-#: Where a branch on the kind of reading still stands, and why: how often each module asks.
 BRANCHES = {
-    # What deflections leave undetermined is made least; of positions, knowledge beforehand decides.
-    "estimation/fit.py": 1,
-    # Positions are another estimator, and of arms a third, chosen here once; unloaded rows of them measure something.
-    "estimation/identify.py": 3,
-    # Measured poses and positions see where a platform is, deflections how it moved: loads are brought in otherwise.
-    "assurance/acceptance/attained.py": 1,
-    # Deflections have no part of a calibrated geometry; the tip of an arm that positions placed has one.
-    "assurance/acceptance/fitted.py": 2,
-    # Whether a chain without effects is linear.
-    "chain/chain.py": 1,
-    # What is identified beside geometry shows in absolute readings of an arm alone.
-    "app/api/identify.py": 1,
-    # A geometry that a configuration calibrates shows in absolute readings alone; that is said before the search.
-    "app/api/diagnose.py": 1,
-    # Whether the calibration that is asked for can be read off the columns, and which is usual.
-    "estimation/geometric.py": 2,
-    # Positions have no unloaded reading that rows could share.
-    "chain/recordings/references.py": 1,
-    # Units and signs of deflections are judged by the base model, which positions do not have alone.
-    "assurance/plausibility/recordings.py": 1,
+    "estimation/fit.py": "what deflections leave undetermined is made least; of positions, prior knowledge decides",
+    "estimation/identify.py": "positions are another estimator, of arms a third; their unloaded rows measure something",
+    "assurance/acceptance/attained.py": "poses and positions see where a platform is, deflections how it moved",
+    "assurance/acceptance/fitted.py": "deflections have no part of a calibrated geometry",
+    "chain/chain.py": "whether a chain without effects is linear",
+    "app/api/identify.py": "what is identified together with geometry shows in absolute readings of an arm alone",
+    "app/api/diagnose.py": "a geometry that a configuration calibrates shows in absolute readings alone",
+    "estimation/geometric.py": "whether the calibration that is asked for can be read off the columns",
+    "chain/recordings/references.py": "positions have no unloaded reading that rows could share",
+    "assurance/plausibility/recordings.py": "units and signs of deflections are judged by the base model",
 }
+"""Modules that branch on the kind of reading, and why; a further one has to be argued for."""
 
 
-def test_branches_on_the_kind_of_reading_are_few_and_counted() -> None:
-    """`reading.linear` and `measurand.absolute` outside the strategies, by module; a new one has to be argued for."""
-    asked: dict[str, int] = {}
+def test_modules_that_branch_on_the_kind_of_reading_are_few() -> None:
+    """`reading.linear` and `measurand.absolute` outside the strategies."""
+    asked = set()
     for name, nodes in _modules(*STRATEGIES, "chain/recordings/measurand.py"):
         for node in nodes:
             if isinstance(node, ast.Attribute) and node.attr in ("linear", "absolute"):
                 owner = node.value.attr if isinstance(node.value, ast.Attribute) else getattr(node.value, "id", "")
                 if owner in ("reading", "measurand"):
-                    asked[name] = asked.get(name, 0) + 1
-    assert asked == BRANCHES
+                    asked.add(name)
+    assert asked == set(BRANCHES)
 
 
 def test_effects_declare_the_readings_that_show_them() -> None:
