@@ -66,6 +66,10 @@ class Table:
             parts.append(f"column {column}" if in_file is None else f"column {in_file} (as {column})")
         return ", ".join(parts)
 
+    def fault(self, what: str, row: int | None = None, column: str | None = None, *, remedy: str = "") -> InputError:
+        """The error to raise where a row, a column or a cell cannot be meant."""
+        return InputError(what, where=self.where(row, column), remedy=remedy)
+
     def has(self, *columns: str) -> bool:
         """Whether all `columns` are there."""
         return all(column in self.frame.columns for column in columns)
@@ -85,7 +89,7 @@ class Table:
                 near = difflib.get_close_matches(column, others, n=1, cutoff=0.7)
                 near = near or [name for name in self.columns if name not in columns and synonym(name) == column]
                 remedy = f"Is `{near[0]}` meant?" if near else f"Add the column{_MEANING.get(column, '')}."
-                raise InputError("the column is missing", where=self.where(column=column), remedy=remedy)
+                raise self.fault("the column is missing", column=column, remedy=remedy)
 
     def numbers(self, columns: tuple[str, ...]) -> FloatArray:
         """The cells of `columns` as numbers, shape (rows, columns).
@@ -105,7 +109,7 @@ class Table:
                 remedy = "Fill it in, or remove the row." if text == "" else "Correct it, or remove the row."
                 if "," in text:
                     remedy = "Write numbers with a point instead of a comma."
-                raise InputError(what, where=self.where(int(wrong[0]), column), remedy=remedy)
+                raise self.fault(what, int(wrong[0]), column, remedy=remedy)
             large = np.flatnonzero(np.abs(values[:, index]) > LARGEST)
             if large.size:
                 text = str(cells.iloc[large[0]]).strip()
@@ -147,9 +151,7 @@ class Table:
         place = np.argwhere(wrong)[0]
         row, column = int(place[0]), int(place[1]) if wrong.ndim > 1 else 0
         said = what if values is None else what.format(values[tuple(place)])
-        raise InputError(
-            said, where=self.where(row if order is None else int(order[row]), columns[column]), remedy=remedy
-        )
+        raise self.fault(said, row if order is None else int(order[row]), columns[column], remedy=remedy)
 
     def words(self, column: str, allowed: Sequence[str], what: str, order: IntArray | None = None) -> TextArray:
         """The cells of `column` without blanks around them, shape (rows,).
@@ -162,7 +164,7 @@ class Table:
         wrong = np.flatnonzero(~np.isin(cells, list(allowed)))
         if wrong.size:
             row = int(wrong[0]) if order is None else int(order[wrong[0]])
-            raise InputError(what.format(cells[wrong[0]]), where=self.where(row, column), remedy="Correct it.")
+            raise self.fault(what.format(cells[wrong[0]]), row, column, remedy="Correct it.")
         return cells
 
     def integers(self, column: str) -> IntArray:

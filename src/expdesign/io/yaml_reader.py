@@ -53,6 +53,10 @@ class YamlDocument:
         place = f"{self.source}, line {self.lines[known]}" if known in self.lines else self.source
         return f"{place}, {dotted(full)}" if full else place
 
+    def fault(self, path: KeyPath, what: str, remedy: str = "") -> InputError:
+        """The error to raise where what stands at `path` cannot be meant."""
+        return InputError(what, where=self.where(path), remedy=remedy)
+
     def file(self, name: str) -> Path:
         """The place of a file that is named in this one.
 

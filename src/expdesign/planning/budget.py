@@ -148,7 +148,7 @@ def read_budget(experiment: ExperimentSection, referenced: bool, document: YamlD
     if costs is None or not costs.known:
         what = "a budget says nothing where measuring costs nothing"
         remedy = "Add `experiment.costs`, e.g. `{pose_change: 2, mass_change: 10, reading: 0.5}` (min)."
-        raise InputError(what, where=document.where(_WHERE), remedy=remedy)
+        raise document.fault(_WHERE, what, remedy)
     if experiment.reference_pose is not None:
         what = "with a reference pose every pose stands between references, which a budget does not count"
         where = document.where(_WHERE)
@@ -186,7 +186,7 @@ def _require_structure(budget: Budget, document: YamlDocument) -> None:
     for name, limit, wanted in limits:
         if limit is not None and limit < wanted:
             what = f"`{name}` allows {limit}, and `constraints` demand {wanted}"
-            raise InputError(what, where=document.where(_WHERE), remedy="Allow more, or demand less.")
+            raise document.fault(_WHERE, what, "Allow more, or demand less.")
     smallest = "one measurement" if least == Structure(1, 1) else f"the {least.measurements} measurements demanded"
     more = f" and the {budget.validation} for validation" if budget.validation else ""
     what = f"{budget.minutes:g} min are too little for {smallest}{more}, which takes {needed:g} min by `costs`"

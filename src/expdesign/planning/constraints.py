@@ -261,10 +261,10 @@ def read_constraints(
     for name in ("distinct_poses", "distinct_masses"):
         if getattr(section, name) > most:
             what = f"{getattr(section, name)} are more than the {most} measurements"
-            raise InputError(what, where=document.where((*_WHERE, name)), remedy="Take fewer, or measure more.")
+            raise document.fault((*_WHERE, name), what, "Take fewer, or measure more.")
     if (section.distinct_masses > 1 or section.masses_kg) and not load.has_mass:
         remedy = "Take it out, or use `load: {kind: payload}`."
-        raise InputError("a wrench has no mass", where=document.where((*_WHERE, "masses_kg")), remedy=remedy)
+        raise document.fault((*_WHERE, "masses_kg"), "a wrench has no mass", remedy)
     dimension = len(robot.gravity)
     boxes = np.zeros((len(section.keep_out), 2, dimension))
     for index, box in enumerate(section.keep_out):
@@ -309,7 +309,7 @@ def required(section: ConstraintsSection | None, space: DesignSpace, robot: Robo
     for name, count in (("poses", len(section.poses)), ("masses_kg", len(section.masses_kg))):
         if count > m:
             what = f"{count} are more than the {m} measurements"
-            raise InputError(what, where=document.where((*_WHERE, name)), remedy="Name fewer, or measure more.")
+            raise document.fault((*_WHERE, name), what, "Name fewer, or measure more.")
     poses = []
     for index, pose in enumerate(section.poses):
         where = document.where((*_WHERE, "poses", index))
@@ -337,7 +337,7 @@ def _require_as_many(section: ConstraintsSection, space: DesignSpace, document: 
         demanded, offered = getattr(section, key), space.different(quantities)
         if demanded > offered:
             what = f"{demanded} different {noun} are demanded, and `experiment.{source}` offers {offered:.0f}"
-            raise InputError(what, where=document.where((*_WHERE, key)), remedy="Demand fewer, or offer more.")
+            raise document.fault((*_WHERE, key), what, "Demand fewer, or offer more.")
 
 
 def _decisions(space: DesignSpace, wanted: FloatArray, first: int, where: str) -> FloatArray:

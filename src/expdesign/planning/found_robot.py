@@ -17,7 +17,6 @@ from expdesign.chain.effects.joints.geometry import ArmGeometricStiffness
 from expdesign.chain.effects.legs.geometry import Correction, GeometricStiffness
 from expdesign.chain.linearised import KnownChain
 from expdesign.chain.models.model_file import Model, model_from_document, model_of_robot
-from expdesign.errors import InputError
 from expdesign.io.kinds import kind_of
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.robot import Robot
@@ -81,7 +80,7 @@ def found_robot(document: YamlDocument) -> FoundRobot:
         if not (np.isfinite(value) and value > 0.0):
             what = f"the compliance of {name} is {value:.3g}, and a plan needs positive ones"
             remedy = "Identify the robot from measurements that determine it, or give the robot file instead."
-            raise InputError(what, where=document.where(("compliance", name)), remedy=remedy)
+            raise document.fault(("compliance", name), what, remedy)
     robot = copy(chain.robot)
     robot.stiffness = 1.0 / model.compliance
     return _found(robot, model)

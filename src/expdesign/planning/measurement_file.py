@@ -42,7 +42,7 @@ def read_noise(
     if section.std is not None:
         axes = [axis_of(name, coordinates, document, (*where, "std")) for name in section.std]
         if not axes:
-            raise InputError("no axis is measured", where=document.where((*where, "std")), remedy="Name at least one.")
+            raise document.fault((*where, "std"), "no axis is measured", "Name at least one.")
         order = np.argsort(axes)
         deviations = np.array(list(section.std.values()))[order]
         return DeflectionNoise.from_deviations(np.array(axes)[order], deviations, section.shared_reference)
@@ -71,8 +71,7 @@ def read_noise(
 def axis_of(name: str, coordinates: Coordinates, document: YamlDocument, where: KeyPath) -> int:
     """Index of a pose coordinate by the name of its deflection; an `InputError` where there is none."""
     if name not in coordinates.deflection:
-        remedy = nearest(name, coordinates.deflection)
-        raise InputError("unknown axis", where=document.where((*where, name)), remedy=remedy)
+        raise document.fault((*where, name), "unknown axis", nearest(name, coordinates.deflection))
     return coordinates.deflection.index(name)
 
 
@@ -86,8 +85,7 @@ def _covariance_of_points(section: MeasuredPointsSection, robot: Robot, document
     """
     where: KeyPath = (*_EXPERIMENT, "deflection_noise", "points")
     if robot.coordinates.n != 6 or not (robot.jointed or len(robot.configuration) == 6):
-        what = "points are for robots with six pose coordinates"
-        raise InputError(what, where=document.where(where), remedy="Give `std` or `covariance`.")
+        raise document.fault(where, "points are for robots with six pose coordinates", "Give `std` or `covariance`.")
     pose = robot.reference_configuration()
     if section.pose is not None:
         given = pose_of(section.pose, robot, document, (*where, "pose"))
@@ -96,7 +94,7 @@ def _covariance_of_points(section: MeasuredPointsSection, robot: Robot, document
     try:
         return pose_covariance(np.array(section.positions), section.std_m, rotation, rates)
     except InputError as error:
-        raise InputError(error.what, where=document.where((*where, "positions")), remedy=error.remedy) from None
+        raise document.fault((*where, "positions"), error.what, error.remedy) from None
 
 
 def tolerance_axes(target: TargetSection, robot: Robot, document: YamlDocument, index: int) -> FloatArray:
@@ -128,21 +126,21 @@ def with_reference_pose(
     where: KeyPath = (*_EXPERIMENT, "reference_pose")
     if experiment.calibration != "elastostatic":
         what = "reference poses are for deflections, where the first reference cancels"
-        raise InputError(what, where=document.where(where), remedy="Take the key out.")
+        raise document.fault(where, what, "Take the key out.")
     if len(robot.configuration) != robot.coordinates.n or len(section.pose) != robot.coordinates.n:
         what = f"a pose of {robot.coordinates.n} numbers is needed here, for a robot on legs"
-        raise InputError(what, where=document.where((*where, "pose")), remedy="Correct it.")
+        raise document.fault((*where, "pose"), what, "Correct it.")
     if section.interpolate and noise.shared_reference:
         what = "references cannot be interpolated where loads share one unloaded measurement"
-        raise InputError(what, where=document.where((*where, "interpolate")), remedy="Take one of the two out.")
+        raise document.fault((*where, "interpolate"), what, "Take one of the two out.")
     pose = np.array(section.pose)
     if not bool(robot.usable(pose)):
         what = "the reference pose is beyond the robot's limits, or nearly singular"
-        raise InputError(what, where=document.where((*where, "pose")), remedy="Choose another pose.")
+        raise document.fault((*where, "pose"), what, "Choose another pose.")
     try:
         return ReferencedNoise(noise, pose, robot.jacobians(pose).pose, interpolated=section.interpolate)
     except InputError as error:
-        raise InputError(error.what, where=document.where(where), remedy=error.remedy) from None
+        raise document.fault(where, error.what, error.remedy) from None
 
 
 def read_regressor(section: RunSection, robot: Robot, document: YamlDocument) -> Regressor:
@@ -159,7 +157,7 @@ def read_regressor(section: RunSection, robot: Robot, document: YamlDocument) ->
         raise InputError(f"{lack}, and `{robot.name}` is a {robot.kind}", where=where, remedy="Use `elastostatic`.")
     if regressor.referenced and experiment.frames == "unknown":
         what = "deflections are differences, in which unknown frames cancel"
-        raise InputError(what, where=document.where((*_EXPERIMENT, "frames")), remedy="Take the key out.")
+        raise document.fault((*_EXPERIMENT, "frames"), what, "Take the key out.")
     if not regressor.referenced and experiment.deflection_noise.shared_reference:
         what = "geometric calibration measures poses, which have no unloaded reference to share"
         where = document.where((*_EXPERIMENT, "deflection_noise", "shared_reference"))
@@ -172,22 +170,20 @@ def _require_loads(section: RunSection, regressor: Regressor, document: YamlDocu
     experiment = section.experiment
     if regressor.needs_load:
         if experiment.load is None:
-            raise InputError("the key is missing", where=document.where((*_EXPERIMENT, "load")), remedy="Add it.")
+            raise document.fault((*_EXPERIMENT, "load"), "the key is missing", "Add it.")
         for index, target in enumerate(section.targets):
             if target.payload is None and target.wrench is None:
-                what = "exactly one of `payload` and `wrench` is needed"
-                raise InputError(what, where=document.where(("targets", index)), remedy="Add one.")
+                raise document.fault(("targets", index), "exactly one of `payload` and `wrench` is needed", "Add one.")
         return
     remedy = "Take it out, or use `calibration: both`."
     for key in ("load", "load_error", "geometric_stiffness"):
         if getattr(experiment, key):
-            what = "geometric calibration measures poses without load"
-            raise InputError(what, where=document.where((*_EXPERIMENT, key)), remedy=remedy)
+            raise document.fault((*_EXPERIMENT, key), "geometric calibration measures poses without load", remedy)
     for index, target in enumerate(section.targets):
         for key in ("payload", "wrench"):
             if getattr(target, key) is not None:
                 what = "geometric calibration knows nothing of what a load does at a target"
-                raise InputError(what, where=document.where(("targets", index, key)), remedy=remedy)
+                raise document.fault(("targets", index, key), what, remedy)
 
 
 def load_section(experiment: ExperimentSection) -> LoadSection:

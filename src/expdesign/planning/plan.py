@@ -85,7 +85,7 @@ def without_validation(plan: Plan, table: Table) -> Plan:
         return plan
     fitted = ~read_test_rows(table, np.arange(len(table)))
     if not fitted.any():
-        raise InputError("every row is kept for validation", where=table.where(0, "split"), remedy="Fit some of them.")
+        raise table.fault("every row is kept for validation", 0, "split", remedy="Fit some of them.")
     return Plan(plan.configurations[fitted], plan.loads[fitted], plan.series[fitted])
 
 
@@ -118,4 +118,4 @@ def _same_pose_within_series(table: Table, configurations: FloatArray, series: I
         if other.size:
             what = f"series {number} has measurements at different poses, and so cannot share one unloaded measurement"
             remedy = "Give every pose a series of its own, or leave `shared_reference` out."
-            raise InputError(what, where=table.where(int(other[0]), "series"), remedy=remedy)
+            raise table.fault(what, int(other[0]), "series", remedy=remedy)

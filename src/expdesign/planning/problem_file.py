@@ -61,8 +61,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
     robot, written, found = _robot(section, document)
     if not robot.actuated:
         what = f"a {robot.kind} has no actuators whose stiffness a plan could identify"
-        remedy = "`expdesign diagnose` finds from recordings what it stands on."
-        raise InputError(what, where=document.where(("robot",)), remedy=remedy)
+        raise document.fault(("robot",), what, "`expdesign diagnose` finds from recordings what it stands on.")
     _gravity_matches(section, robot, document)
     experiment = section.experiment
     regressor = read_regressor(section, robot, document)
@@ -134,7 +133,7 @@ def _robot(section: RunSection, document: YamlDocument) -> tuple[Robot, Any, Fou
         path = document.file(section.robot)
         if not _is_file(path):
             remedy = "Paths are relative to the configuration file."
-            raise InputError(f"there is no file {path}", where=document.where(("robot",)), remedy=remedy)
+            raise document.fault(("robot",), f"there is no file {path}", remedy)
         part = read_yaml(path)
     else:
         part = document.part("robot")
@@ -146,8 +145,7 @@ def _require_plain(found: FoundRobot | None, experiment: ExperimentSection, docu
     """Raise where the physics of a model file goes with no other calibration."""
     if found is not None and found.physics is not None and experiment.calibration != "elastostatic":
         what = "a model with effects is planned for elastostatic calibration only"
-        remedy = "Take the key out, or name the robot file."
-        raise InputError(what, where=document.where(("experiment", "calibration")), remedy=remedy)
+        raise document.fault(("experiment", "calibration"), what, "Take the key out, or name the robot file.")
 
 
 def _is_file(path: Path) -> bool:
@@ -171,20 +169,17 @@ def _load(section: LoadSection, robot: Robot, document: YamlDocument) -> Load:
     own = set(load.keys)
     for name in section.model_fields_set - own - {"kind"}:
         what = f"`{name}` has no meaning for a {section.kind} on a {robot.kind}"
-        remedy = nearest(name, sorted(own))
-        raise InputError(what, where=document.where((*where, name)), remedy=remedy)
+        raise document.fault((*where, name), what, nearest(name, sorted(own)))
     if load.has_mass:
         if section.mass_kg is None:
-            raise InputError("the key is missing", where=document.where((*where, "mass_kg")), remedy="Add it (kg).")
+            raise document.fault((*where, "mass_kg"), "the key is missing", "Add it (kg).")
         mass = section.mass_kg
         if min(mass.values if isinstance(mass, Choices) else (mass.low,)) < 0.0:
-            raise InputError(
-                "a mass cannot be negative", where=document.where((*where, "mass_kg")), remedy="Correct it."
-            )
+            raise document.fault((*where, "mass_kg"), "a mass cannot be negative", "Correct it.")
         tilt = section.gravity
         for name in tilt.model_fields_set - set(coordinates.tilt) if tilt else ():
             remedy = f"Known here: {', '.join(f'`{k}`' for k in coordinates.tilt)}."
-            raise InputError("unknown key", where=document.where((*where, "gravity", name)), remedy=remedy)
+            raise document.fault((*where, "gravity", name), "unknown key", remedy)
     return load
 
 
@@ -195,17 +190,16 @@ def _sources(experiment: ExperimentSection, load: Load, document: YamlDocument) 
         where: KeyPath = ("experiment", "load_error", index)
         if entry.source not in known:
             remedy = nearest(entry.source, sorted(known))
-            what = f"unknown source of load error `{entry.source}`"
-            raise InputError(what, where=document.where((*where, "source")), remedy=remedy)
+            raise document.fault((*where, "source"), f"unknown source of load error `{entry.source}`", remedy)
         kind = known[entry.source]
         size = kind.dimension(load)
         if size == 0:
             what = f"a {load.kind} of this robot has no `{entry.source}` error"
-            raise InputError(what, where=document.where((*where, "source")), remedy="Use another source.")
+            raise document.fault((*where, "source"), what, "Use another source.")
         deviation = np.atleast_1d(np.array(entry.std, dtype=float))
         if deviation.size != size:
             what = f"{size} standard deviation{'s are' if size > 1 else ' is'} needed here, not {deviation.size}"
-            raise InputError(what, where=document.where((*where, "std")), remedy=f"In {kind.unit}.")
+            raise document.fault((*where, "std"), what, f"In {kind.unit}.")
         sources.append(kind(deviation, entry.shared))
     return tuple(sources)
 
@@ -266,7 +260,7 @@ def _targets(
             importance[index, axis_of(name, coordinates, document, (*where, "tolerance"))] = 1.0 / tolerance**2
     if loaded.regressor.referenced and not np.any(wrenches):
         what = "no target carries a load, so that there is nothing to compensate"
-        raise InputError(what, where=document.where(("targets",)), remedy="Name a payload (under gravity) or a wrench.")
+        raise document.fault(("targets",), what, "Name a payload (under gravity) or a wrench.")
     weights = np.array([target.weight for target in section.targets])
     arrays = (np.array(poses), np.array(observations), importance, weights)
     own = any(target.tolerance_axes == "body" for target in section.targets)
@@ -277,7 +271,7 @@ def _targets(
 def _vector(values: list[float], names: tuple[str, ...], document: YamlDocument, where: KeyPath) -> FloatArray:
     if len(values) != len(names):
         what = f"{len(names)} numbers are needed here, not {len(values)}"
-        raise InputError(what, where=document.where(where), remedy=f"Order: {', '.join(names)}." if names else "")
+        raise document.fault(where, what, f"Order: {', '.join(names)}." if names else "")
     return np.array(values, dtype=float)
 
 
@@ -368,7 +362,7 @@ def _poses(experiment: ExperimentSection, robot: Robot, document: YamlDocument) 
     for name in axes:
         if name not in names:
             remedy = "Name tips under `tips`." if name == TIP_COLUMN and tips else nearest(name, names)
-            raise InputError("unknown coordinate", where=document.where((*where, form, name)), remedy=remedy)
+            raise document.fault((*where, form, name), "unknown coordinate", remedy)
     chosen = tuple(axes.get(name) or fixed(0.0) for name in names)
     return PoseSet(quantities=chosen if tips is None else (*chosen, tips))
 

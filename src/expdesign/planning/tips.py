@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
 from expdesign.io.yaml_reader import KeyPath, YamlDocument
 from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, TIP_COLUMN
@@ -46,7 +45,7 @@ def pose_of(values: list[float], robot: Robot, document: YamlDocument, where: Ke
         what = f"{len(names) - loads} numbers are needed here, not {len(values)}"
         order = f"Order: {', '.join(names[: len(names) - loads])}."
         further = f" Then, or 0: {', '.join(names[len(names) - loads :])}." if loads else ""
-        raise InputError(what, where=document.where(where), remedy=order + further)
+        raise document.fault(where, what, order + further)
     return np.array([*values, *[0.0] * (len(names) - len(values))], dtype=float)
 
 
@@ -59,7 +58,7 @@ def tip_number(name: str | None, robot: Robot, document: YamlDocument, where: Ke
     tips = tips_of(robot)
     if name is None and tips:
         what = "the key is missing, and the robot has several tips"
-        raise InputError(what, where=document.where(where), remedy=f"Name one of {_listed(tips)}.")
+        raise document.fault(where, what, f"Name one of {_listed(tips)}.")
     return np.zeros(0) if name is None else np.array([float(_number(name, tips, document, where))])
 
 
@@ -74,7 +73,7 @@ def asked_tips(names: list[str] | None, robot: Robot, document: YamlDocument, wh
         return Choices(tuple(float(number) for number in range(1, len(tips) + 1))) if tips else None
     numbers = [_number(name, tips, document, (*where, index)) for index, name in enumerate(names)]
     if len(set(numbers)) < len(numbers):
-        raise InputError("a tip stands there twice", where=document.where(where), remedy="Name each once.")
+        raise document.fault(where, "a tip stands there twice", "Name each once.")
     return Choices(tuple(float(number) for number in numbers))
 
 
@@ -88,11 +87,9 @@ def at_tips(poses: FloatArray, tips: Choices | None) -> FloatArray:
 
 def _number(name: str, tips: tuple[str, ...], document: YamlDocument, where: KeyPath) -> int:
     if not tips:
-        what = "the robot has one tip, which need not be named"
-        raise InputError(what, where=document.where(where), remedy="Take the key out.")
+        raise document.fault(where, "the robot has one tip, which need not be named", "Take the key out.")
     if name not in tips:
-        remedy = nearest(name, tips)
-        raise InputError(f"`{name}` is no tip of the robot", where=document.where(where), remedy=remedy)
+        raise document.fault(where, f"`{name}` is no tip of the robot", nearest(name, tips))
     return tips.index(name) + 1
 
 

@@ -18,7 +18,7 @@ from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.model_error.meir import meir_of_problem
 from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden, hidden_by_plan
 from expdesign.chain.recordings.points import points_from_table
-from expdesign.errors import InputError, SingularConfigurationError
+from expdesign.errors import SingularConfigurationError
 from expdesign.io.table import Table as GivenTable
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
 from expdesign.planning.criteria.assessment import Assessment
@@ -157,7 +157,7 @@ def _require_reachable(problem: DesignProblem, plan: Plan, table: GivenTable) ->
         row = int(beyond[0])
         more = f" (and {beyond.size - 1} more)" if beyond.size > 1 else ""
         what = f"the pose is beyond the robot's limits: {robot.limit_message(plan.configurations[row])}{more}"
-        raise InputError(what, where=table.where(row), remedy="Choose a pose within them.")
+        raise table.fault(what, row, remedy="Choose a pose within them.")
     if problem.constraints is None:
         return
     collisions, seen = problem.constraints.collisions, problem.constraints.visibility
@@ -166,9 +166,9 @@ def _require_reachable(problem: DesignProblem, plan: Plan, table: GivenTable) ->
         row = int(np.argmax(excess))
         distance = 1e3 * (collisions.stated.clearance_m - excess[row])
         what = f"parts of the robot or its payload come within {distance:.3g} mm (`experiment.constraints.collisions`)"
-        raise InputError(what, where=table.where(row), remedy="Choose another pose, or correct the parts.")
+        raise table.fault(what, row, remedy="Choose another pose, or correct the parts.")
     hidden = np.zeros((len(plan), 2)) if seen is None else seen.excess(robot, plan.configurations)
     if seen is not None and (hidden > BEYOND).any():
         row = int(np.argmax(hidden.max(axis=1)))
         what = f"{seen.sentence(hidden[row])} (`experiment.constraints.visibility`)"
-        raise InputError(what, where=table.where(row), remedy="Choose another pose, or correct station and reflectors.")
+        raise table.fault(what, row, remedy="Choose another pose, or correct station and reflectors.")

@@ -21,7 +21,6 @@ from expdesign.chain.recordings.recordings import (
     measured_names,
 )
 from expdesign.counted import counted
-from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import (
     Prediction,
     in_file_order,
@@ -154,8 +153,7 @@ def _of_readings(
             noise[:, axis] = table.numbers_where_filled((name,))[order, 0]
     if np.isnan(noise).all():
         what = f"neither the points nor the model say how large the noise of a reading is ({', '.join(names)})"
-        remedy = "Add these columns to the points, or identify the recordings again."
-        raise InputError(what, where=table.where(), remedy=remedy)
+        raise table.fault(what, remedy="Add these columns to the points, or identify the recordings again.")
     found: FloatArray = np.hypot(prediction.deviations, noise)
     return found
 

@@ -202,14 +202,13 @@ def _base(sweep: SweepSection, document: YamlDocument) -> dict[str, Any]:
     if isinstance(sweep.config, str):
         path = document.file(sweep.config)
         if not path.is_file():
-            remedy = "Paths are relative to the sweep file."
-            raise InputError(f"there is no file {path}", where=document.where(("config",)), remedy=remedy)
+            raise document.fault(("config",), f"there is no file {path}", "Paths are relative to the sweep file.")
         found = read_yaml(path)
     else:
         found = document.part("config")
     require_kind(found, "run configuration")
     if not isinstance(found.content, dict):
-        raise InputError("a run configuration is needed here", where=found.where(), remedy="See `expdesign new`.")
+        raise found.fault((), "a run configuration is needed here", "See `expdesign new`.")
     content = copy.deepcopy(found.content)
     for key in ("robot", "experiment.poses.candidates"):
         value = _get(content, key)
@@ -224,7 +223,7 @@ def _combinations(sweep: SweepSection, document: YamlDocument) -> list[dict[str,
     for values in lists:
         count *= len(values)
     if count > MOST_RUNS:
-        raise InputError(f"these are {count} runs", where=document.where(), remedy=f"At most {MOST_RUNS}.")
+        raise document.fault((), f"these are {count} runs", f"At most {MOST_RUNS}.")
     for index, case in enumerate(sweep.cases):
         for key in case:
             if key in sweep.vary:

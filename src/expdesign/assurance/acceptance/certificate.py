@@ -37,8 +37,7 @@ def read_about(path: Path) -> About:
     """
     document = read_yaml(path)
     if not isinstance(document.content, dict):
-        remedy = f"Keys: {', '.join(About.model_fields)}."
-        raise InputError("a mapping (`key: value`) is needed here", where=document.where(), remedy=remedy)
+        raise document.fault((), "a mapping (`key: value`) is needed here", f"Keys: {', '.join(About.model_fields)}.")
     # YAML reads 2026-03-01 as a date; on a certificate it is a text.
     texts = {key: str(value) if key == "date" else value for key, value in document.content.items()}
     return validate(About, replace(document, content=texts))

@@ -72,7 +72,7 @@ def read_check_measurement(table: Table, robot: Robot, frame: Frame = "base") ->
     if not any(table.has(name) for name in names):
         what = "there are no targets: these are no recordings at compensated commands"
         remedy = "Measure at the commands that `expdesign compensate` writes, and keep its columns `target_...`."
-        raise InputError(what, where=table.where(column=names[0]), remedy=remedy)
+        raise table.fault(what, column=names[0], remedy=remedy)
     order = order_in_time(table)
     targets = table.numbers(names)[order]
     commands = table.numbers(robot.configuration)[order]
@@ -121,8 +121,7 @@ def _readings(table: Table, robot: Robot, targets: FloatArray, order: IntArray) 
     if not any(table.has(name) for name in measured):
         return (*read_deflections(table, coordinates, order), False)
     if deflected:
-        what = "there are both deflections and measured poses"
-        raise InputError(what, where=table.where(), remedy="Take one of the two out.")
+        raise table.fault("there are both deflections and measured poses", remedy="Take one of the two out.")
     axes = np.array([axis for axis, name in enumerate(measured) if table.has(name)], dtype=np.int64)
     poses = table.numbers(tuple(measured[axis] for axis in axes))[order]
     errors = poses - targets[:, axes] if not robot.jointed else _of_tip(table, robot, poses, axes, order)

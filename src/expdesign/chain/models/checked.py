@@ -44,7 +44,7 @@ def relative_compliances(
     found = np.array(written)
     if found.shape != compliance.shape:
         what = f"{len(compliance)} numbers are needed here, not {len(found)}"
-        raise InputError(what, where=document.where(("relative_compliance",)), remedy="One of each actuator.")
+        raise document.fault(("relative_compliance",), what, "One of each actuator.")
     apart = ~np.isclose(found * robot.compliance, compliance, rtol=SAME, atol=0.0)
     if apart.any():
         index = int(np.argmax(apart))
@@ -53,7 +53,7 @@ def relative_compliances(
             f"the actuator stiffness {robot.stiffness[index]:.6g}"
         )
         remedy = f"Take `relative_compliance` out if `compliance` is right. {AGAIN}"
-        raise InputError(what, where=document.where(("compliance", list(stated)[index])), remedy=remedy)
+        raise document.fault(("compliance", list(stated)[index]), what, remedy)
     return found
 
 
@@ -71,7 +71,7 @@ def require_yielding(compliance: FloatArray, covariance: FloatArray, robot: Robo
     if against.size:
         name = robot.actuators[against[0]]
         what = "a negative compliance: under its load the actuator would move against it"
-        raise InputError(what, where=document.where(("compliance", name)), remedy=f"Correct the sign. {AGAIN}")
+        raise document.fault(("compliance", name), what, f"Correct the sign. {AGAIN}")
 
 
 def covariance_of(rows: Sequence[Sequence[float]], count: int, document: YamlDocument, path: KeyPath) -> FloatArray:
@@ -91,7 +91,7 @@ def covariance_of(rows: Sequence[Sequence[float]], count: int, document: YamlDoc
         row, column = (int(place) for place in np.argwhere(strange)[0])
         value = covariance[row, column]
         what = "NaN is no number" if np.isnan(value) else f"{value:.3g} is beyond any quantity in SI units"
-        raise InputError(what, where=document.where((*path, row, column)), remedy=AGAIN)
+        raise document.fault((*path, row, column), what, AGAIN)
     known = np.isfinite(np.diag(covariance))
     inner = covariance[np.ix_(known, known)]
     variance = np.diag(inner)
@@ -111,4 +111,4 @@ def require_ordered(ranges: Mapping[str, Sequence[float]], document: YamlDocumen
     for name, (low, high) in ranges.items():
         if low > high:
             what = f"the range is the wrong way round: {low:g} > {high:g}"
-            raise InputError(what, where=document.where(("calibrated", name)), remedy=f"Low first, then high. {AGAIN}")
+            raise document.fault(("calibrated", name), what, f"Low first, then high. {AGAIN}")

@@ -113,7 +113,7 @@ def _fitting(known: list[type[Effect]], entry: EffectSection, robot: Robot, docu
     of_physics = [cls for cls in known if cls.physics == entry.physics]
     if not of_physics:
         remedy = f"Known: {', '.join(sorted({cls.physics for cls in known})) or 'none'}."
-        raise InputError(f"unknown physics `{entry.physics}`", where=document.where(("physics",)), remedy=remedy)
+        raise document.fault(("physics",), f"unknown physics `{entry.physics}`", remedy)
     places = [str(component) for cls in of_physics for component in cls.components(robot)]
     try:
         component = component_from_text(entry.component)
@@ -123,7 +123,7 @@ def _fitting(known: list[type[Effect]], entry: EffectSection, robot: Robot, docu
     if not here:
         what = f"`{robot.name}` has no `{entry.component}` at which `{entry.physics}` could be"
         remedy = f"It can be at {', '.join(dict.fromkeys(places))}." if places else f"A {robot.kind} does not have it."
-        raise InputError(what, where=document.where(("component",)), remedy=remedy)
+        raise document.fault(("component",), what, remedy)
     found = []
     for cls in here:
         try:
@@ -132,7 +132,7 @@ def _fitting(known: list[type[Effect]], entry: EffectSection, robot: Robot, docu
             continue
     if not found:
         what = f"`{entry.physics}` at `{entry.component}` has no variant `{entry.variant}` on this robot"
-        raise InputError(what, where=document.where(("variant",)), remedy=_AGAIN)
+        raise document.fault(("variant",), what, _AGAIN)
     return found
 
 
@@ -141,11 +141,11 @@ def _only(found: list[Effect], entry: EffectSection, document: YamlDocument) -> 
     fitting = [e for e in found if {parameter.name for parameter in e.parameters} == set(entry.parameters)]
     if not fitting:
         what = f"`{entry.physics}` at `{entry.component}` does not have these parameters on this robot"
-        raise InputError(what, where=document.where(("parameters",)), remedy=_AGAIN)
+        raise document.fault(("parameters",), what, _AGAIN)
     if len(fitting) > 1:
         names = ", ".join(effect.identifier for effect in fitting)
         what = f"`{entry.physics}` at `{entry.component}` may be several effects: {names}"
-        raise InputError(what, where=document.where(), remedy="Write which one as `identifier`.")
+        raise document.fault((), what, "Write which one as `identifier`.")
     return fitting[0]
 
 
@@ -158,7 +158,7 @@ def _law(entry: EffectSection, robot: Robot, document: YamlDocument) -> Law:
     except (KeyError, TypeError, ValueError, IndexError):
         known = False
     if not known:
-        raise InputError("this is not a law as this version writes it", where=document.where(("law",)), remedy=_AGAIN)
+        raise document.fault(("law",), "this is not a law as this version writes it", _AGAIN)
     return law
 
 

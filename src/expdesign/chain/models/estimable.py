@@ -23,7 +23,6 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.models.checked import AGAIN, covariance_of
 from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.errors import InputError
 from expdesign.io.schema import Section
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.robot import Robot
@@ -133,10 +132,9 @@ def subspace_of(
     rows = (*section.covariance, *section.undetermined, section.resolution)
     if {len(row) for row in rows} != {count} or not np.isfinite([x for row in rows for x in row]).all():
         what = f"rows of {count} finite numbers are needed here, and {count} rows of `covariance`"
-        raise InputError(what, where=document.where(("estimable",)), remedy=AGAIN)
+        raise document.fault(("estimable",), what, AGAIN)
     if min(section.resolution, default=1.0) <= 0.0:
-        what = "a standard deviation is positive"
-        raise InputError(what, where=document.where(("estimable", "resolution")), remedy=AGAIN)
+        raise document.fault(("estimable", "resolution"), "a standard deviation is positive", AGAIN)
     covariance = covariance_of(section.covariance, count, document, ("estimable", "covariance"))
     directions = np.array(section.undetermined).reshape(-1, count).T
     found = Estimable(covariance, directions, np.array(section.resolution))

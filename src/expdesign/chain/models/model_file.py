@@ -23,7 +23,6 @@ from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.readings.reading import DEFLECTION, MeasuredPose, Reading
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.copying import Copied
-from expdesign.errors import InputError
 from expdesign.io.kinds import CURRENT_VERSIONS, require_kind
 from expdesign.io.schema import Number, Positive, Section, validate
 from expdesign.io.yaml_reader import YamlDocument, read_yaml, yaml_text
@@ -205,7 +204,7 @@ def model_from_document(document: YamlDocument) -> Model:
     content = document.content
     if not isinstance(content, dict) or content.get("kind") != "model":
         remedy = "`expdesign identify` and `expdesign diagnose` write model files (`kind: model`)."
-        raise InputError("this is not a model file", where=document.where(), remedy=remedy)
+        raise document.fault((), "this is not a model file", remedy)
     section = validate(_ModelSection, document)
     robot = robot_from_document(document.part("robot"))
     effects = tuple(
@@ -216,7 +215,7 @@ def model_from_document(document: YamlDocument) -> Model:
     chain = Chain(robot, effects, reading=_reading(section, robot, document))
     if tuple(section.compliance) != robot.actuators:
         remedy = f"They must be {', '.join(robot.actuators)}, in this order."
-        raise InputError("these are not the robot's actuators", where=document.where(("compliance",)), remedy=remedy)
+        raise document.fault(("compliance",), "these are not the robot's actuators", remedy)
     values = [relative_compliances(section.compliance, section.relative_compliance, robot, document)]
     values.append(np.array(list(section.instrument.values())))
     for effect, entry in zip(effects, section.effects, strict=True):
@@ -276,9 +275,7 @@ def _reading(section: _ModelSection, robot: Robot, document: YamlDocument) -> Re
     expected = [parameter.name for parameter in reading.parameters]
     if list(section.instrument) != expected:
         remedy = f"They must be {', '.join(expected)}, in this order."
-        raise InputError(
-            "these are not the instrument's parameters", where=document.where(("instrument",)), remedy=remedy
-        )
+        raise document.fault(("instrument",), "these are not the instrument's parameters", remedy)
     return reading
 
 
@@ -286,7 +283,7 @@ def _covariance(section: _ModelSection, chain: Chain, document: YamlDocument) ->
     """The covariance of the file in its units; infinite variances mark what was not determined."""
     if section.parameters != _names(chain):
         remedy = f"They must be {', '.join(_names(chain))}, in this order."
-        raise InputError("these are not the model's parameters", where=document.where(("parameters",)), remedy=remedy)
+        raise document.fault(("parameters",), "these are not the model's parameters", remedy)
     return covariance_of(section.covariance, len(chain.parameters), document, ("covariance",))
 
 

@@ -54,7 +54,7 @@ def filled_in(table: Table, coordinates: Coordinates) -> tuple[Table, list[str]]
     for name in coordinates.deflection:
         if table.has(name):
             what = f"there are readings beside the deflections {name} ..."
-            raise InputError(what, where=table.where(column=name), remedy="Fill in one of them; take the other out.")
+            raise table.fault(what, column=name, remedy="Fill in one of them; take the other out.")
     table, used = _with_deflections(table, names, coordinates)
     return table, [*notes, used]
 
@@ -67,7 +67,7 @@ def _without_empty(table: Table, coordinates: Coordinates) -> tuple[Table, list[
     blank = np.all([table.text(name) == "" for name in values], axis=0)
     if blank.all():
         what = f"nothing is filled in under {', '.join(values[:3])}{' ...' if len(values) > 3 else ''}"
-        raise InputError(what, where=table.where(), remedy="Fill in what was measured.")
+        raise table.fault(what, remedy="Fill in what was measured.")
     notes = []
     if blank.any():
         lines = ", ".join(str(line) for line in table.lines[blank][:8]) + (" ..." if blank.sum() > 8 else "")
@@ -99,7 +99,7 @@ def _with_deflections(table: Table, names: list[str], coordinates: Coordinates) 
         if not unloaded[rows[0]]:
             what = f"series {number} does not begin with a row without load, from which its readings could be counted"
             remedy = "Fill in the reference row of the series, or write deflections."
-            raise InputError(what, where=table.where(int(rows[0]), "series"), remedy=remedy)
+            raise table.fault(what, int(rows[0]), "series", remedy=remedy)
         reference = rows[0]
         keep[rows[0]] = table.has("time_s") or table.has("temperature_degC")
         for index, row in enumerate(rows):

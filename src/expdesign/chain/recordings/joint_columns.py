@@ -49,7 +49,7 @@ def with_joint_columns(table: Table, robot: Robot) -> Table:
     twice = next((own for own, name in numbered.items() if own != name and table.has(own, name)), None)
     if twice is not None:
         what = f"the joint has the column {numbered[twice]} as well"
-        raise InputError(what, where=table.where(column=twice), remedy="Leave one of them out.")
+        raise table.fault(what, column=twice, remedy="Leave one of them out.")
     for column in table.columns:
         if column not in numbered and column not in robot.configuration:
             _require_no_joint(column, table, robot)
@@ -82,22 +82,20 @@ def _with_tips(table: Table, tips: tuple[str, ...]) -> Table:
         return table
     known = f"The robot's tips are {', '.join(f'`{tip}`' for tip in tips)}."
     if not table.has(TIP_COLUMN):
-        what = "the column is missing, which says of which tip a row is"
-        raise InputError(what, where=table.where(column=TIP_COLUMN), remedy=known)
+        raise table.fault("the column is missing, which says of which tip a row is", column=TIP_COLUMN, remedy=known)
     names = table.frame[TIP_COLUMN].astype(str).str.strip()
     numbers = {name: str(number) for number, tip in enumerate(tips, start=1) for name in (tip, str(number))}
     found = names.str.removesuffix(".0").map(numbers)
     if found.isna().any():
         row = int(np.argmax(found.isna()))
-        what = f"`{names.iloc[row]}` is no tip of the robot"
-        raise InputError(what, where=table.where(row, TIP_COLUMN), remedy=known)
+        raise table.fault(f"`{names.iloc[row]}` is no tip of the robot", row, TIP_COLUMN, remedy=known)
     if table.has("marker"):
         sits = found.groupby(table.frame["marker"].astype(str).str.strip()).transform("first")
         if (sits != found).any():
             row = int(np.argmax(sits != found))
             marker, first = table.frame["marker"].iloc[row], tips[int(sits.iloc[row]) - 1]
             what = f"marker `{marker}` sits on `{first}` in a row before"
-            raise InputError(what, where=table.where(row, TIP_COLUMN), remedy="Name markers of two tips differently.")
+            raise table.fault(what, row, TIP_COLUMN, remedy="Name markers of two tips differently.")
     return replace(table, frame=table.frame.assign(**{TIP_COLUMN: found}))
 
 
@@ -113,7 +111,7 @@ def _require_no_joint(column: str, table: Table, robot: Robot) -> None:
     known = f"The robot's columns are {', '.join(robot.configuration)}."
     if _NUMBERED.fullmatch(column):
         what = f"the robot has no such joint between `{tree.base}` and `{'`, `'.join(tree.tips)}`"
-        raise InputError(what, where=table.where(column=column), remedy=known)
+        raise table.fault(what, column=column, remedy=known)
     match = _UNIT.fullmatch(column)
     if match is None:
         return
@@ -121,14 +119,13 @@ def _require_no_joint(column: str, table: Table, robot: Robot) -> None:
     moving = [joint.name for joint in tree.urdf.joints.values() if joint.moves]
     if name in (coordinate.joint for coordinate in coordinates):
         remedy = "Angles are columns `NAME_rad`, travels `NAME_m`."
-        raise InputError(f"joint `{name}` has the other unit", where=table.where(column=column), remedy=remedy)
+        raise table.fault(f"joint `{name}` has the other unit", column=column, remedy=remedy)
     if name in moving:
         joint = tree.urdf.joints[name]
         led = " and ".join(f"`{mimic.joint}`" for mimic in joint.mimics)
         what = f"joint `{name}` is no column of this robot" + (f": it follows {led}" if led else "")
         remedy = f"Leave the column out; {known}" if led else f"Add `branch_joints: [{name}]` to the robot file."
-        raise InputError(what, where=table.where(column=column), remedy=remedy)
+        raise table.fault(what, column=column, remedy=remedy)
     near = difflib.get_close_matches(name, moving, n=1, cutoff=_LIKE)
     if near:
-        what = f"the URDF has no joint `{name}`"
-        raise InputError(what, where=table.where(column=column), remedy=f"Is `{near[0]}` meant?")
+        raise table.fault(f"the URDF has no joint `{name}`", column=column, remedy=f"Is `{near[0]}` meant?")

@@ -8,7 +8,6 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray, TextArray
 from expdesign.coordinates import Coordinates
-from expdesign.errors import InputError
 from expdesign.io.table import Table
 
 WEIGHT = "weight"
@@ -51,7 +50,7 @@ def read_load_errors(
     if of_payload and payload is None:
         what = "the error is that of a payload, and the recordings have wrenches"
         remedy = "Add mass_kg and the centre of mass, or declare error_fx_N ... of the wrench."
-        raise InputError(what, where=table.where(column=of_payload[0]), remedy=remedy)
+        raise table.fault(what, column=of_payload[0], remedy=remedy)
     errors = table.numbers_where_filled(names)[order]
     loaded = (wrenches != 0.0).any(axis=1)
     split = coordinates.translations
@@ -106,4 +105,4 @@ def _require_one_each(
             said = "all rows share it" if weight is None else f"weight `{label}` has it"
             what = f"the error is {own[row, column]:g} here and {own[0, column]:g} before, and {said}"
             remedy = f"Name the weights of every row in a column `{WEIGHT}`, or state one error for each."
-            raise InputError(what, where=table.where(int(order[rows[row]]), names[column]), remedy=remedy)
+            raise table.fault(what, int(order[rows[row]]), names[column], remedy=remedy)

@@ -63,11 +63,11 @@ def read_measured(
     axes = np.array([i for i, name in enumerate(names) if table.has(name)], dtype=np.int64)
     if not axes.size:
         what = f"there is no measured column; fill in at least one of {', '.join(names)}"
-        raise InputError(what, where=table.where(), remedy="`kind` says that this is a table of measured poses.")
+        raise table.fault(what, remedy="`kind` says that this is a table of measured poses.")
     for name in (*coordinates.deflection, *POSITION):
         if table.has(name):
             what = f"there is `{name}` beside the measured poses {names[axes[0]]} ..."
-            raise InputError(what, where=table.where(column=name), remedy="One file holds one of them; take one out.")
+            raise table.fault(what, column=name, remedy="One file holds one of them; take one out.")
     if table.has("kind"):
         table.words("kind", KINDS, "`{}` is neither `reference` nor `pose`")
     poses = table.numbers(tuple(names[i] for i in axes))[order]
@@ -141,7 +141,7 @@ def with_targets(table: Table, robot: Robot) -> Table:
     if (posed & positions).any():
         row = int(np.argmax(posed & positions))
         remedy = "Give a row of its own to each; they may share `series`."
-        raise InputError("the row has a position and a pose", where=table.where(row, POSITION[0]), remedy=remedy)
+        raise table.fault("the row has a position and a pose", row, POSITION[0], remedy=remedy)
     for name, place, deviation, stated in zip(
         POSITION, _PLACES, POSITION_DEVIATION, SPATIAL.deviation[:3], strict=True
     ):
@@ -167,7 +167,7 @@ def read_aims(table: Table, order: IntArray) -> FloatArray | None:
     if partly.any():
         row = int(np.argmax(partly))
         what = "an orientation has three angles"
-        raise InputError(what, where=table.where(row, TURNS[int(np.argmin(seen[row]))]), remedy="Fill it in.")
+        raise table.fault(what, row, TURNS[int(np.argmin(seen[row]))], remedy="Fill it in.")
     large = np.abs(np.nan_to_num(angles)) > 2.0 * np.pi
     table.refuse(large, TURNS, "{:g} cannot be an angle in rad", "Check the unit.", values=angles)
     return rotations_of(np.nan_to_num(angles))[order] if seen.any() else None
@@ -221,7 +221,7 @@ def read_spans(table: Table, order: IntArray) -> FloatArray:
     if wrong.any():
         row, column = (int(i) for i in np.argwhere(wrong)[0])
         what = f"{spans[row, column]:g} cannot be a {('distance', 'reading of a gauge')[column]} in m"
-        raise InputError(what, where=table.where(row, SPANS[column]), remedy="Check sign and unit.")
+        raise table.fault(what, row, SPANS[column], remedy="Check sign and unit.")
     return spans[order]
 
 
@@ -287,14 +287,12 @@ def read_deflections(table: Table, coordinates: Coordinates, order: IntArray) ->
     if axes.size == 0:
         if table.has("px_m") or table.has("marker"):
             what = "recordings of marker positions are not supported for this kind of robot"
-            raise InputError(what, where=table.where(), remedy="Convert them to deflections.")
+            raise table.fault(what, remedy="Convert them to deflections.")
         columns = ", ".join(coordinates.deflection)
-        raise InputError(
-            "there is no measured column", where=table.where(), remedy=f"Fill in at least one of {columns}."
-        )
+        raise table.fault("there is no measured column", remedy=f"Fill in at least one of {columns}.")
     if table.has("px_m"):
         what = f"there are marker positions beside the deflections {coordinates.deflection[axes[0]]} ..."
-        raise InputError(what, where=table.where(column="px_m"), remedy="One file holds one of them; take one out.")
+        raise table.fault(what, column="px_m", remedy="One file holds one of them; take one out.")
     names = tuple(coordinates.deflection[i] for i in axes)
     deflections = table.numbers(names)[order]
     remedy = "Check the unit (m, rad), and that it is not an absolute pose."
@@ -352,7 +350,7 @@ def _positions(table: Table, points: LoadedPoints, coordinates: Coordinates, ord
     if any(each is None for each in stated) and any(each is not None for each in stated):
         kinds = " or of ".join(block.plural for block, _ in parts)
         what = f"standard deviations of {kinds} are missing where the others are stated"
-        raise InputError(what, where=table.where(), remedy="State all, or none to have them estimated.")
+        raise table.fault(what, remedy="State all, or none to have them estimated.")
     axes = np.concatenate([block.axes for block, _ in parts]).astype(np.int64)
     readings = np.hstack([values for _, values in parts])
     # Distances may stand alone; of positions and orientations all components are kept.
@@ -366,7 +364,7 @@ def read_positions(table: Table, coordinates: Coordinates, order: IntArray) -> F
     for name in coordinates.deflection:
         if table.has(name):
             what = f"there are marker positions beside the deflections {name} ..."
-            raise InputError(what, where=table.where(column=name), remedy="One file holds one of them; take one out.")
+            raise table.fault(what, column=name, remedy="One file holds one of them; take one out.")
     positions = table.numbers_where_filled(POSITION)[order]
     seen = np.isfinite(np.hstack([positions, table.numbers_where_filled(SPANS)[order]]))
     empty = np.logical_not(seen.any(axis=1, keepdims=True))

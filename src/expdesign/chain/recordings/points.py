@@ -177,7 +177,7 @@ def require_load(table: Table, coordinates: Coordinates) -> None:
     """Raise an `InputError` where a table has neither payload nor wrench."""
     if not any(table.has(name) for name in ("mass_kg", *coordinates.wrench)):
         remedy = f"Add {', '.join(coordinates.wrench)}, or mass_kg and the centre of mass."
-        raise InputError("there is no load", where=table.where(), remedy=remedy)
+        raise table.fault("there is no load", remedy=remedy)
 
 
 def _no_contradiction(table: Table, robot: Robot, given: FloatArray, weights: FloatArray, order: IntArray) -> None:
@@ -192,7 +192,7 @@ def _no_contradiction(table: Table, robot: Robot, given: FloatArray, weights: Fl
         row, column = np.argwhere(differs)[0]
         what = f"the wrench ({given[row, column]:g}) contradicts the payload (which makes {weights[row, column]:g})"
         remedy = "They describe the same load; correct one of them, or leave one out."
-        raise InputError(what, where=table.where(int(order[row]), robot.coordinates.wrench[column]), remedy=remedy)
+        raise table.fault(what, int(order[row]), robot.coordinates.wrench[column], remedy=remedy)
 
 
 def order_in_time(table: Table) -> IntArray:
@@ -210,7 +210,7 @@ def read_sequence(table: Table) -> IntArray:
     if repeated.any():
         row = int(np.argmax(repeated))
         what = f"the sequence number {sequence[row]} stands there twice"
-        raise InputError(what, where=table.where(row, "sequence"), remedy="Number the rows in the order of recording.")
+        raise table.fault(what, row, "sequence", remedy="Number the rows in the order of recording.")
     return sequence
 
 
@@ -222,7 +222,7 @@ def read_time(table: Table, order: IntArray) -> FloatArray | None:
     if np.any(np.diff(time) < 0.0):
         row = int(order[int(np.argmax(np.diff(time) < 0.0)) + 1])
         what = "time runs backwards in the order of `sequence`"
-        raise InputError(what, where=table.where(row, "time_s"), remedy="Correct `sequence` or `time_s`.")
+        raise table.fault(what, row, "time_s", remedy="Correct `sequence` or `time_s`.")
     return time
 
 
@@ -260,7 +260,7 @@ def read_markers(
     if not table.has("marker"):
         if table.has("px_m") or any(table.has(name) for name in SPANS):
             remedy = "Name the marker of each row (one name where there is one marker)."
-            raise InputError("the column is missing", where=table.where(column="marker"), remedy=remedy)
+            raise table.fault("the column is missing", column="marker", remedy=remedy)
         return None, (), (), ()
     names = table.text("marker")
     table.refuse(names == "", ("marker",), "the marker has no name", "Write its name.")

@@ -20,7 +20,6 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, IntArray, TextArray
 from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
-from expdesign.errors import InputError
 from expdesign.io.table import Table
 
 Points = TypeVar("Points", bound=LoadedPoints)
@@ -84,7 +83,7 @@ def read_references(table: Table, order: IntArray, commands: FloatArray | None =
         other = table.lines[order[first[index[row]]]]
         what = f"the command differs from that of row {other}, which has the same reference"
         remedy = "An unloaded reading is the reference of rows at its own command. Correct the name or the command."
-        raise InputError(what, where=table.where(int(order[row]), REFERENCE), remedy=remedy)
+        raise table.fault(what, int(order[row]), REFERENCE, remedy=remedy)
     return names
 
 

@@ -113,6 +113,5 @@ def _in_column(table: Table, column: str, row: int, named: dict[str, PointSet]) 
         return None
     if name not in named:
         known = ", ".join(sorted(named)[:6])
-        what = f"there is no set of points `{name}`"
-        raise InputError(what, where=table.where(row, column), remedy=f"There are {known}.")
+        raise table.fault(f"there is no set of points `{name}`", row, column, remedy=f"There are {known}.")
     return named[name]

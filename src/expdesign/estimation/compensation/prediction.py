@@ -12,7 +12,7 @@ from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import DEFLECTIONS, LoadedPoints, Measurand
 from expdesign.chain.row import row_data
-from expdesign.errors import InputError, SingularConfigurationError
+from expdesign.errors import SingularConfigurationError
 from expdesign.io.table import Table
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Robot
 
@@ -101,7 +101,7 @@ def require_history(model: Model, table: Table) -> None:
     for column in needed:
         if not table.has(column):
             remedy = f"The model has effects that depend on history ({names}); add the column."
-            raise InputError("the column is missing", where=table.where(column=column), remedy=remedy)
+            raise table.fault("the column is missing", column=column, remedy=remedy)
 
 
 def require_regular_points(robot: Robot, points: LoadedPoints) -> None:

@@ -35,16 +35,15 @@ def robot_from_document(document: YamlDocument) -> Robot:
     content = document.content
     if not isinstance(content, dict):
         remedy = "A robot file has the keys `name`, `kind`, ..."
-        raise InputError("a mapping (`key: value`) is needed here", where=document.where(), remedy=remedy)
+        raise document.fault((), "a mapping (`key: value`) is needed here", remedy)
     kinds = {robot.kind: robot for robot in implementations("expdesign.mechanics.robots", Robot)}  # type: ignore[type-abstract]
     if "kind" not in content:
-        remedy = f"Add `kind:` with one of {', '.join(sorted(kinds))}."
-        raise InputError("the key is missing", where=document.where(("kind",)), remedy=remedy)
+        raise document.fault(("kind",), "the key is missing", f"Add `kind:` with one of {', '.join(sorted(kinds))}.")
     kind = content["kind"]
     if not isinstance(kind, str) or kind not in kinds:
         near = difflib.get_close_matches(str(kind), list(kinds), n=1)
         remedy = f"Did you mean `{near[0]}`?" if near else f"Known kinds: {', '.join(sorted(kinds))}."
-        raise InputError(f"unknown kind of robot `{kind}`", where=document.where(("kind",)), remedy=remedy)
+        raise document.fault(("kind",), f"unknown kind of robot `{kind}`", remedy)
     robot = kinds[kind].from_document(document)
     _read_instrument(robot, content, document)
     return robot
@@ -68,7 +67,7 @@ def _read_instrument(robot: Robot, content: dict[str, Any], document: YamlDocume
     if content.get("geometry_std_m") is not None:
         if not robot.on_legs:
             what = f"a {robot.kind} has no legs whose geometry is identified"
-            raise InputError(what, where=document.where(("geometry_std_m",)), remedy="Take the key out.")
+            raise document.fault(("geometry_std_m",), what, "Take the key out.")
         robot.geometry_std = float(content["geometry_std_m"])
 
 

@@ -123,15 +123,14 @@ class SerialRobot(Robot):
         except OSError:  # a name that is too long, or a folder that may not be read
             known = False
         if not known:
-            remedy = "Paths are relative to the robot file."
-            raise InputError(f"there is no file {path}", where=document.where(("urdf",)), remedy=remedy)
+            raise document.fault(("urdf",), f"there is no file {path}", "Paths are relative to the robot file.")
         tree = _tree(section, path, document)
         names = configuration_names(tree)
         stiffness = section.actuator_stiffness or [np.inf] * len(tree.coordinates)
         if len(stiffness) != len(tree.coordinates):
             joints = ", ".join(f"{n}: {c.joint}" for n, c in zip(names, tree.coordinates, strict=False))
             what = f"{len(tree.coordinates)} values are needed here, not {len(stiffness)}"
-            raise InputError(what, where=document.where(("actuator_stiffness",)), remedy=f"Order: {joints}.")
+            raise document.fault(("actuator_stiffness",), what, f"Order: {joints}.")
         for column, (low, high) in section.limits.items():
             where = document.where(("limits", column))
             if column not in names:
@@ -346,13 +345,12 @@ def _tree(section: SerialSection, path: Path, document: YamlDocument) -> Kinemat
     for index, name in enumerate(section.payload_links):
         if not tree.carries(name):
             remedy = nearest(name, [link for link in urdf.links if tree.carries(link)])
-            what = f"no joint of the robot moves a link `{name}`"
-            raise InputError(what, where=document.where(("payload_links", index)), remedy=remedy)
+            raise document.fault(("payload_links", index), f"no joint of the robot moves a link `{name}`", remedy)
     chain = {coordinate.joint for coordinate in tree.coordinates}
     for index, name in enumerate(section.branch_joints):
         if name in chain or name in section.branch_joints[:index]:
             what = f"joint `{name}` is " + ("on the chain from base to tip" if name in chain else "named twice")
-            raise InputError(what, where=document.where(("branch_joints", index)), remedy="Take it out.")
+            raise document.fault(("branch_joints", index), what, "Take it out.")
     return tree
 
 
