@@ -30,4 +30,4 @@ def test_no_other_module_holds_a_threshold_to_a_p_value_of_its_own() -> None:
         for line in path.read_text(encoding="utf-8").splitlines()
         if line.startswith("    refuted: float")
     }
-    assert fields == {"estimation/goodness.py", "assurance/plausibility/options.py"}
+    assert fields == {"estimation/goodness.py", "assurance/plausibility/evidence.py"}

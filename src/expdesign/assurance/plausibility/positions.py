@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from expdesign.assurance.plausibility.evidence import DEFAULT
 from expdesign.assurance.plausibility.finding import Implausibility, extent
 from expdesign.assurance.plausibility.interpretations import explained
 from expdesign.assurance.plausibility.mistakes.numbers import agreeing_rows
-from expdesign.assurance.plausibility.options import DEFAULT
 from expdesign.assurance.plausibility.registration import FEWEST, left_of, misfit_of, placed, some, spread_of
 from expdesign.chain.recordings.recordings import POSITION, Recordings, complete_positions
 from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, KinematicTree

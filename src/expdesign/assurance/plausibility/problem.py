@@ -4,13 +4,28 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import Implausibility, extent, largest
-from expdesign.assurance.plausibility.options import PROBLEM
 from expdesign.assurance.plausibility.robot import robot_findings
 from expdesign.assurance.plausibility.targets import centre_findings, deflection_finding, pose_findings
 from expdesign.planning.problem import DesignProblem
 
 _UNITS = {True: ("m", "µm or mm"), False: ("rad", "µrad, mrad or degrees")}
 """Of translations and of rotations, and what they are mistaken for."""
+
+
+NOISES, ANGULAR_NOISES = (1e-12, 1e-3), (1e-12, 2e-2)
+"""m, rad; standard deviations between which instruments are."""
+RATIO = 150.0
+"""Of loads in the experiment and at the targets beyond which one of them is in another unit."""
+UNSEEN, PERFECT = 1.0, 1e7
+"""Largest deflection in standard deviations of its reading below and above which one of them is in another unit."""
+UNEVEN = 3e4
+"""Ratio of that of translations to that of rotations beyond which the noise of one is in another unit."""
+COARSE, ANGULAR_COARSE, FINEST = 1e-2, 0.2, 1e-12
+"""m, rad, either; tolerances that need no calibration, or that none reaches."""
+UNKNOWN_DIRECTION, UNKNOWN_FORCE = 0.3, 10.0
+"""rad, and times the force at the targets, that a load error is not."""
+SAMPLES = 200
+"""Measurements drawn from the design space to be judged."""
 
 
 def problem_findings(problem: DesignProblem) -> list[Implausibility]:
@@ -32,7 +47,7 @@ def _unused(problem: DesignProblem) -> list[Implausibility]:
 
 def _decoded(problem: DesignProblem) -> tuple[FloatArray, FloatArray]:
     """Poses (s, n_q) and loads (s, k) drawn from the design space, within the robot's limits as far as possible."""
-    decisions = problem.space.sample(PROBLEM.samples, np.random.default_rng(0))
+    decisions = problem.space.sample(SAMPLES, np.random.default_rng(0))
     poses, loads = problem.space.decode(decisions)
     usable = problem.loaded.robot.usable(poses)
     return (poses[usable], loads[usable]) if usable.any() else (poses[:0], loads[:0])
@@ -40,7 +55,7 @@ def _decoded(problem: DesignProblem) -> tuple[FloatArray, FloatArray]:
 
 def _ranges(problem: DesignProblem) -> list[Implausibility]:
     corners = np.stack([problem.space.lower, problem.space.upper])
-    drawn = problem.space.sample(PROBLEM.samples, np.random.default_rng(0))
+    drawn = problem.space.sample(SAMPLES, np.random.default_rng(0))
     poses = problem.space.decode(np.concatenate([corners, drawn]))[0]
     robot = problem.loaded.robot
     return [
@@ -54,7 +69,7 @@ def _noise(problem: DesignProblem) -> list[Implausibility]:
     deviations = np.sqrt(np.diag(noise.covariance))
     for axis, deviation in zip(noise.axes, deviations, strict=True):
         linear = bool(axis < robot.coordinates.translations)
-        low, high = PROBLEM.noises if linear else PROBLEM.angular_noises
+        low, high = NOISES if linear else ANGULAR_NOISES
         if not low <= deviation <= high:
             unit, others = _UNITS[linear]
             likely = (
@@ -72,10 +87,10 @@ def _tolerances(problem: DesignProblem) -> list[Implausibility]:
         linear = bool(axis < robot.coordinates.translations)
         unit, others = _UNITS[linear]
         where = f"targets.{target}.tolerance, {robot.coordinates.deflection[axis]}"
-        if tolerance > (PROBLEM.coarse if linear else PROBLEM.angular_coarse):
+        if tolerance > (COARSE if linear else ANGULAR_COARSE):
             what = f"a tolerance of {tolerance:.3g} {unit} needs no calibration"
             return [Implausibility(what, f"Is it in {others}?", where)]
-        if tolerance < PROBLEM.finest:
+        if tolerance < FINEST:
             what = f"a tolerance of {tolerance:.3g} is below what can be measured"
             return [Implausibility(what, "Check its unit.", where)]
     return []
@@ -107,7 +122,7 @@ def _masses(problem: DesignProblem) -> list[Implausibility]:
     ):
         here = largest(np.linalg.norm(wrenches[:, part], axis=1))
         there = largest(np.linalg.norm(problem.target_wrenches[:, part], axis=1))
-        if here > 0.0 and there > 0.0 and not 1.0 / PROBLEM.ratio <= here / there <= PROBLEM.ratio:
+        if here > 0.0 and there > 0.0 and not 1.0 / RATIO <= here / there <= RATIO:
             what = f"the largest {noun} is {here:.3g} in the experiment and {there:.3g} at the targets"
             found.append(Implausibility(what, f"Is one of them {units}?", "experiment.load"))
     return found[:1]
@@ -136,15 +151,15 @@ def _seen(problem: DesignProblem, in_plan: FloatArray) -> list[Implausibility]:
     ratio = np.abs(in_plan[:, noise.axes]) / deviations
     linear = noise.axes < split
     best = [float(ratio[:, kind].max()) for kind in (linear, ~linear) if kind.any()]
-    if max(best) < PROBLEM.unseen:
+    if max(best) < UNSEEN:
         what = f"no deflection would be above the noise (the largest is {max(best):.2g} standard deviations)"
         likely = "Is the noise in µm or mm, a mass in tonnes, a force in kN, or the stiffness in another unit?"
         return [Implausibility(what, likely, "experiment.deflection_noise")]
-    if max(best) > PROBLEM.perfect:
+    if max(best) > PERFECT:
         what = f"the noise would be {max(best):.2g} times smaller than the deflections"
         likely = "Is it in another unit, or a load (a mass in grams) or the stiffness?"
         return [Implausibility(what, likely, "experiment.deflection_noise")]
-    if len(best) == 2 and max(best) > PROBLEM.uneven * min(best) and min(best) < PROBLEM.unseen:
+    if len(best) == 2 and max(best) > UNEVEN * min(best) and min(best) < UNSEEN:
         kinds = ("translations", "rotations") if best[0] < best[1] else ("rotations", "translations")
         what = f"the largest of all {kinds[0]} is {min(best):.2g} standard deviations, of {kinds[1]} {max(best):.2g}"
         return [Implausibility(what, f"Is the noise of the {kinds[0]} in another unit?", "experiment.deflection_noise")]
@@ -160,8 +175,8 @@ def _load_errors(problem: DesignProblem) -> list[Implausibility]:
     known = {
         "com": ("a centre of mass", "m", extent(robot), "Is it in millimetres?"),
         "mass": ("a mass", "kg", heaviest, "Is it in grams?"),
-        "direction": ("a direction", "rad", PROBLEM.unknown_direction, "Is it in degrees or mrad?"),
-        "wrench": ("a force", "N", PROBLEM.unknown_force * forces, "Is it in mN?"),
+        "direction": ("a direction", "rad", UNKNOWN_DIRECTION, "Is it in degrees or mrad?"),
+        "wrench": ("a force", "N", UNKNOWN_FORCE * forces, "Is it in mN?"),
     }
     found = []
     for index, source in enumerate(problem.loaded.sources):

@@ -12,10 +12,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from expdesign.assurance.plausibility.evidence import Alternative, Evidence, Fitted, Weighting, evidence_of
+from expdesign.assurance.plausibility.evidence import (
+    DEFAULT,
+    Alternative,
+    Evidence,
+    Fitted,
+    MistakeOptions,
+    Weighting,
+    evidence_of,
+)
 from expdesign.assurance.plausibility.finding import Implausibility, extent
 from expdesign.assurance.plausibility.mistakes import ALTERNATIVES, FINDINGS
-from expdesign.assurance.plausibility.options import DEFAULT, MistakeOptions
 from expdesign.assurance.plausibility.positions import positions_findings
 from expdesign.chain.recordings.recordings import POSITIONS, Recordings
 from expdesign.mechanics.robots.robot import Robot

@@ -4,9 +4,23 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import Implausibility, extent
-from expdesign.assurance.plausibility.options import ROBOT
 from expdesign.mechanics.robots.drawing import Drawing
 from expdesign.mechanics.robots.robot import Robot
+
+SIZES = (0.002, 40.0)
+"""m; that machines have."""
+LINEAR, ROTARY = (1e4, 1e11), (1.0, 1e10)
+"""N/m and N·m/rad, of actuators."""
+IMPOSSIBLE = 100.0
+"""Factor beyond these ranges from which a number is no machine's, and not merely unusual."""
+UNEQUAL = 3e3
+"""Ratio of the stiffest to the softest actuator of one kind beyond which one is in another unit."""
+GRAVITY = (0.5, 30.0)
+"""m/s²; from the Moon's to that of any centrifuge that a robot stands in."""
+DISPROPORTION = 60.0
+"""Ratio of the sizes of two parts of one robot beyond which one is in another unit."""
+EXCLUDED = 0.6
+"""Part of the robot's size by which limits may not exclude its own reference pose."""
 
 
 def robot_findings(robot: Robot) -> list[Implausibility]:
@@ -60,9 +74,9 @@ def _cross(one: FloatArray, other: FloatArray) -> bool:
 
 def _size(robot: Robot) -> list[Implausibility]:
     size = extent(robot)
-    if size is None or ROBOT.sizes[0] <= size <= ROBOT.sizes[1]:
+    if size is None or SIZES[0] <= size <= SIZES[1]:
         return []
-    unit = "millimetres" if size > ROBOT.sizes[1] else "kilometres, or metres divided by 1000 once too often"
+    unit = "millimetres" if size > SIZES[1] else "kilometres, or metres divided by 1000 once too often"
     return [Implausibility(f"the robot would be {size:.3g} m large", f"Is its geometry in {unit}? It has to be in m.")]
 
 
@@ -74,7 +88,7 @@ def _proportions(robot: Robot) -> list[Implausibility]:
     if len(sizes) < 2:
         return []
     big, small = max(sizes, key=lambda name: sizes[name]), min(sizes, key=lambda name: sizes[name])
-    if sizes[big] <= ROBOT.disproportion * sizes[small]:
+    if sizes[big] <= DISPROPORTION * sizes[small]:
         return []
     what = f"the {big} would be {sizes[big]:.3g} m and the {small} {sizes[small]:.3g} m large"
     return [Implausibility(what, f"Is one of them in millimetres (with home, which is the length of the {big})?")]
@@ -94,7 +108,7 @@ def _part_sizes(drawing: Drawing) -> dict[str, float]:
 def _limits(robot: Robot) -> list[Implausibility]:
     reference = robot.reference_configuration()
     excess, size = float(robot.limit_excess(reference)), extent(robot)
-    if size is None or not excess > ROBOT.excluded * min(size, ROBOT.sizes[1]):
+    if size is None or not excess > EXCLUDED * min(size, SIZES[1]):
         return []
     what = f"the limits exclude the robot's own reference pose by far: {robot.limit_message(reference)}"
     return [Implausibility(what, "Is the geometry, or are the limits, in millimetres? Both have to be in m.", "", True)]
@@ -105,8 +119,8 @@ def _stiffness(robot: Robot) -> list[Implausibility]:
     rotary = np.array([robot.configuration != robot.coordinates.pose and name.endswith("_rad")
                        for name in robot.configuration[: len(robot.stiffness)]])  # fmt: skip
     for kind, (low, high), unit, other in (
-        (False, ROBOT.linear, "N/m", "N/µm or N/mm"),
-        (True, ROBOT.rotary, "N·m/rad", "N·m/mrad or per degree"),
+        (False, LINEAR, "N/m", "N/µm or N/mm"),
+        (True, ROTARY, "N·m/rad", "N·m/mrad or per degree"),
     ):
         if not np.isfinite(robot.stiffness).all():
             continue  # none is stated
@@ -116,10 +130,10 @@ def _stiffness(robot: Robot) -> list[Implausibility]:
         for value in (float(values.min()), float(values.max())):
             if not low <= value <= high:
                 what = f"no machine has an actuator stiffness of {value:.3g} {unit}"
-                impossible = not low / ROBOT.impossible <= value <= high * ROBOT.impossible
+                impossible = not low / IMPOSSIBLE <= value <= high * IMPOSSIBLE
                 found.append(Implausibility(what, f"Is it in {other}?", "actuator_stiffness", impossible))
                 break
-        if values.max() > ROBOT.unequal * values.min():
+        if values.max() > UNEQUAL * values.min():
             what = f"the stiffest actuator would be {values.max() / values.min():.3g} times as stiff as the softest"
             found.append(Implausibility(what, "Is one of them in another unit?", "actuator_stiffness"))
     return found
@@ -127,7 +141,7 @@ def _stiffness(robot: Robot) -> list[Implausibility]:
 
 def _gravity(robot: Robot) -> list[Implausibility]:
     size = float(np.linalg.norm(robot.gravity))
-    if size == 0.0 or ROBOT.gravity[0] <= size <= ROBOT.gravity[1]:
+    if size == 0.0 or GRAVITY[0] <= size <= GRAVITY[1]:
         return []
-    likely = "Is it in mm/s²?" if size > ROBOT.gravity[1] else "Is it in parts of g? It has to be in m/s²."
+    likely = "Is it in mm/s²?" if size > GRAVITY[1] else "Is it in parts of g? It has to be in m/s²."
     return [Implausibility(f"gravity would be {size:.3g} m/s²", likely, "gravity_m_s2")]

@@ -7,7 +7,6 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import Implausibility, extent, largest
-from expdesign.assurance.plausibility.options import PROBLEM
 from expdesign.chain.models.estimable import FORCE, MASS, MOMENT, Calibrated, quantities
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.mechanics.robots.robot import Robot
@@ -17,6 +16,20 @@ _UNITS = {
     FORCE: ("force", "N", "mN, or a mass in grams"),
     MOMENT: ("moment", "N·m", "N·mm, or a centre of mass in millimetres"),
 }
+
+
+FAR = 8.0
+"""Times the robot's size at which no centre of mass and no pose is."""
+SOFT, SOFT_ARM, BROKEN = 0.003, 0.05, 0.5
+"""Deflections in parts of the robot's size that are suspicious for robots on legs and for arms, and impossible."""
+TURNED, OVERTURNED = 0.05, 1.0
+"""rad of deflection that are suspicious, and impossible."""
+PLATFORM_ANGLE = 1.8
+"""rad that no platform on legs turns by."""
+HEAVY, OTHER_UNIT = 3.0, 100.0
+"""Times the largest calibrated load that are suspicious, and that are another unit."""
+LEVER = 0.05
+"""Part of the robot's size: moments below the largest force times this lever are not compared."""
 
 
 def target_findings(points: LoadedPoints, robot: Robot, calibrated: Calibrated | None) -> list[Implausibility]:
@@ -54,9 +67,9 @@ def _loads(points: LoadedPoints, robot: Robot, calibrated: Calibrated) -> list[I
             continue
         largest = calibrated.ranges[name][1]
         if name == MOMENT and size is not None:
-            largest = max(largest, PROBLEM.lever * size * calibrated.ranges[FORCE][1])
+            largest = max(largest, LEVER * size * calibrated.ranges[FORCE][1])
         row = int(np.argmax(values))
-        if largest <= 0.0 or values[row] <= PROBLEM.heavy * largest:
+        if largest <= 0.0 or values[row] <= HEAVY * largest:
             continue
         noun, unit, other = _UNITS[name]
         ratio = values[row] / largest
@@ -64,7 +77,7 @@ def _loads(points: LoadedPoints, robot: Robot, calibrated: Calibrated) -> list[I
             f"the {noun} is {values[row]:.6g} {unit}, {ratio:.0f} times the largest that was calibrated ({largest:.4g})"
         )
         return [Implausibility(what, f"Is it in {other}? It has to be in {unit}.", f"row {points.lines[row]}",
-                        bool(ratio > PROBLEM.other_unit))]  # fmt: skip
+                        bool(ratio > OTHER_UNIT))]  # fmt: skip
     return []
 
 
@@ -75,11 +88,11 @@ def pose_findings(robot: Robot, poses: FloatArray, where: str) -> list[Implausib
     for axis, name in enumerate(robot.configuration):
         most = largest(poses[:, axis])
         if name.endswith("_rad"):
-            turns = 2.0 * np.pi if robot.configuration != robot.coordinates.pose else PROBLEM.platform_angle
+            turns = 2.0 * np.pi if robot.configuration != robot.coordinates.pose else PLATFORM_ANGLE
             if most > turns * 1.0001:
                 what = f"{name} would be {most:.3g} rad, i.e. {np.degrees(most):.3g}°"
                 found.append(Implausibility(what, "Is it in degrees? It has to be in rad.", where))
-        elif size is not None and most > PROBLEM.far * size:
+        elif size is not None and most > FAR * size:
             what = f"{name} would be {most:.3g} m, and the robot is {size:.3g} m large"
             found.append(Implausibility(what, "Is it in millimetres? It has to be in m.", where))
     return found
@@ -88,24 +101,24 @@ def pose_findings(robot: Robot, poses: FloatArray, where: str) -> list[Implausib
 def centre_findings(robot: Robot, centres: FloatArray, where: str) -> list[Implausibility]:
     """What speaks against the unit of centres of mass (m), of any shape."""
     size, far = extent(robot), largest(centres)
-    if size is None or far <= PROBLEM.far * size:
+    if size is None or far <= FAR * size:
         return []
     what = f"a centre of mass would be {far:.3g} m away from a robot of {size:.3g} m"
-    return [Implausibility(what, "Is it in millimetres? It has to be in m.", where, far > 10.0 * PROBLEM.far * size)]
+    return [Implausibility(what, "Is it in millimetres? It has to be in m.", where, far > 10.0 * FAR * size)]
 
 
 def deflection_finding(robot: Robot, values: FloatArray, where: str) -> Implausibility | None:
     """What speaks against deflections (s, n) under loads (m, rad)."""
     split, size = robot.coordinates.translations, extent(robot)
-    soft = PROBLEM.soft if robot.configuration == robot.coordinates.pose else PROBLEM.soft_arm
+    soft = SOFT if robot.configuration == robot.coordinates.pose else SOFT_ARM
     moved, turned = largest(values[:, :split]), largest(values[:, split:])
     likely = (
         "Is a mass in grams, a centre of mass in millimetres, a force in mN, or `actuator_stiffness` in N/µm or N/mm?"
     )
     if size is not None and moved > soft * size:
         what = f"the load would deflect the robot of {size:.3g} m by {moved:.3g} m"
-        return Implausibility(what, likely, where, moved > PROBLEM.broken * size)
-    if turned > PROBLEM.turned:
+        return Implausibility(what, likely, where, moved > BROKEN * size)
+    if turned > TURNED:
         what = f"the load would turn the platform by {turned:.3g} rad ({np.degrees(turned):.3g}°)"
-        return Implausibility(what, likely, where, turned > PROBLEM.overturned)
+        return Implausibility(what, likely, where, turned > OVERTURNED)
     return None

@@ -7,9 +7,8 @@ import numpy as np
 from scipy.special import chdtr, chdtrc
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.plausibility.evidence import Evidence, Fitted
+from expdesign.assurance.plausibility.evidence import Evidence, Fitted, MistakeOptions
 from expdesign.assurance.plausibility.finding import Implausibility
-from expdesign.assurance.plausibility.options import MistakeOptions
 
 _MARKS = 15
 """Significant digits that a number holds."""
