@@ -45,6 +45,8 @@ WAYS: tuple[tuple[Estimator, Estimator], ...] = (
     ("generalised", "generalised"),
 )
 """Estimator of the fit, and that by which the plan was made."""
+HEADS = ("weighted", "generalised", "generalised, own plan")
+"""Headings of the ways: the RMS error (tolerances) of the first, and those of the others as shares of it."""
 
 
 @dataclass(frozen=True)
@@ -170,21 +172,25 @@ def rows(problem: DesignProblem, name: str, count: int, seed: int) -> Iterator[d
     made = benches(problem, seed)
     for setting in SETTINGS:
         found = repeated(made, setting, count, seed)
-        reference = found[0][:, 0]
-        for (estimator, by), one in zip(WAYS, found, strict=True):
-            rms = root_mean_square(np.sqrt(one[:, 0]))
-            ratio = float(np.sqrt(one[:, 0].mean() / reference.mean()))
-            # Both means of squares are of the same repetitions: the standard error is that of their difference.
-            spread = (one[:, 0] / one[:, 0].mean() - reference / reference.mean()).std(ddof=1) / np.sqrt(count)
-            shares = [mean(100.0 * one[:, column]) for column in (1, 2)]
-            yield {
-                "configuration": name, "load errors": setting[0], "fit": estimator, "plan by": by,
-                "RMS": _text(rms.value, rms.standard_error, 3),
-                "of weighted": _text(np.asarray(ratio), np.asarray(0.5 * ratio * spread), 3),
-                "stiffness in 95 %": _text(shares[0].value, shares[0].standard_error, 1),
-                "targets in 95 %": _text(shares[1].value, shares[1].standard_error, 1),
-            }  # fmt: skip
+        row: dict[str, object] = {"configuration": name, "load errors": setting[0]}
+        for heading, one in zip(HEADS, found, strict=True):
+            row[heading] = _attained(one[:, 0], found[0][:, 0])
+        for column, what in ((1, "stiffness"), (2, "targets")):
+            for heading, one in zip(HEADS[:2], found[:2], strict=True):
+                share = mean(100.0 * one[:, column])
+                row[f"{what} held, {heading}"] = _text(share.value, share.standard_error, 1)
+        yield row
         print(f"{name}, {setting[0]}", file=sys.stderr, flush=True)
+
+
+def _attained(squares: FloatArray, reference: FloatArray) -> str:
+    """RMS of the reference itself, else the RMS as a share of it; both are of the same repetitions."""
+    if np.array_equal(squares, reference):
+        rms = root_mean_square(np.sqrt(squares))
+        return _text(rms.value, rms.standard_error, 3)
+    ratio = np.sqrt(squares.mean() / reference.mean())
+    spread = (squares / squares.mean() - reference / reference.mean()).std(ddof=1) / np.sqrt(len(squares))
+    return _text(ratio, 0.5 * ratio * spread, 3)
 
 
 def _text(value: FloatArray, error: FloatArray, digits: int) -> str:
