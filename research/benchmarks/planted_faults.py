@@ -16,7 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-NEEDED = ("configs", "conftest.py", "docs", "research", "results", "src", "tests")
+FOLDERS = ("configs", "docs", "research", "results", "src", "tests")
+FILES = ("conftest.py", "pyproject.toml")
 
 
 @dataclass(frozen=True)
@@ -114,10 +115,11 @@ FAULTS = (
 
 def caught_by(fault: Fault, folder: Path) -> str:
     """The first test that fails with the fault in a copy of the project; empty where none does."""
-    for name in NEEDED:
+    for name in FOLDERS:
         if (ROOT / name).exists():
             shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy(ROOT / "pyproject.toml", folder)
+    for name in FILES:
+        shutil.copy(ROOT / name, folder)
     path = folder / "src" / "expdesign" / fault.file
     text = path.read_text(encoding="utf-8")
     if text.count(fault.right) != 1:
