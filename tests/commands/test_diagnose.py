@@ -193,3 +193,12 @@ def test_what_is_interrupted_before_there_is_a_model_writes_nothing(
     assert call("diagnose", ROBOT, recordings(tmp_path), "--out", tmp_path / "out") == 130
     assert "interrupted. Nothing was written." in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_recordings_that_fit_only_otherwise_end_with_status_3(tmp_path: Path) -> None:
+    """What was diagnosed of readings with the wrong sign is no robot; all is written all the same."""
+    frame = pd.read_csv(recordings(tmp_path, gap=0.0))
+    frame["dy_m"] *= -1.0
+    frame.to_csv(tmp_path / "turned.csv", index=False)
+    assert call("diagnose", ROBOT, tmp_path / "turned.csv", "--out", tmp_path / "out") == 3
+    assert record_of(tmp_path / "out")["verdict"] in {*VERDICTS, "modelled"}

@@ -56,7 +56,7 @@ def test_legs_that_cross_are_named() -> None:
     rows = robot["platform_joints"]
     rows[0], rows[1] = rows[1], rows[0]
     (finding,) = of_robot(robot)
-    assert finding.what == "leg 1 and leg 2 run through each other at the reference pose"
+    assert finding.what == "leg 1 and leg 2 cross at the reference pose"
     assert "another order" in finding.likely
 
 

@@ -11,6 +11,7 @@ from expdesign.app.api.inputs import RobotInput, purpose_of
 from expdesign.app.api.recorded import RecordedResult, RecordingsInput, recorded_at, recorded_model
 from expdesign.app.api.result import PAGE
 from expdesign.assurance.plausibility.finding import Implausibility, say
+from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.models.model_file import Model, model_from_document, model_text
 from expdesign.chain.recordings.recordings import Recordings, complete_positions
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
@@ -68,6 +69,7 @@ class DiagnosisResult(RecordedResult):
     Attributes:
         result: everything that the diagnosis found.
         series: number of series of a plan that separates two explanations.
+        otherwise: whether the recordings fit only if they are read otherwise.
     """
 
     FILES: ClassVar = {
@@ -79,6 +81,12 @@ class DiagnosisResult(RecordedResult):
     }
     result: Diagnosis
     series: int
+    otherwise: bool = False
+
+    @property
+    def refused(self) -> bool:
+        """Whether what was diagnosed is no robot: the recordings fit only if they are read otherwise."""
+        return self.otherwise
 
     @property
     def summary(self) -> str:
@@ -239,4 +247,5 @@ def diagnose(
                     raise
                 result = replace(result, ended=Stage.HIDDEN.value)
     purpose = purpose_of("diagnose", robot, recordings)
-    return DiagnosisResult(machine, model, result, series, at_targets=at_targets, purpose=purpose)
+    otherwise = any(finding.otherwise for finding in recordings_findings(measured, machine.robot))
+    return DiagnosisResult(machine, model, result, series, otherwise, at_targets=at_targets, purpose=purpose)

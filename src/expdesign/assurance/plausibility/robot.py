@@ -56,7 +56,7 @@ def _legs(robot: Robot) -> list[Implausibility]:
     ]  # fmt: skip
     if crossing:
         pairs = ", ".join(f"{second} and {first}" for first, second in crossing)
-        what = f"{pairs} run through each other at the reference pose"
+        what = f"{pairs} cross at the reference pose"
         likely = "Are joints of the platform in another order than those of the base? A row is a leg in both."
         found.append(Implausibility(what, likely, "platform"))
     return found
