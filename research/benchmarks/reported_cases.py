@@ -172,7 +172,7 @@ CASES = (
         "orientations",
         ("identify robot.yaml rec_ZYXcols.csv --out id",),
         "convention named",
-        named("convention", "A B C", "order"),
+        named("convention", "A, B, C", "order"),
     ),
     Case("eye-in-hand", ("identify robot.yaml rec.csv --out id",), "invert the poses", named("invert", "inverse")),
     Case("moved-tracker", ("identify robot.yaml rec.csv --out id",), "two stations", named("station")),
@@ -212,7 +212,7 @@ CASES = (
     Case("std-in-other-unit", ("identify h840.yaml rec.csv --out id",), "named", named("standard deviation")),
     Case("unreachable-recorded", ("identify h840.yaml rec.csv --out id",), "named", named("reach", "long")),
     Case("half-angle", ("check h840.yaml",), "asked about", named("half_angle", "half angle")),
-    Case("crossed-legs", ("check h840.yaml",), "asked about", named("cross")),
+    Case("crossed-legs", ("check h840.yaml",), "asked about", named(" cross ")),
     Case("decimal-comma-yaml", ("check h840.yaml",), "decimal comma?", named("decimal comma")),
 )
 
