@@ -13,6 +13,7 @@ from expdesign.chain.effects.environment.thermal_drift import WarmUpByRows
 from expdesign.chain.effects.joints.bearings import ExtensionCompliance, ExtensionPlay, JointCompliance
 from expdesign.chain.effects.joints.readings import ReadBeforeSettled
 from expdesign.chain.effects.load.payload import UnknownTool
+from expdesign.chain.models.estimable import Calibrated
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
@@ -23,7 +24,7 @@ from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.names import Names
 from expdesign.diagnosis.sample import Sample
 from expdesign.errors import InputError
-from expdesign.estimation.compensation.prediction import require_history
+from expdesign.estimation.compensation.prediction import after_campaign, require_history
 from expdesign.estimation.fit import Fit, fit
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.serial import SerialRobot
@@ -100,6 +101,28 @@ def test_warming_along_the_sequence(arm: SerialRobot) -> None:
     np.testing.assert_allclose(read, positions(arm, (), [], untimed(arm, turned)), atol=2e-6)
     assert WarmUpByRows.places(arm, rows)
     assert not WarmUpByRows.places(arm, replace(rows, time=10.0 * np.arange(80)))
+
+
+def test_rows_given_alone_are_where_their_number_says(arm: SerialRobot) -> None:
+    """Some rows of a campaign are predicted as among all of them, whatever else the file holds."""
+    effect = WarmUpByRows.from_text(arm, "joint 2", "warm-up along sequence")
+    rows, some = untimed(arm, configurations(80, 5)), np.array([7, 8, 60])
+    every, alone = (positions(arm, (effect,), [1e-3, 20.0], each) for each in (rows, rows.rows(some)))
+    np.testing.assert_allclose(alone, every[some], atol=1e-15)
+
+
+def test_what_is_done_after_a_campaign_is_after_its_last_row(arm: SerialRobot) -> None:
+    """Two equal targets get equal commands, wherever they stand in their file."""
+    effect = WarmUpByRows.from_text(arm, "joint 2", "warm-up along sequence")
+    rows = untimed(arm, configurations(80, 5))
+    chain = Chain(arm, (effect,), reading=READING)
+    model = Model(chain, chain.start(), np.eye(len(chain.start())), {}, YamlDocument("", None, {}).folder, "")  # type: ignore[arg-type]
+    model = replace(model, calibrated=Calibrated.of(rows, arm, ordered=chain.counts_rows))
+    targets = rows.rows(np.array([0, 5]))
+    assert after_campaign(model, targets).sequence.tolist() == [81, 81]
+    plain = replace(model, chain=Chain(arm, (), reading=READING))
+    assert after_campaign(plain, targets) is targets
+    assert "sequence" not in Calibrated.of(rows, arm).ranges
 
 
 def test_deflections_are_relative_to_the_first_row_of_their_series(arm: SerialRobot) -> None:

@@ -132,6 +132,13 @@ class Chain:
             self.robot, len(self.reading.names), len(self.reading.fixed), oriented=bool(self.reading.oriented)
         )
 
+    @cached_property
+    def counts_rows(self) -> bool:
+        """Whether what it reads depends on the place of a row in the order of recording."""
+        row, theta = self.row_symbols(), ca.SX.sym("theta", len(self.parameters))
+        reading, _ = self.expression(row, ca.SX.sym("state", self.states), theta)
+        return bool(ca.depends_on(reading, row.number))
+
     def expression(self, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
         """Reading of one row and the next states, as expressions."""
         robot = self.robot

@@ -38,7 +38,7 @@ class Row:
         clock: time as recorded, since the first row of the recordings that the model is from (1,), s.
         interval: time since the row before in the series (1,), s.
         first: 1 for the first row of a series (1,).
-        number: rows since the first row of all (1,).
+        number: place in the order of recording, `sequence` − 1 (1,).
         reference: the same of the row to which deflections are relative, the first of the series; 0 for positions (1,).
         point: 1 for the fixed point or gauge that was read, 0 for the others (number of them,).
         along: unit vector along a gauge in O (3,); nothing (0,) without such.
@@ -147,7 +147,7 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
     The reference state of a position is the weightless robot: own weight acts like a load, and is not in `own`.
 
     Temperatures of the legs are those of their sensors where there are some, else the one of the row; without time,
-    rows count as one second apart (the tool then has no time constants to offer, see `Effect.needs`).
+    a number of the sequence counts as one second (the tool then has no time constants to offer, see `Effect.needs`).
     """
     count = len(points)
     n_p = len(robot.stiffness)
@@ -156,7 +156,8 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
     if points.payload is not None and points.payload.shape[1] > 1:
         lever = (jacobians.rotation @ points.payload[:, 1:, None])[..., 0]
     series, first_row, position = _series_structure(points.series)
-    time = points.time if points.time is not None else np.arange(count, dtype=float)
+    number = points.sequence - 1.0
+    time = points.time if points.time is not None else number
     previous = np.arange(count)
     later = position > 0
     order = np.lexsort((position, series))
@@ -196,8 +197,8 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
             time[:, None],
             (time - time[previous])[:, None],
             (position == 0).astype(float)[:, None],
-            np.arange(count, dtype=float)[:, None],
-            points.measurand.reference(first_row.astype(float)[:, None]),
+            number[:, None],
+            points.measurand.reference(number[first_row][:, None]),
             points.point_indicators,
             np.zeros((count, 0)) if points.along is None else points.along,
             np.zeros((count, 0)) if points.aim is None else columns_first(points.aim),

@@ -1,6 +1,6 @@
 """`compensate`: command poses that reach the targets under load."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -22,7 +22,7 @@ from expdesign.coordinates import SPATIAL
 from expdesign.estimation.compensation.arm_targets import ArmTargets, arm_targets, poses_of
 from expdesign.estimation.compensation.compensate import Compensation, Corrections, compensate_arm, corrections_of
 from expdesign.estimation.compensation.compensate import compensate as commands_for
-from expdesign.estimation.compensation.prediction import in_file_order, require_history
+from expdesign.estimation.compensation.prediction import after_campaign, in_file_order, require_history
 from expdesign.estimation.compensation.target_loads import TargetLoads, said_of_loads
 from expdesign.io.output import csv_text
 from expdesign.io.table import Table, parse_table
@@ -122,7 +122,9 @@ def compensate(
     require_history(identified, table)
     require_known(frame, get_args(Frame), "frame", "frame")
     aims = arm_targets(table, identified, frame) if robot.jointed else None
-    points = points_from_table(table, robot) if aims is None else aims.points
+    stated = points_from_table(table, robot) if aims is None else aims.points
+    points = after_campaign(identified, stated)
+    aims = aims if aims is None else replace(aims, points=points)
     calibrated = _calibrated(identified, points, problem)
     found = commands_for(identified, points, loads) if aims is None else compensate_arm(identified, aims, loads)
     corrections = corrections_of(robot, points, found, calibrated)
@@ -133,7 +135,10 @@ def compensate(
     text = table.frame.drop(columns=[name for name in SPATIAL.pose if robot.jointed and table.has(name)])
     text = text.assign(**dict(zip(columns, in_file_order(points, *columns.values()), strict=True)))
     purpose, refuted = purpose_of("compensate", model, targets), identified.fit == "refuted"
-    scope, sequence = said_of_loads(identified.chain, loads), points.sequence.tolist()
+    scope, sequence = said_of_loads(identified.chain, loads), stated.sequence.tolist()
+    if points is not stated:
+        after = f"row {points.sequence[0]}"
+        scope.append(f"all targets are taken after the campaign ({after}): the model drifts along `sequence`")
     return CompensationResult(text, found, corrections, sequence, robot, refuted, scope, purpose=purpose)
 
 

@@ -22,7 +22,7 @@ from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import Frame
 from expdesign.errors import ArgumentError, InputError
 from expdesign.estimation.compensation.arm_targets import instrument_of
-from expdesign.estimation.compensation.prediction import require_history, require_regular_points
+from expdesign.estimation.compensation.prediction import after_campaign, require_history, require_regular_points
 from expdesign.estimation.compensation.target_loads import TargetLoads
 from expdesign.estimation.coverage import STANDARD, Coverage
 from expdesign.planning.problem import DesignProblem
@@ -140,6 +140,7 @@ def verify(
         instrument_of(identified)  # or a message
     check = read_check_measurement(table, robot, frame)
     require_regular_points(robot, check.points)
+    check = replace(check, points=after_campaign(identified, check.points))
     problem = problem_of_robot(config, robot, identified.source, confirmed=other_robot)
     loads = TargetLoads.of_table(table, robot.coordinates)
     deviations = _deviations(identified, check, loads, problem)

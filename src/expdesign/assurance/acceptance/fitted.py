@@ -6,19 +6,20 @@ loads moves the readings by g, and the estimate by P·Sᵀ·V⁻¹·g (theory.md
 parameters); what a parameter of the load takes up no longer reaches the others.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from expdesign.assurance.acceptance.budget import NOISE, Contribution, UncertaintyBudget, tolerances
+from expdesign.chain.models.estimable import Calibrated
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.arm_targets import of_joints
 from expdesign.estimation.compensation.joint_space import at_targets, tip_chain
-from expdesign.estimation.compensation.prediction import chain_of
+from expdesign.estimation.compensation.prediction import after_campaign, chain_of
 from expdesign.estimation.compensation.target_loads import AttainedUncertainty, TargetLoads
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.load_errors import declared_load_errors
@@ -58,7 +59,7 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
             is calibrated and the model has none.
     """
     require_what_is_calibrated(problem, shown=not model.fit.chain.reading.linear)
-    attained = attained_at_targets(problem, model.fit)
+    attained = attained_at_targets(problem, model.fit, model.recordings)
     sensitivities, deviations = attained.sensitivities, attained.known
     generalised = model.fit.estimable.generalised
     together = np.einsum("tnp,pq,smq->tnsm", sensitivities, generalised, sensitivities, optimize=True)
@@ -100,14 +101,17 @@ def places_tip(fit: Fit) -> bool:
     return fit.chain.robot.jointed and not fit.chain.reading.linear
 
 
-def attained_at_targets(problem: DesignProblem, fit: Fit) -> AttainedUncertainty:
+def attained_at_targets(problem: DesignProblem, fit: Fit, recordings: Recordings) -> AttainedUncertainty:
     """How well the attained poses are known along the axes of the tolerances, as `compensate` states it.
 
     Of an arm they are those of its tip; of a robot on legs the motion counts from the command.
     """
     table, robot = targets_table(problem), fit.chain.robot
-    model = Model(fit.chain, fit.values, fit.covariance, {}, Path(), problem.source, fit.subspace)
-    points, chain = points_from_table(table, robot), chain_of(model, platform=True, from_command=True)
+    known = Calibrated.of(recordings, robot, ordered=fit.chain.counts_rows)
+    bare = Model(fit.chain, fit.values, fit.covariance, {}, Path(), problem.source, fit.subspace)
+    model = replace(bare, calibrated=known)
+    points = after_campaign(model, points_from_table(table, robot))
+    chain = chain_of(model, platform=True, from_command=True)
     if robot.jointed:
         points, chain = at_targets(model, of_joints(robot, points), "base"), tip_chain(model, "base")
     loads = TargetLoads.of_table(table, robot.coordinates)

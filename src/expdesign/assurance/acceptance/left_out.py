@@ -147,7 +147,7 @@ class _Rest:
         fit = model.fit
         self._sensitivities = as_matrix(fit.sensitivities)
         self._gain = _absorbed(fit)
-        self._targets = attained_at_targets(problem, fit).sensitivities
+        self._targets = attained_at_targets(problem, fit, model.recordings).sensitivities
         self._residuals = fit.residuals.ravel()
 
     def unknown(self, phrase: str, prior: float, shown: FloatArray, moved: FloatArray) -> _Alternative:

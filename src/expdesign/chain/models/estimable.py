@@ -162,6 +162,10 @@ class OutsideRange:
         return f"{self.name} {self.value:.4g} (recorded {recorded})"
 
 
+SEQUENCE = "sequence"
+"""Range of the order of recording, in models that depend on it."""
+
+
 @dataclass(frozen=True)
 class Calibrated:
     """Ranges by the names of columns, and of the magnitudes of force and moment at the origin of P (SI).
@@ -173,14 +177,16 @@ class Calibrated:
     ranges: Mapping[str, tuple[float, float]]
 
     @classmethod
-    def of(cls, points: LoadedPoints, robot: Robot) -> "Calibrated":
-        """The ranges of some points."""
+    def of(cls, points: LoadedPoints, robot: Robot, *, ordered: bool = False) -> "Calibrated":
+        """The ranges of some points; `ordered` ones with their place in the order of recording (`SEQUENCE`)."""
         ranges: dict[str, tuple[float, float]] = {}
         for name, values in quantities(points, robot).items():
             known = values[np.isfinite(values)]
             if known.size:
                 low = 0.0 if name in SIZES else float(known.min())
                 ranges[name] = low, float(known.max())
+        if ordered:
+            ranges[SEQUENCE] = float(points.sequence.min()), float(points.sequence.max())
         return cls(ranges)
 
     def including(self, other: "Calibrated | None") -> "Calibrated":

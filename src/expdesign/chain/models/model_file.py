@@ -105,7 +105,7 @@ class Model(Copied):
             birge_ratio,
             reading_std or {},
             verdict,
-            None if recordings is None else Calibrated.of(recordings, fit.chain.robot),
+            None if recordings is None else Calibrated.of(recordings, fit.chain.robot, ordered=fit.chain.counts_rows),
         )
 
     @property
@@ -140,7 +140,7 @@ class _ModelSection(Section):
     parameters: list[str]
     covariance: list[list[float]]
     estimable: EstimableSection | None = None
-    birge_ratio: Annotated[Number, Field(ge=1.0)] = 1.0
+    birge_ratio: Annotated[Number, Field(gt=0.0)] = 1.0  # earlier versions wrote ratios below 1
     reading_std: dict[str, Positive] = Field(default_factory=dict)
     fit: str = ""
     calibrated: dict[str, Annotated[list[Number], Field(min_length=2, max_length=2)]] = Field(default_factory=dict)

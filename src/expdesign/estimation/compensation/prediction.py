@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
+from expdesign.chain.models.estimable import SEQUENCE
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import DEFLECTIONS, LoadedPoints, Measurand
@@ -74,6 +75,18 @@ def predict_with(chain: Chain, model: Model, points: LoadedPoints) -> Prediction
     rows = row_data(points, chain.robot)
     deflections, sensitivities = chain.predict_with_sensitivities(rows, model.values)
     return Prediction(deflections, model.estimable.deviations(sensitivities))
+
+
+def after_campaign(model: Model, points: LoadedPoints) -> LoadedPoints:
+    """Points that are visited after the recordings of a model, whatever their own numbers.
+
+    A drift in the order of the rows has then reached where it was at the end of the campaign. Points stay as they are
+    where the model does not depend on that order, or does not say when its campaign ended.
+    """
+    campaign = None if model.calibrated is None else model.calibrated.ranges.get(SEQUENCE)
+    if campaign is None or not model.chain.counts_rows:
+        return points
+    return replace(points, sequence=np.full(len(points), int(campaign[1]) + 1))
 
 
 def require_history(model: Model, table: Table) -> None:
