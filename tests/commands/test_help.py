@@ -6,8 +6,9 @@ import sys
 
 import pytest
 
+from expdesign.app.commands.grouped import GROUPS
 from expdesign.app.commands.listed import COMMANDS, listed_commands
-from tests.commands.calls import call, refused
+from tests.commands.calls import ROBOT, call, refused
 
 HEAVY = ("casadi", "numpy", "pandas", "plotly", "pymoo", "scipy")
 
@@ -68,3 +69,21 @@ def test_a_shell_can_complete(words: str, wanted: str, monkeypatch: pytest.Monke
     code = "import sys; sys.argv = ['expdesign']; from expdesign.app.commands.main import main; main()"
     done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)
     assert wanted in done.stdout.split()
+
+
+@pytest.mark.parametrize("name", listed_commands())
+def test_help_is_said_of_the_command_itself(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """An option is a noun or an imperative, not the rest of a sentence, and stands in its group."""
+    assert call(name, "--help") == 0
+    text = capsys.readouterr().out
+    assert not re.search(r"^ .*(> | {2})Of ", text, re.MULTILINE)
+    titles = re.findall(r"^(\w+):$", text, re.MULTILINE)
+    assert titles == [title for title in ("Arguments", "Options", *GROUPS) if title in titles]
+
+
+def test_choices_of_an_option_that_is_repeated_are_listed_and_checked(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("identify", "--help") == 0
+    assert "--further <list[masses|tool|harmonics|drift]>" in capsys.readouterr().out
+    said = refused(capsys, "identify", ROBOT, "recordings.csv", "--out", "x", "--further", "mases")
+    assert "mases" in said
+    assert "masses" in said

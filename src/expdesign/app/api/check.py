@@ -249,9 +249,9 @@ def check(
     Args:
         file: a robot, a model, a configuration or a sweep (YAML), or recordings (CSV). In Python also an
             object, or a model.
-        robot: robot (YAML) that recordings are of.
-        shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
-            say.
+        robot: robot (YAML) that was measured, if the file holds recordings.
+        shared_reference: whether all rows of one series share the noise of one unloaded reading; if left out, as the
+            recordings say.
 
     Returns:
         What was read, with a `summary` and `remarks`.

@@ -120,11 +120,11 @@ def compare(
     Args:
         configs: run configurations (YAML) of the same targets, tolerances and noise.
         plans: further plans by their names, judged under every configuration.
-        separate: allow other targets, tolerances or noise; nothing is overlaid then.
+        separate: accept other targets, tolerances or noise; nothing is overlaid then.
         samples: repetitions of experiment, identification and compensation per design.
         random: random designs per configuration.
-        generations: of the search for each criterion; as configured if left out.
-        seed: of the searches, the random designs and the experiments.
+        generations: generations of the search for each criterion; the configuration's if left out.
+        seed: seed of the searches, the random designs and the experiments.
         executors: makes the executor that does searches, refinements and repetitions, e.g. `ProcessPoolExecutor`; one
             after another in this process if left out. The results are the same.
         callback: called with the stage, the steps done, the steps in all and a note (`Callback`).

@@ -92,10 +92,10 @@ def compensate(
 
     Args:
         model: identified model (YAML).
-        targets: targets (CSV): where the platform shall be, and the load there; or a run configuration (YAML) with its
+        targets: poses that the platform shall reach, with the load at each (CSV); or a run configuration (YAML) with
             targets.
-        other_robot: a configuration of another geometry than the model's is meant.
-        frame: of the poses of an arm's tip: `base`, or `instrument` as it was identified.
+        other_robot: accept a configuration whose robot has another geometry.
+        frame: frame of the target poses of an arm's tip: `base`, or `instrument` as identified.
 
     Raises:
         InputError: a file is missing or wrong, or a target cannot be meant.

@@ -94,12 +94,12 @@ class CorrectionResult(RecordedTable):
 
 
 def correct(robot: RobotInput, poses: TableInput, *, interpolate: bool = False) -> CorrectionResult:
-    """Free measured poses of thermal deflection by the reference pose that was measured before each of them.
+    """Remove thermal drift from measured poses, using the reference pose measured before each.
 
     Args:
         robot: robot (YAML), one on legs.
         poses: measured poses (CSV) with a column `kind`: reference or pose (docs/reference-poses.md).
-        interpolate: between the references before and after each pose.
+        interpolate: interpolate between the references before and after each pose.
 
     Raises:
         InputError: a file is missing or wrong, or the robot has no legs.

@@ -168,15 +168,16 @@ def diagnose(
     Args:
         robot: robot (YAML) that was measured.
         recordings: recordings (CSV), in one or more files. In Python also a frame.
-        series: series of a plan that separates two explanations.
-        shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
-            or the configuration of `targets` say.
-        targets: run configuration (YAML) of this robot, at whose targets the model that is found is accepted or not;
-            where the recordings are consistent, it is also said what may still be hidden there. It may calibrate the
-            geometry (`calibration: both`) of an arm that positions show, and nothing is said of what is hidden then.
+        series: number of series in `plan-next.csv`, the plan that separates two remaining explanations.
+        shared_reference: whether all rows of one series share the noise of one unloaded reading; if left out, as the
+            recordings or the configuration of `targets` say.
+        targets: run configuration (YAML) of this robot: the diagnosed model is accepted or rejected at its targets.
+            Where the recordings are consistent, the report also states which errors they may still hide there. Where
+            the configuration calibrates the geometry of an arm (`calibration: both`), nothing is stated about hidden
+            errors.
         without: identifiers of physics that the library shall not offer (file-formats.md, Identifiers of physics): what
             it is then taken for, and how well a law at a port stands in for it.
-        other_robot: a configuration of another geometry than the robot's is meant.
+        other_robot: accept a configuration whose robot has another geometry.
         interruptible: whether a `KeyboardInterrupt` ends the search with the best model so far, once there is one.
         callback: called with `diagnosing`, the number of the stage, 0 and a sentence on what is being done (`Stage`).
         progress: whether progress is shown on standard error.

@@ -158,20 +158,21 @@ def identify(
     Args:
         robot: robot (YAML).
         recordings: recordings (CSV), in one or more files. In Python also a frame.
-        shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
-            or the configuration of `targets` say.
+        shared_reference: whether all rows of one series share the noise of one unloaded reading; if left out, as the
+            recordings or the configuration of `targets` say.
         prior: prior relative standard deviation of `actuator_stiffness`, in percent; no prior if left out.
-        targets: run configuration (YAML) at whose targets the robot is accepted or not, and whose `experiment` declares
-            the errors of the loads and the estimator.
-        calibration: `elastostatic`, `geometric` or `both`; what the columns of the recordings say if left out.
-        frames: `known`, or `unknown` where measured poses are not in the very frames of the commands: the displacements
-            of the frames of instrument and platform are then identified as well.
-        other_robot: a configuration of another geometry than the robot's is meant.
-        loss: of large residuals of an arm's positions: `squares`, `huber` or `student`.
-        further: what is identified of an arm from positions beside geometry and compliances: `masses` (of links),
-            `tool` (mass and first moments), `harmonics` (errors that repeat with every turn of a joint), `drift` (of
-            the instrument against the base, as a process in time).
-        accept: whether corrections of an arm's geometry beyond what manufacture leaves are written into `robot.urdf`.
+        targets: run configuration (YAML): the robot is accepted or rejected at its targets, and its `experiment`
+            declares the load errors and the estimator.
+        calibration: what to identify: `elastostatic` (stiffness), `geometric` or `both`; if left out, the columns of
+            the recordings decide.
+        frames: `known`, or `unknown` where measured poses are in other frames than the commands: the displacements of
+            the frames of instrument and platform are then identified as well.
+        other_robot: accept a configuration whose robot has another geometry.
+        loss: how large residuals of an arm's positions count: `squares`, or less with `huber` or `student`.
+        further: further errors of an arm to identify from positions: `masses` (of links), `tool` (mass and first
+            moments), `harmonics` (errors that repeat with every turn of a joint), `drift` (of the instrument against
+            the base, over time).
+        accept: write corrections of an arm's geometry into `robot.urdf` even where they exceed manufacturing errors.
 
     Raises:
         InputError: a file is missing or wrong.

@@ -95,10 +95,10 @@ def montecarlo(
         config: run configuration (YAML).
         plan: plan (CSV), of any number of rows.
         samples: number of repetitions.
-        seed: of all random numbers.
-        distribution: of the load errors, `normal` or `uniform` with the same standard deviations.
-        truth: robot or model file (YAML) without further effects that is really measured and commanded; the
-            configuration's robot if left out. Its stiffness and its geometry may differ.
+        seed: seed of all random numbers.
+        distribution: how load errors are drawn: `normal`, or `uniform` with the same standard deviations.
+        truth: robot or model file (YAML) of the true robot, without further effects; its stiffness and geometry may
+            differ. The configuration's robot if left out.
         executors: makes the executor that does batches of repetitions, e.g. `ProcessPoolExecutor`; one after another
             in this process if left out. The results are the same.
         callback: called with the stage, the steps done, the steps in all and a note (`Callback`).

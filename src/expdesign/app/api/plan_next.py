@@ -94,9 +94,9 @@ def plan_next(
     Args:
         config: run configuration (YAML).
         recordings: what was measured so far (CSV).
-        count: how many; 1 if left out, or as many as the accuracy takes (at most 24).
+        count: number of measurements; if left out, 1, or as many as `accuracy` needs (at most 24).
         accuracy: expected error from noise and load errors, in tolerances, at which to stop.
-        seed: of the candidates that are drawn.
+        seed: seed of the candidates.
 
     Raises:
         InputError: a file is missing or wrong, or a number is out of range.

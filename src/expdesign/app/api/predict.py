@@ -80,10 +80,9 @@ def predict(
     Args:
         model: identified model, or a robot file (YAML) whose stiffness is then taken as exact.
         points: points (CSV) in recordings form without the measured columns.
-        platform: as the platform moves, not as the instrument would read it.
-        readings: standard deviations that hold measurements: the noise of a reading is added as the model's recordings
-            have it (or, with a model that does not say, as the points state it). Axes that these did not measure have
-            none.
+        platform: predict the motion of the platform, not what the instrument reads.
+        readings: add the noise of a reading to the standard deviations, as in the model's recordings (or, if the model
+            does not state it, as in the points). Axes that were not measured get none.
 
     Raises:
         InputError: a file is missing or wrong, or lacks the history on which the model depends, or the noise of a

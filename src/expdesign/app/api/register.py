@@ -123,11 +123,11 @@ def register(
             are in its base frame.
         plan: plan or laboratory sheet (CSV, .xlsx) with `sequence` and `series`.
         points: lists of points, in one or more files.
-        unit: of the coordinates, where a list does not state it, e.g. mm.
+        unit: unit of the coordinates where a list does not state it, e.g. mm.
         deviation: standard deviation of a measured coordinate; else as the lists state it, or estimated. In Python in
             m.
         base_frame: the points were measured in the robot's base frame.
-        positions: positions of markers instead of deflections.
+        positions: write positions of markers instead of deflections.
 
     Raises:
         InputError: a file is missing or wrong, points do not match the plan, or do not determine a motion.

@@ -144,8 +144,8 @@ def run(
         callback: called with the stage, the steps done, the steps in all and a note (`Callback`).
         progress: whether progress is shown on standard error.
         ended: whether a person wants no more; asked before every evaluation of designs and in every round of bounding.
-        seconds: end after so many seconds in all, writing included, with what is there. Without a limit, the same input
-            gives the same front.
+        seconds: time limit of the whole command in seconds, writing included; the best plans so far are kept. Without a
+            limit, the same input gives the same front.
         searched: called with the run as it is before it is bounded, so that its plans can be kept.
 
     Raises:

@@ -46,7 +46,7 @@ class SimulationResult(TableResult):
 
     Attributes:
         text: the rows as they stand in a file.
-        seed: of the noise and the load errors.
+        seed: seed of the noise and the load errors.
         noise: whether there is noise.
     """
 
@@ -80,13 +80,13 @@ def simulate(
     Args:
         config: run configuration (YAML).
         plan: plan (CSV), of any number of rows.
-        model: model or robot file (YAML) that deflects; the configuration's robot if left out.
-        conceal: physics that really deflects and that the base model lacks, e.g. 'leg_backlash at leg 4, 5 um';
-            `expdesign physics` lists what there is.
-        seed: of the noise and the load errors.
-        noise: with the configuration's noise.
-        load_errors: with the configuration's load errors.
-        other_robot: a model of another geometry than the configuration's is meant.
+        model: model or robot file (YAML) to simulate; the configuration's robot if left out.
+        conceal: true physics that the base model lacks, e.g. 'leg_backlash at leg 4, 5 um'; `expdesign physics` lists
+            what a robot can have.
+        seed: seed of the noise and the load errors.
+        noise: whether to add the configuration's noise.
+        load_errors: whether to draw the configuration's load errors.
+        other_robot: accept a model whose geometry differs from that of the configuration's robot.
 
     Raises:
         InputError: a file is missing or wrong, or the seed is negative.

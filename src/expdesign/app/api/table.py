@@ -117,12 +117,12 @@ def table(
 
     Args:
         model: identified model (YAML).
-        over: low and high of every coordinate of target or load that varies, by the names of columns (`x_m`, `z_mm`).
-        at: values of coordinates that do not vary; poses, places and wrenches that are not named are those of the
-            robot's reference and 0.
+        over: range of every coordinate of target or load that varies, by column name (`x_m`, `z_mm`).
+        at: values of coordinates that do not vary. Poses and places left out are those of the robot's reference,
+            wrenches are 0.
         error: largest error of interpolation, of lengths and angles. In Python `length` in m and `angle` in rad.
-        nodes: at most.
-        seed: of the points at which the table is checked.
+        nodes: largest number of nodes.
+        seed: seed of the points at which the table is checked.
 
     Raises:
         InputError: a coordinate is unknown or named twice, a range is empty, no load is named, or the model depends on

@@ -104,17 +104,17 @@ def verify(
     """Compare the poses attained after compensation with predictions and tolerances, and write a certificate.
 
     Args:
-        model: identified model (YAML) with which the commands were found.
-        recordings: commands of `compensate` with what was measured filled in (CSV).
-        config: run configuration (YAML) whose targets have the tolerances (and the noise, where the recordings do not
-            have it).
-        about: texts of the certificate (YAML).
-        coverage: of the expanded uncertainty; the configuration's, or that of k = 2, if left out.
-        shared_reference: whether the rows of one series share the noise of one unloaded reading; else as the recordings
-            or the configuration of `config` say.
-        other_robot: a configuration of another geometry than the robot's is meant.
-        frame: of the poses `target_x_m` ... and `measured_x_m` ... of an arm's tip: `base`, or `instrument` as it was
-            identified, as for `compensate`. Errors and tolerances are along the axes of the base.
+        model: identified model (YAML) that `compensate` used.
+        recordings: commands written by `compensate`, with the measurements filled in (CSV).
+        config: run configuration (YAML) with the tolerances of the targets (and the noise, where the recordings do not
+            state it).
+        about: names, dates and traceability to print on the certificate (YAML).
+        coverage: coverage of the expanded uncertainty; if left out, the configuration's, or that of k = 2.
+        shared_reference: whether all rows of one series share the noise of one unloaded reading; if left out, as the
+            recordings or the configuration of `config` say.
+        other_robot: accept a configuration whose robot has another geometry.
+        frame: frame of `target_x_m` ... and `measured_x_m` ... of an arm's tip: `base`, or `instrument` as identified;
+            the same as for `compensate`. Errors and tolerances are along the axes of the base.
 
     Raises:
         InputError: a file is missing or wrong.

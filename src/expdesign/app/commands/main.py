@@ -15,6 +15,7 @@ import typer
 from typer.core import TyperGroup
 from typer.main import get_command
 
+from expdesign.app.commands.grouped import GroupedCommand
 from expdesign.app.commands.listed import COMMANDS, listed_commands
 from expdesign.app.commands.spelling import Spelling
 from expdesign.app.commands.terminal import encode_anything, terminated_as_interrupted, unwritable_output
@@ -46,7 +47,7 @@ class LazyCommands(TyperGroup):
         # The libraries of a command are imported when it is called.
         function, help_text = importlib.import_module("expdesign.app.commands.maker").made(cmd_name)
         one = typer.Typer(add_completion=False, **_LOOK)
-        one.command(name=cmd_name, help=help_text)(function)
+        one.command(name=cmd_name, help=help_text, cls=GroupedCommand)(function)
         return get_command(one)
 
     def invoke(self, ctx: Any) -> Any:

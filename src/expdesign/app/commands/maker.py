@@ -13,6 +13,7 @@ import inspect
 import re
 import typing
 from collections.abc import Callable, Collection, Sequence
+from enum import StrEnum
 from pathlib import Path
 from types import NoneType
 from typing import Annotated, Any, Literal, get_args, get_origin
@@ -187,7 +188,10 @@ def _kind(hint: Any) -> tuple[Any, bool]:
         if kind in parts:
             return kind, several
     choices = [choice for part in parts if get_origin(part) is Literal for choice in get_args(part)]
-    if choices and str not in parts and not several:
-        return Literal[tuple(choices)], several
+    if choices and str not in parts:
+        if not several:
+            return Literal[tuple(choices)], several
+        make: Any = StrEnum  # typer knows no list of literals
+        return make("Choice", {choice: choice for choice in choices}), several
     assert choices or str in parts, f"no option can say {hint}"
     return str, several

@@ -15,7 +15,7 @@ from expdesign.io.written import Purpose, require_free
 
 
 def command(
-    kind: Annotated[str, typer.Argument(help=f"One of {', '.join(kinds())}; an arm is `serial`.")],
+    kind: Annotated[str, typer.Argument(help=f"What to begin with: {', '.join(kinds())}; an arm is `serial`.")],
     out: Annotated[Path, typer.Option(help="Folder for the files.", **WRITTEN)] = Path(),
     force: Force = False,
 ) -> None:
