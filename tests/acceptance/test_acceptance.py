@@ -17,17 +17,7 @@ from expdesign.errors import InputError
 from expdesign.estimation.coverage import STANDARD, Coverage
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.sampling import starting_designs
-from tests.design.problems import BIPOD, HEXAPOD, problem
-
-
-def plan_for(case: DesignProblem, seed: int = 1, *, at_one_pose: bool = False) -> Plan:
-    decisions = case.space.canonical(starting_designs(case, 1, np.random.default_rng(seed)))
-    poses, loads = case.space.decode(decisions[0])
-    if at_one_pose:
-        poses = np.repeat(poses[:1], len(poses), axis=0)
-    series = np.ones(len(poses), dtype=np.int64) if at_one_pose else np.arange(1, len(poses) + 1)
-    return Plan(poses, loads, series)
+from tests.design.problems import BIPOD, HEXAPOD, plan_for, problem
 
 
 def decision(case: DesignProblem, plan: Plan) -> Decision:

@@ -22,9 +22,8 @@ from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.diagnosis.inexact import with_share
 from expdesign.errors import InputError
 from expdesign.estimation.whitening import Whitening
-from expdesign.planning.plan import plan_frame
-from tests.acceptance.test_acceptance import decision, plan_for
-from tests.design.problems import HEXAPOD, problem
+from tests.acceptance.test_acceptance import decision
+from tests.design.problems import HEXAPOD, plan_for, problem, recorded
 
 CASE = {"experiment.load.gravity": ..., "experiment.measurements": 6}
 FEW = CASE | {"model_error": {"physics": ["leg_coupling"]}, "experiment.estimator": "weighted"}
@@ -35,8 +34,8 @@ FEW = CASE | {"model_error": {"physics": ["leg_coupling"]}, "experiment.estimato
 def accepted() -> Decision:
     """The decision about a robot that is as its model says, with all physics that its recordings may hide."""
     case = problem(HEXAPOD, CASE)
-    recorded = xd.simulate(case, plan_frame(plan_for(case, 2), case.loaded, False), load_errors=False).frame
-    found = xd.identify(HEXAPOD["robot"], recorded, targets=case).acceptance
+    measured = recorded(case, load_errors=False)
+    found = xd.identify(HEXAPOD["robot"], measured, targets=case).acceptance
     assert found is not None
     return found
 
@@ -44,11 +43,10 @@ def accepted() -> Decision:
 def test_the_budget_is_the_planned_one_where_the_noise_is_as_planned() -> None:
     case = problem(HEXAPOD, FEW)
     plan = plan_for(case, 2)
-    frame = plan_frame(plan, case.loaded, False)
     # Without noise the identified stiffness is that of the plan, about which load errors are linearised.
-    recorded = xd.simulate(case, frame, noise=False, load_errors=False).frame
+    measured = recorded(case, noise=False, load_errors=False)
     planned = decision(case, plan).budget
-    found = xd.identify(HEXAPOD["robot"], recorded, targets=case).acceptance
+    found = xd.identify(HEXAPOD["robot"], measured, targets=case).acceptance
     assert found is not None
     names = [one.name for one in planned.contributions]
     assert [one.name for one in found.budget.contributions] == names
@@ -57,12 +55,11 @@ def test_the_budget_is_the_planned_one_where_the_noise_is_as_planned() -> None:
 
 def test_estimated_noise_has_degrees_of_freedom() -> None:
     case = problem(HEXAPOD, FEW)
-    frame = plan_frame(plan_for(case, 2), case.loaded, False)
-    recorded = xd.simulate(case, frame, load_errors=False).frame
-    recorded = recorded.drop(
-        columns=[n for n in recorded if n in ("sx_m", "sy_m", "sz_m", "srx_rad", "sry_rad", "srz_rad")]
+    measured = recorded(case, load_errors=False)
+    measured = measured.drop(
+        columns=[n for n in measured if n in ("sx_m", "sy_m", "sz_m", "srx_rad", "sry_rad", "srz_rad")]
     )
-    found = xd.identify(HEXAPOD["robot"], recorded, targets=case).acceptance
+    found = xd.identify(HEXAPOD["robot"], measured, targets=case).acceptance
     assert found is not None
     assert np.isfinite(found.budget.degrees).all()
     assert (found.budget.factor > 2.0).all()
@@ -70,10 +67,9 @@ def test_estimated_noise_has_degrees_of_freedom() -> None:
 
 def test_nothing_is_decided_with_a_model_that_its_recordings_refute(tmp_path: Path) -> None:
     case = problem(HEXAPOD, FEW)
-    frame = plan_frame(plan_for(case, 2), case.loaded, False)
-    recorded = xd.simulate(case, frame, load_errors=False).frame
-    recorded["dz_m"] += np.where(np.arange(len(recorded)) % 2 == 0, 1e-5, -1e-5)
-    identified = xd.identify(HEXAPOD["robot"], recorded, targets=case)
+    measured = recorded(case, load_errors=False)
+    measured["dz_m"] += np.where(np.arange(len(measured)) % 2 == 0, 1e-5, -1e-5)
+    identified = xd.identify(HEXAPOD["robot"], measured, targets=case)
     assert identified.acceptance is not None
     assert identified.acceptance.verdict == "not decided"
     record = identified.record["acceptance"]
@@ -97,9 +93,9 @@ def test_the_configuration_of_another_robot_is_refused() -> None:
     from tests.design.problems import BIPOD  # noqa: PLC0415
 
     case = problem(HEXAPOD, FEW)
-    recorded = xd.simulate(case, plan_frame(plan_for(case, 2), case.loaded, False)).frame
+    measured = recorded(case)
     with pytest.raises(InputError, match="this is about a bipod with 2 actuators"):
-        xd.identify(HEXAPOD["robot"], recorded, targets=problem(BIPOD))
+        xd.identify(HEXAPOD["robot"], measured, targets=problem(BIPOD))
 
 
 def test_a_decision_counts_what_the_recordings_may_hide() -> None:
@@ -172,8 +168,8 @@ def test_every_union_of_axes_is_computed_once(monkeypatch: pytest.MonkeyPatch) -
 def test_the_odds_of_what_is_hidden_are_those_of_integrating_over_its_size() -> None:
     """One effect by brute force: the likelihood of the residuals averaged over 100,000 draws of its size."""
     case = problem(HEXAPOD, FEW)
-    recorded = xd.simulate(case, plan_frame(plan_for(case, 2), case.loaded, False), load_errors=False).frame
-    identified = xd.identify(HEXAPOD["robot"], recorded, targets=case)
+    measured = recorded(case, load_errors=False)
+    identified = xd.identify(HEXAPOD["robot"], measured, targets=case)
     assert identified.acceptance is not None
     hidden = identified.acceptance.left_out
     assert hidden is not None
@@ -198,8 +194,8 @@ def test_the_odds_of_what_is_hidden_are_those_of_integrating_over_its_size() -> 
 def test_friction_is_integrated_over_its_size() -> None:
     """A few sizes stand for all: the same odds and the same risk with twenty times as many."""
     case = problem(HEXAPOD, CASE | {"model_error": {"physics": ["friction_hysteresis"]}})
-    recorded = xd.simulate(case, plan_frame(plan_for(case, 2), case.loaded, False), load_errors=False).frame
-    found = AtTargets.identified(case, xd.identify(HEXAPOD["robot"], recorded).result)
+    measured = recorded(case, load_errors=False)
+    found = AtTargets.identified(case, xd.identify(HEXAPOD["robot"], measured).result)
     dense = LeftOutOptions(sizes=tuple(np.linspace(0.05, 9.0, 200)))
     shown = left_out_by(case, found.model)
     assert shown is not None
@@ -213,10 +209,9 @@ def test_friction_is_integrated_over_its_size() -> None:
 def test_physics_of_several_prior_sizes_is_believed() -> None:
     """Friction is assumed to be about 1 N: recordings that hint at 4 N are not held for noise as readily."""
     case = problem(HEXAPOD, CASE)
-    frame = plan_frame(plan_for(case, 2), case.loaded, False)
     hidden = "friction_hysteresis at leg 4, rigid, 4 N"
-    recorded = xd.simulate(case, frame, conceal=hidden, seed=0, load_errors=False).frame
-    found = AtTargets.identified(case, xd.identify(HEXAPOD["robot"], recorded).result)
+    measured = recorded(case, conceal=hidden, seed=0, load_errors=False)
+    found = AtTargets.identified(case, xd.identify(HEXAPOD["robot"], measured).result)
     narrow = LeftOutOptions(scales=(1.0,), sizes=())
     shown = left_out_by(case, found.model)
     assert shown is not None
@@ -227,8 +222,8 @@ def test_physics_of_several_prior_sizes_is_believed() -> None:
 def test_what_a_fit_takes_up_does_not_depend_on_how_sure_its_predictions_are() -> None:
     """A covariance that is widened is for predictions; what is hidden is taken up by the fit as it was made."""
     case = problem(HEXAPOD, CASE)
-    recorded = xd.simulate(case, plan_frame(plan_for(case, 2), case.loaded, False), load_errors=False).frame
-    model = AtTargets.identified(case, xd.identify(HEXAPOD["robot"], recorded).result).model
+    measured = recorded(case, load_errors=False)
+    model = AtTargets.identified(case, xd.identify(HEXAPOD["robot"], measured).result).model
     shown = left_out_by(case, model)
     assert shown is not None
     exact, widened = (

@@ -8,10 +8,8 @@ import pandas as pd
 
 import expdesign as xd
 from expdesign.chain.models.model_file import Model
-from expdesign.planning.plan import Plan, plan_frame
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.sampling import starting_designs
-from tests.design.problems import HEXAPOD, changed, problem
+from tests.design.problems import HEXAPOD, changed, problem, recorded
 
 STD = {"dx_m": 5e-7, "dy_m": 5e-7, "dz_m": 5e-7, "drx_rad": 2e-6, "dry_rad": 2e-6, "drz_rad": 2e-6}
 CONFIG: dict[str, Any] = changed(
@@ -33,12 +31,7 @@ def case() -> DesignProblem:
 @lru_cache(maxsize=1)
 def model() -> Model:
     """Identified from a simulated experiment with noise, without load errors."""
-    here = case()
-    decisions = here.space.canonical(starting_designs(here, 1, np.random.default_rng(2)))
-    poses, loads = here.space.decode(decisions[0])
-    frame = plan_frame(Plan(poses, loads, np.arange(1, len(poses) + 1)), here.loaded, False)
-    recorded = xd.simulate(here, frame, seed=11, load_errors=False).frame
-    return xd.identify(CONFIG["robot"], recorded).model
+    return xd.identify(CONFIG["robot"], recorded(case(), seed=11, load_errors=False)).model
 
 
 def targets(repeats: int = 1) -> pd.DataFrame:

@@ -5,9 +5,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import yaml
 
+import expdesign as xd
 from expdesign.io.yaml_reader import parse_yaml
+from expdesign.planning.plan import Plan, plan_frame
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
 from expdesign.planning.sampling import starting_designs
@@ -117,3 +120,16 @@ def problem(base: dict[str, Any], changes: dict[str, Any] | None = None, folder:
 def designs(here: DesignProblem, count: int, seed: int = 0) -> Array:
     """Designs (count, m, g) within all limits, as a search begins with."""
     return starting_designs(here, count, np.random.default_rng(seed))
+
+
+def plan_for(here: DesignProblem, seed: int = 1, *, at_one_pose: bool = False) -> Plan:
+    """A random plan within all limits, every measurement a series of its own or all of them one at one pose."""
+    poses, loads = here.space.decode(here.space.canonical(designs(here, 1, seed))[0])
+    if at_one_pose:
+        return Plan(np.repeat(poses[:1], len(poses), axis=0), loads, np.ones(len(poses), dtype=np.int64))
+    return Plan(poses, loads, np.arange(1, len(poses) + 1))
+
+
+def recorded(here: DesignProblem, plan_seed: int = 2, **options: Any) -> pd.DataFrame:
+    """What `simulate` records of a random plan."""
+    return xd.simulate(here, plan_frame(plan_for(here, plan_seed), here.loaded, False), **options).frame

@@ -12,9 +12,7 @@ from expdesign.errors import InputError
 from expdesign.estimation.identify import Identification, identify
 from expdesign.estimation.load_errors import Estimator, load_columns
 from expdesign.estimation.whitening import Whitening
-from expdesign.planning.plan import plan_frame
-from tests.acceptance.test_acceptance import plan_for
-from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.design.problems import BIPOD, HEXAPOD, problem, recorded
 
 LARGE = [
     {"source": "mass", "std": 0.5, "shared": True},
@@ -35,8 +33,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 def simulated(load_error: list[dict[str, Any]], **options: Any) -> tuple[Any, Any]:
     """A problem, and recordings of a plan for it."""
     case = problem(HEXAPOD, {"experiment.measurements": 6, "experiment.load_error": load_error})
-    made = xd.simulate(case, plan_frame(plan_for(case, 2), case.loaded, False), **options)
-    return case, made.frame
+    return case, recorded(case, **options)
 
 
 def written_out(result: Identification, train: Any, scales: FloatArray) -> FloatArray:
@@ -56,8 +53,7 @@ def written_out(result: Identification, train: Any, scales: FloatArray) -> Float
 def test_estimate_covariance_and_chi2_are_those_of_one_model(name: str, shared_reference: bool) -> None:
     base, changes = CASES[name]
     case = problem(base, changes)
-    recorded = xd.simulate(case, plan_frame(plan_for(case, 2), case.loaded, False), seed=3).frame
-    plain = xd.identify(base["robot"], recorded, shared_reference=shared_reference).result
+    plain = xd.identify(base["robot"], recorded(case, seed=3), shared_reference=shared_reference).result
     result = identify(case.loaded.robot, plain.recordings, load_errors=case.load_errors)
     train = result.recordings.rows(result.fitted)
     loads = result.loads
