@@ -70,7 +70,9 @@ PROOFS = {
     "ports/test_laws.py::test_a_law_is_found_beside": "a law that noise of unknown level hides",
     "ports/test_laws.py::test_the_band_covers": "a band that does not cover the true curve",
     "report/test_in_browser.py": "a page whose scripts fail in a browser",
+    "sweeps/test_parts.py::test_processes_repeat": "experiments that other processes repeat otherwise",
     "sweeps/test_sweep.py::test_a_killed_worker": "a sweep that loses what a killed worker did",
+    "sweeps/test_sweep.py::test_work_that_always": "work that ends its process and is tried for ever",
 }
 
 
