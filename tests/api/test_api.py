@@ -1,5 +1,6 @@
 """The functions of the package are found by their place, import late, and do what the commands do."""
 
+import inspect
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 import expdesign as xd
 from expdesign.app.api.inputs import RobotFile
 from expdesign.app.api.result import numeric
+from expdesign.app.commands.listed import function_of, listed_commands
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError
@@ -69,3 +71,25 @@ def test_numbers_of_a_text_frame_are_exact(tmp_path: Path) -> None:
     assert table["b"].tolist() == [1, 2, 3]
     assert table["c"].tolist() == ["x", "1", "2"]
     assert table["d"].isna().tolist() == [False, True, False]
+
+
+def test_results_have_plain_attributes_and_print_as_their_command(tmp_path: Path) -> None:
+    identified = xd.identify(ROBOT, recordings_file(tmp_path))
+    record = identified.record
+    assert identified.chi2 == record["chi2"]
+    assert identified.p_value == record["p_value"]
+    np.testing.assert_array_equal(identified.covariance, record["covariance"])
+    shown = str(identified).splitlines()
+    assert shown == [*identified.lines, *identified.notes]
+    assert len(shown) > 2
+    judged = xd.evaluate(CONFIG, plan_file(tmp_path))
+    assert judged.total == judged.record["total"]
+
+
+@pytest.mark.parametrize("name", sorted({str(function_of(name)) for name in listed_commands()} - {"None"}))
+def test_signatures_read_in_an_editor_and_a_wrong_argument_is_answered_with_the_nearest(name: str) -> None:
+    function = getattr(xd, name)
+    assert " at 0x" not in str(inspect.signature(function))
+    known = list(inspect.signature(function).parameters)
+    with pytest.raises(TypeError, match=f"`{name}` has no argument `{known[-1]}x`. Did you mean `{known[-1]}`"):
+        function(**{f"{known[-1]}x": 1})

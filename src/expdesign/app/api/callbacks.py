@@ -10,6 +10,8 @@ from typing import Any, ParamSpec, TypeVar
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TimeElapsedColumn
 
+from expdesign.app.api.inputs import named_arguments
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -25,8 +27,13 @@ _KNOWN = 0.1
 _SHOWN = ("{task.completed}/{task.total}", TimeElapsedColumn(), "{task.fields[left]}", "{task.fields[note]}")
 
 
-def silent(stage: str, done: int, total: int, note: str) -> None:
-    """No-op progress callback."""
+def silent(*reported: object) -> None:
+    """Nothing, where nobody listens."""
+
+
+def never() -> bool:
+    """Nobody wants an end."""
+    return False
 
 
 def shows_progress(*titles: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
@@ -37,11 +44,12 @@ def shows_progress(*titles: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        @named_arguments
         @wraps(function)
         def called(*args: P.args, **kwargs: P.kwargs) -> R:
             if not kwargs.get("progress"):
                 return function(*args, **kwargs)
-            given: Any = kwargs.get("callback", silent)
+            given: Any = kwargs.get("callback") or silent
             with stages(*titles) as shown:
 
                 def both(stage: str, done: int, total: int, note: str) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from expdesign.app.api.configuration import checked_problem, problem_of
-from expdesign.app.api.inputs import RobotFile, RobotInput, purpose_of, robot_of
+from expdesign.app.api.inputs import RobotFile, RobotInput, named_arguments, purpose_of, robot_of
 from expdesign.app.api.load import read_document
 from expdesign.app.api.recorded import referenced, say_unknown_columns
 from expdesign.app.api.result import PAGE, FolderResult, PathLike, Result
@@ -238,6 +238,7 @@ class CheckedRecordings(Checked):
         return tuple(f"warning: {text}" for text in sentences(self.identification.suspicions))
 
 
+@named_arguments
 def check(
     file: PathLike | RobotFile | RobotSection | Model | DesignProblem | RunSection | Result,
     robot: RobotInput | None = None,

@@ -112,7 +112,7 @@ def compare(
     generations: int | None = None,
     seed: int = 1,
     executors: Executors | None = None,
-    callback: Callback = silent,
+    callback: Callback | None = None,
     progress: bool = False,
 ) -> ComparisonResult:
     """Compare the designs of every criterion, random ones and given plans by the accuracy that they attain.
@@ -158,7 +158,7 @@ def compare(
     def step(text: str) -> None:
         nonlocal done
         done += 1
-        callback("comparing", done, total, text)
+        (callback or silent)("comparing", done, total, text)
 
     judgements, bounds = [], []
     for problem, name, own in zip(problems, names, given, strict=True):

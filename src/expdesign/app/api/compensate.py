@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import REFUTED, ModelInput, TableInput, model_of, purpose_of, require_known, table_of
+from expdesign.app.api.inputs import (
+    REFUTED,
+    ModelInput,
+    TableInput,
+    model_of,
+    named_arguments,
+    purpose_of,
+    require_known,
+    table_of,
+)
 from expdesign.app.api.result import Result, TableResult
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import say
@@ -77,6 +86,7 @@ class CompensationResult(TableResult):
         return [REFUTED] if self.refuted else []
 
 
+@named_arguments
 def compensate(
     model: ModelInput, targets: "TableInput | Config", *, other_robot: bool = False, frame: Frame = "base"
 ) -> CompensationResult:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import RobotInput, TableInput, purpose_of, robot_of, table_of
+from expdesign.app.api.inputs import RobotInput, TableInput, named_arguments, purpose_of, robot_of, table_of
 from expdesign.app.api.result import RecordedTable, filled
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.points import order_in_time
@@ -93,6 +93,7 @@ class CorrectionResult(RecordedTable):
         return record
 
 
+@named_arguments
 def correct(robot: RobotInput, poses: TableInput, *, interpolate: bool = False) -> CorrectionResult:
     """Remove thermal drift from measured poses, using the reference pose measured before each.
 

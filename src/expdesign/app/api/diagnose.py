@@ -102,6 +102,16 @@ class DiagnosisResult(RecordedResult):
         return self.result.verdict
 
     @property
+    def chi2(self) -> float | None:
+        """χ² of the base model; None where the noise was estimated from the recordings."""
+        return self.result.before.chi2
+
+    @property
+    def p_value(self) -> float | None:
+        """Probability of a χ² as large as this if the base model is right; None where there is no test."""
+        return self.result.before.p_value
+
+    @property
     def effects(self) -> pd.DataFrame:
         """The effects that are present together: physics, component, probability and what it does."""
         columns = ("physics", "component", "variant", "probability", "sentence")
@@ -160,7 +170,7 @@ def diagnose(
     without: Collection[str] = (),
     other_robot: bool = False,
     interruptible: bool = False,
-    callback: Callback = silent,
+    callback: Callback | None = None,
     progress: bool = False,
 ) -> DiagnosisResult:
     """Say where the recordings and the model differ, which physics was left out, and whether adding it helps.
@@ -207,7 +217,7 @@ def diagnose(
         problem.require_elastostatic("what recordings hide is known")
 
     def report(stage: Stage, detail: str) -> None:
-        callback("diagnosing", stage.number, 0, stage.of_all(detail))
+        (callback or silent)("diagnosing", stage.number, 0, stage.of_all(detail))
 
     if problem is not None:
         from expdesign.assurance.acceptance.fitted import require_what_is_calibrated  # noqa: PLC0415 (of targets)

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from expdesign.app.api.configuration import Config, problem_of
-from expdesign.app.api.inputs import TableInput, purpose_of, table_of
+from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of, table_of
 from expdesign.app.api.result import Result
 from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.acceptance.planned import planned_decisions
@@ -96,6 +96,11 @@ class EvaluationResult(Result):
         return AccuracyStatement.of(self.assessment, self.hidden)
 
     @property
+    def total(self) -> float:
+        """RMS error to expect after compensation, in tolerances; NaN where the targets are not identified."""
+        return float(self.criteria["value"]["total"])
+
+    @property
     def criteria(self) -> pd.DataFrame:
         """Value, unit and sense of every criterion, by its name; NaN where it cannot be identified."""
         known = self.problem.criteria
@@ -107,6 +112,7 @@ class EvaluationResult(Result):
         return pd.DataFrame(columns, index=pd.Index(list(known), name="criterion"))
 
 
+@named_arguments
 def evaluate(config: Config, plan: TableInput) -> EvaluationResult:
     """Judge one plan by every criterion.
 

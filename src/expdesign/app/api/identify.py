@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
 
 import pandas as pd
 
-from expdesign.app.api.inputs import RobotInput, purpose_of, require_known
+from expdesign.app.api.inputs import RobotInput, named_arguments, purpose_of, require_known
 from expdesign.app.api.recorded import RecordedResult, RecordingsInput, recorded_at, recorded_model
 from expdesign.app.api.result import PAGE
+from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.instrument import instrument_findings
 from expdesign.assurance.plausibility.interpretations import unexplained
@@ -81,6 +82,21 @@ class IdentificationResult(RecordedResult):
         return self.accepted or not any(isinstance(each, BeyondManufacture) for each in self.result.suspicions)
 
     @property
+    def chi2(self) -> float | None:
+        """χ² of the fit; None where the noise was estimated from the recordings."""
+        return self.result.goodness.chi2
+
+    @property
+    def p_value(self) -> float | None:
+        """Probability of a χ² as large as this if the model is right; None where there is no test."""
+        return self.result.goodness.p_value
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Covariance of the compliances ((m/N)², or (rad/(N·m))²), in the order of `stiffness`."""
+        return self.result.covariance
+
+    @property
     def stiffness(self) -> pd.DataFrame:
         """Estimate and 95 % interval of every actuator's stiffness, by its name."""
         frame = _frame(self.result.stiffness, "actuator", self.result.robot.actuators)
@@ -139,6 +155,7 @@ def require_prior(prior: float | None) -> None:
         raise ArgumentError(f"{prior:g} % is not a standard deviation", argument="prior", remedy="Give e.g. 30.")
 
 
+@named_arguments
 def identify(
     robot: RobotInput,
     recordings: RecordingsInput,

@@ -1,11 +1,13 @@
 """What the functions of the package take: a path, or what was loaded or computed before."""
 
 import hashlib
+import inspect
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 import pandas as pd
 
@@ -16,6 +18,7 @@ from expdesign.chain.models.model_file import Model, model_from_document, model_
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import ArgumentError, InputError
 from expdesign.io.kinds import kind_of
+from expdesign.io.nearest import nearest
 from expdesign.io.output import csv_text
 from expdesign.io.schema import Section
 from expdesign.io.table import Table, parse_table, read_table
@@ -23,6 +26,9 @@ from expdesign.io.written import Purpose
 from expdesign.io.yaml_reader import YamlDocument, document_from_mapping, read_yaml
 from expdesign.mechanics.robots.robot import Robot, RobotSection
 from expdesign.mechanics.robots.robot_file import robot_from_document
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 
 @dataclass(frozen=True)
@@ -140,6 +146,24 @@ def table_of(table: TableInput, name: str) -> Table:
     if isinstance(rows, pd.DataFrame):
         return parse_table(csv_text(rows.astype(object).where(rows.notna(), "")), name)
     return read_table(_path(table if rows is None else rows, name, "a path, a frame, or a result that has rows"))
+
+
+def named_arguments(function: Callable[P, R]) -> Callable[P, R]:
+    """Answer an unknown keyword with the nearest that the function has.
+
+    Raises:
+        TypeError: when it is called with such a keyword.
+    """
+
+    @wraps(function)
+    def called(*args: P.args, **kwargs: P.kwargs) -> R:
+        known = inspect.signature(function).parameters
+        for name in kwargs:
+            if name not in known:
+                raise TypeError(f"`{function.__name__}` has no argument `{name}`. {nearest(name, known)}")
+        return function(*args, **kwargs)
+
+    return called
 
 
 def require_known(value: object, known: Sequence[str], argument: str, noun: str) -> None:

@@ -86,7 +86,7 @@ def montecarlo(
     distribution: Distribution = "normal",
     truth: TruthInput | None = None,
     executors: Executors | None = None,
-    callback: Callback = silent,
+    callback: Callback | None = None,
     progress: bool = False,
 ) -> MonteCarloResult:
     """Repeat experiment, identification and exact compensation, and compare with DUIR, FEIR and total.
@@ -127,7 +127,7 @@ def montecarlo(
     model = None if truth is None else truth_of(truth)
     real = None if model is None else _truth(judged.problem, model)
     common = (judged.plan, seed, distribution)
-    elsewhere = None if executors is None else _elsewhere(judged.problem, executors, common, model, callback)
+    elsewhere = None if executors is None else _elsewhere(judged.problem, executors, common, model, callback or silent)
     result = repeat(
         judged.problem,
         judged.plan,

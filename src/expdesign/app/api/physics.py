@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from expdesign.app.api.inputs import RobotInput, purpose_of, robot_of
+from expdesign.app.api.inputs import RobotInput, named_arguments, purpose_of, robot_of
 from expdesign.app.api.result import Result
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.models.effect_entry import Offered, offered, unit_of_parameter
@@ -61,6 +61,7 @@ class PhysicsResult(Result):
         return {"robot": self.robot, "physics": [_entry(each) for each in self.offered]}
 
 
+@named_arguments
 def physics(robot: RobotInput) -> PhysicsResult:
     """List the physics that a robot can have: identifiers, places, forms, parameters with units and usual sizes.
 

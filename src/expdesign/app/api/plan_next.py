@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.app.api.configuration import Config, problem_of
-from expdesign.app.api.inputs import TableInput, purpose_of, require_seed, table_of
+from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of, require_seed, table_of
 from expdesign.app.api.recorded import referenced, say_unknown_columns
 from expdesign.app.api.result import TableResult
 from expdesign.arrays import FloatArray
@@ -81,6 +81,7 @@ class NextResult(TableResult):
         return np.concatenate([[self.before], self.after])
 
 
+@named_arguments
 def plan_next(
     config: Config,
     recordings: TableInput,

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
-from expdesign.app.api.inputs import REFUTED, TableInput, TruthInput, purpose_of, table_of, truth_of
+from expdesign.app.api.inputs import REFUTED, TableInput, TruthInput, named_arguments, purpose_of, table_of, truth_of
 from expdesign.app.api.result import TableResult
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.models.model_file import Model
@@ -72,6 +72,7 @@ class PredictionResult(TableResult):
         return f"standard deviations are of the model{ratio}; argument `readings` adds the noise of a reading"
 
 
+@named_arguments
 def predict(
     model: TruthInput, points: TableInput, *, platform: bool = False, readings: bool = False
 ) -> PredictionResult:

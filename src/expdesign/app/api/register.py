@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import RobotInput, TableInput, purpose_of, robot_of, table_of
+from expdesign.app.api.inputs import RobotInput, TableInput, named_arguments, purpose_of, robot_of, table_of
 from expdesign.app.api.result import PathLike, RecordedTable, filled
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.recordings.columns import REFERENCE
@@ -103,6 +103,7 @@ class RegistrationResult(RecordedTable):
         return record
 
 
+@named_arguments
 def register(
     robot: RobotInput,
     plan: TableInput,

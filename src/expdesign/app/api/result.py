@@ -61,6 +61,9 @@ class Result(Copied):
         """
         return False
 
+    def __str__(self) -> str:
+        return "\n".join([*self.lines, *self.notes])
+
     def __repr__(self) -> str:
         return f"<{type(self).__name__}: {self.summary.splitlines()[0]}>"
 

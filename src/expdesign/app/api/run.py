@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import pandas as pd
 
-from expdesign.app.api.callbacks import Callback, shows_progress, silent
+from expdesign.app.api.callbacks import Callback, never, shows_progress, silent
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import purpose_of
 from expdesign.app.api.result import PAGE, FolderResult, PathLike
@@ -89,6 +89,11 @@ class RunResult(FolderResult):
         return self.plan
 
     @property
+    def total(self) -> float:
+        """RMS error to expect after compensation with the recommended plan, in tolerances."""
+        return float(self.front.criteria["total"][self.front.recommended])
+
+    @property
     def pareto(self) -> pd.DataFrame:
         """Every criterion of every design of the front (`pareto.csv`)."""
         return pareto_frame(self.front, design_minutes(self.problem, self.front))
@@ -129,11 +134,11 @@ class RunResult(FolderResult):
 def run(
     config: Config,
     *,
-    callback: Callback = silent,
+    callback: Callback | None = None,
     progress: bool = False,
-    ended: Callable[[], bool] = lambda: False,
+    ended: Callable[[], bool] | None = None,
     seconds: float | None = None,
-    searched: Callable[[RunResult], None] = lambda run: None,
+    searched: Callable[[RunResult], None] | None = None,
 ) -> RunResult:
     """Find the Pareto front of DUIR against FEIR and the recommended plan.
 
@@ -174,13 +179,13 @@ def run(
         what = "every pose and every load is fixed, so that there is nothing to choose"
         remedy = "Give an interval or a list of choices; `expdesign evaluate` judges a plan that is given."
         raise InputError(what, where=f"{problem.source}, experiment", remedy=remedy)
-    limit = _Limit(seconds, started, ended, callback)
+    limit = _Limit(seconds, started, ended or never, callback or silent)
     problem, front = spent(problem, search(problem, limit.reported, ended=limit.searching))
     unbounded = LowerBound(None, "not computed yet")
     purpose = purpose_of("run", config)
     first = replace(_result(problem, front, unbounded, unbounded, limit.ended), purpose=purpose)
-    searched(first)
-    duir, total = _bounds(problem, front, callback, limit)
+    (searched or silent)(first)
+    duir, total = _bounds(problem, front, callback or silent, limit)
     result = replace(_result(problem, front, duir, total, limit.ended), purpose=purpose)
     result.record["wall_s"] = time.perf_counter() - started
     return result

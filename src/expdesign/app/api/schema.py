@@ -6,6 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from expdesign.app.api.inputs import named_arguments
 from expdesign.app.sweeps.runs import SweepSection
 from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
@@ -18,6 +19,7 @@ KINDS = ("configuration", "robot", "sweep")
 """Kinds of files that have a schema."""
 
 
+@named_arguments
 def schema(kind: str = "configuration", robots: Sequence[str] | None = None) -> dict[str, Any]:
     """Give the JSON schema of a kind of file, with which an editor completes keys and marks mistakes.
 

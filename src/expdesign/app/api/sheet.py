@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.app.api.configuration import Config, problem_of
-from expdesign.app.api.inputs import TableInput, purpose_of, table_of
+from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of, table_of
 from expdesign.app.api.result import FolderResult, PathLike, RowsResult
 from expdesign.chain.instrument.deflection_noise import ReferencedNoise
 from expdesign.chain.recordings.filled_in import reading_names
@@ -96,6 +96,7 @@ class SheetResult(RowsResult, FolderResult):
         return self._write(Path(folder), self.files(Path(folder), units), force=force)
 
 
+@named_arguments
 def sheet(config: Config, plan: TableInput) -> SheetResult:
     """Write a plan as a sheet for the laboratory, in the order that saves changes; `identify` takes it back filled in.
 

@@ -14,7 +14,15 @@ import numpy as np
 import pandas as pd
 
 from expdesign.app.api.configuration import Config, problem_of
-from expdesign.app.api.inputs import TableInput, TruthInput, purpose_of, require_seed, table_of, truth_of
+from expdesign.app.api.inputs import (
+    TableInput,
+    TruthInput,
+    named_arguments,
+    purpose_of,
+    require_seed,
+    table_of,
+    truth_of,
+)
 from expdesign.app.api.result import TableResult, filled
 from expdesign.arrays import FloatArray
 from expdesign.assurance.model_error.left_out import sizes_at_targets
@@ -64,6 +72,7 @@ class SimulationResult(TableResult):
         return [f"{self.summary} (seed {self.seed}{'' if self.noise else ', no noise'})"]
 
 
+@named_arguments
 def simulate(
     config: Config,
     plan: TableInput,

@@ -69,7 +69,7 @@ def sweep(
     folder: PathLike,
     *,
     executors: Executors | None = None,
-    callback: Callback = silent,
+    callback: Callback | None = None,
     progress: bool = False,
     force: bool = False,
 ) -> SweepResult:
@@ -105,11 +105,11 @@ def sweep(
         store = Store(path, runs)
         waiting = store.waiting()
         done = store.count()
-        callback("sweeping", done, len(runs), f"{done} were done before" if done else "")
+        (callback or silent)("sweeping", done, len(runs), f"{done} were done before" if done else "")
         try:
             for index, (files, seconds) in results(run_files, [item.config for item in waiting], executors):
                 store.put(waiting[index], files, seconds)
-                callback("sweeping", store.count(), len(runs), "")
+                (callback or silent)("sweeping", store.count(), len(runs), "")
             store.write_tables()
         except ExpdesignError as error:
             kept = f"{store.count()} of {len(runs)} runs are finished and kept: the same command goes on from there."

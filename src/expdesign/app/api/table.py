@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import ModelInput, model_of, purpose_of, require_seed
+from expdesign.app.api.inputs import ModelInput, model_of, named_arguments, purpose_of, require_seed
 from expdesign.app.api.result import FolderResult
 from expdesign.arrays import FloatArray
 from expdesign.chain.models.model_file import Model
@@ -102,6 +102,7 @@ class CorrectionTableResult(FolderResult):
         return c_source(self.table, self.axes, self.outputs, list(self.held.items()), about)
 
 
+@named_arguments
 def table(
     model: ModelInput,
     over: Mapping[str, tuple[float, float]],

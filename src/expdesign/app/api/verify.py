@@ -9,7 +9,15 @@ from typing import Any, ClassVar, get_args
 import numpy as np
 
 from expdesign.app.api.configuration import Config, problem_of_robot
-from expdesign.app.api.inputs import ModelInput, TableInput, model_of, purpose_of, require_known, table_of
+from expdesign.app.api.inputs import (
+    ModelInput,
+    TableInput,
+    model_of,
+    named_arguments,
+    purpose_of,
+    require_known,
+    table_of,
+)
 from expdesign.app.api.recorded import referenced
 from expdesign.app.api.result import PAGE, FolderResult, PathLike
 from expdesign.arrays import FloatArray
@@ -53,6 +61,16 @@ class VerificationResult(FolderResult):
     hashes: dict[str, str]
 
     @property
+    def chi2(self) -> float | None:
+        """χ² of attained against predicted; None where it is not tested."""
+        return self.result.statement.chi2
+
+    @property
+    def p_value(self) -> float | None:
+        """Probability of a χ² as large as this if the model predicts what is attained; None where it is not tested."""
+        return self.result.statement.p_value
+
+    @property
     def summary(self) -> str:
         """The verdict."""
         return f"verdict {self.result.verdict} for {self.model.chain.robot.name}"
@@ -90,6 +108,7 @@ class VerificationResult(FolderResult):
         return verification_report(self.result, self.model, self.check, self.about, self.hashes, number)
 
 
+@named_arguments
 def verify(
     model: ModelInput,
     recordings: TableInput,
