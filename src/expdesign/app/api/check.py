@@ -1,5 +1,7 @@
 """`check`: what is wrong with a file, or not identifiable."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
@@ -190,7 +192,7 @@ class CheckedSweep(Checked):
         runs: what is run.
     """
 
-    runs: "list[SweepRun]"
+    runs: list[SweepRun]
 
     @property
     def summary(self) -> str:

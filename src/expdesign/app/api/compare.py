@@ -1,5 +1,7 @@
 """`compare`: criteria across designs, over one or more configurations."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path

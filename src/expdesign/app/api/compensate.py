@@ -1,5 +1,7 @@
 """`compensate`: command poses that reach the targets under load."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
@@ -88,7 +90,7 @@ class CompensationResult(TableResult):
 
 @named_arguments
 def compensate(
-    model: ModelInput, targets: "TableInput | Config", *, other_robot: bool = False, frame: Frame = "base"
+    model: ModelInput, targets: TableInput | Config, *, other_robot: bool = False, frame: Frame = "base"
 ) -> CompensationResult:
     """Find the commands that bring the platform to the targets under load.
 
@@ -152,7 +154,7 @@ def compensate(
     return CompensationResult(text, found, corrections, sequence, robot, refuted, scope, purpose=purpose)
 
 
-def _table_of(problem: "DesignProblem") -> Table:
+def _table_of(problem: DesignProblem) -> Table:
     from expdesign.planning.target_table import targets_table  # noqa: PLC0415 (of configurations)
 
     return targets_table(problem)
@@ -164,7 +166,7 @@ def _is_table(targets: object) -> bool:
     return named or isinstance(targets, pd.DataFrame | Result)
 
 
-def calibrated_by(problem: "DesignProblem") -> Calibrated:
+def calibrated_by(problem: DesignProblem) -> Calibrated:
     """The ranges of what a configuration lets be measured."""
     space, robot = problem.space, problem.loaded.robot
     drawn = space.sample(_SAMPLES, np.random.default_rng(0))
@@ -175,7 +177,7 @@ def calibrated_by(problem: "DesignProblem") -> Calibrated:
     return Calibrated.of(points_from_table(table, robot), robot)
 
 
-def _calibrated(model: Model, points: LoadedPoints, problem: "DesignProblem | None") -> Calibrated | None:
+def _calibrated(model: Model, points: LoadedPoints, problem: DesignProblem | None) -> Calibrated | None:
     """What was calibrated, against which the targets have been judged.
 
     Springs alone act alike wherever the configuration lets them be measured: where its plan stays in some corners, the

@@ -1,5 +1,7 @@
 """`correct`: recordings from absolute measured poses, freed of thermal deflection by reference poses."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,5 +1,7 @@
 """`diagnose`: where and why the model and the recordings differ."""
 
+from __future__ import annotations
+
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -166,7 +168,7 @@ def diagnose(
     *,
     series: int = 3,
     shared_reference: bool | None = None,
-    targets: "Config | None" = None,
+    targets: Config | None = None,
     without: Collection[str] = (),
     other_robot: bool = False,
     interruptible: bool = False,

@@ -1,5 +1,7 @@
 """`evaluate`: every criterion of one given plan."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any

@@ -1,5 +1,7 @@
 """`identify`: stiffness with confidence intervals, from recordings."""
 
+from __future__ import annotations
+
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
@@ -162,7 +164,7 @@ def identify(
     *,
     shared_reference: bool | None = None,
     prior: float | None = None,
-    targets: "Config | None" = None,
+    targets: Config | None = None,
     calibration: Calibration | None = None,
     frames: Frames = "known",
     other_robot: bool = False,

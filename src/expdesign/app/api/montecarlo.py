@@ -1,5 +1,7 @@
 """`montecarlo`: a plan carried out, identified and compensated many times, beside what the criteria predict."""
 
+from __future__ import annotations
+
 from copy import copy
 from dataclasses import dataclass
 from typing import Any, ClassVar, get_args

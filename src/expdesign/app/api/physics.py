@@ -1,5 +1,7 @@
 """`physics`: what a robot can have beside its base model, with places, forms, parameters and usual sizes."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import groupby

@@ -3,6 +3,8 @@
 Named so because `next` is a builtin function of Python.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,5 +1,7 @@
 """`predict`: deflections of an identified robot, with their standard deviations."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,5 +1,7 @@
 """`register`: recordings from lists of points that were measured unloaded and loaded."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,5 +1,7 @@
 """`run`: the Pareto front of a configuration."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace

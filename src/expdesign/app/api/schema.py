@@ -1,5 +1,7 @@
 """`schema`: the keys of a file, for editors and for the documentation."""
 
+from __future__ import annotations
+
 import importlib
 from collections.abc import Sequence
 from typing import Any

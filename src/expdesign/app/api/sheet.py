@@ -1,5 +1,7 @@
 """`sheet`: a plan as a sheet for the laboratory, which `identify` takes back when it is filled in."""
 
+from __future__ import annotations
+
 import shlex
 from dataclasses import dataclass
 from pathlib import Path

@@ -5,6 +5,8 @@ identifier and the component follow, separated by commas and in any order: a for
 where there is one (`5 um`), or values by name (`creep_ratio 0.05, tau_s 600 s`). What is not named has its usual size.
 """
 
+from __future__ import annotations
+
 import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -1,5 +1,7 @@
 """`sweep`: many runs with other values, resumable, on one machine or a cluster."""
 
+from __future__ import annotations
+
 import time
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,5 +1,7 @@
 """`table`: corrections of commands over poses and loads, for a machine's control."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import version

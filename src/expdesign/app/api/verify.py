@@ -1,5 +1,7 @@
 """`verify`: a check measurement of compensated poses, and the certificate."""
 
+from __future__ import annotations
+
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
