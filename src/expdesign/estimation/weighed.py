@@ -68,7 +68,6 @@ class WeighedLoads:
         sizes: μ of every effect; 1 for the `weighted` estimator.
         mean: posterior mean of the shared errors, in declared standard deviations, effect after effect, shape (d,).
         covariance: of the same, shape (d, d).
-        cross: covariance of the parameters with them, shape (p, d).
         propagated: what μ standard deviations of every error do to the parameters.
     """
 
@@ -78,7 +77,6 @@ class WeighedLoads:
     sizes: FloatArray
     mean: FloatArray
     covariance: FloatArray
-    cross: FloatArray
     propagated: Propagated
 
     @property
@@ -255,15 +253,13 @@ def _posterior(
     loads = Term("loads", as_matrix(rows.apply(unit)), root=root, scope="campaign")
     parameters = _parameters(fitted, fit.values, as_matrix(rows.apply(sensitivities)))
     model = Gaussian((*parameters, loads), rows.apply(residuals).ravel())
-    part, own = model.slices["loads"], model.slices[_PARAMETERS]
-    known = model.estimable.generalised
+    part = model.slices["loads"]
     return WeighedLoads(
         estimator,
         effects,
         weights,
         sizes,
         model.mean_of("loads"),
-        known[part, part],
-        known[own, part],
+        model.estimable.generalised[part, part],
         Propagated.of(fit, whitening, effects, sizes.tolist()),
     )

@@ -6,10 +6,11 @@ references, and the columns G of load errors in standard deviations of each,
 
     C = D·S·D + Σ G·Gᵀ,   W = M_s·M_o·M_r·D⁻¹,   W·C·Wᵀ = I,
 
-M_r = S^(−½), M_o = (I + G_o·G_oᵀ)^(−½) of what every row has for itself, block by block, and M_s the same of what rows
-share, which has few columns. All three are symmetric.
+M_r = S^(−½), M_o = (I + G_o·G_oᵀ)^(−½) of what every row has for itself, one block for the rows of each reference, and
+M_s the same of what rows share, which has few columns. All three are symmetric.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,26 +63,35 @@ class Whitening:
         self._references = references
         self._index = np.arange(len(deviations)) if references is None else groups(references)
         self._sizes = np.bincount(self._index)
-        self._own: FloatArray | None = None
+        self._own: list[tuple[IntArray, FloatArray]] = []
         self._across: tuple[FloatArray, FloatArray] | None = None
         self.log_determinant = 0.0
         """Of what the load errors add to the covariance, in units of the noise."""
         if loads is not None:
-            self._weigh(loads if len(self._sizes) == len(deviations) else loads.as_shared)
+            self._weigh(loads)
 
     def _weigh(self, loads: LoadColumns) -> None:
         """Factorise the covariance of the load errors: M_o by blocks, M_s = I − U·diag(f)·Uᵀ."""
         if loads.own.shape[-1]:
             own = loads.own / self.deviations[..., None]
-            variances, vectors = np.linalg.eigh(own @ own.swapaxes(1, 2))
-            variances = 1.0 + np.maximum(variances, 0.0)
-            self._own = (vectors / np.sqrt(variances)[:, None]) @ vectors.swapaxes(1, 2)
-            self.log_determinant += float(np.log(variances).sum())
+            for rows in self._together():
+                columns = np.einsum("ij,gjke->gikje", _reference_root(rows.shape[1]), own[rows])
+                columns = columns.reshape(len(rows), rows.shape[1] * own.shape[1], -1)
+                variances, vectors = np.linalg.eigh(columns @ columns.swapaxes(1, 2))
+                variances = 1.0 + np.maximum(variances, 0.0)
+                self._own.append((rows, (vectors / np.sqrt(variances)[:, None]) @ vectors.swapaxes(1, 2)))
+                self.log_determinant += float(np.log(variances).sum())
         if loads.shared.shape[-1]:
             columns = as_matrix(self._by_row(self._referenced(loads.shared / self.deviations[..., None])))
             left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
             self._across = left, sizes
             self.log_determinant += float(np.log1p(sizes**2).sum())
+
+    def _together(self) -> Iterator[IntArray]:
+        """The rows of each reference, those of r rows together, shape (g, r)."""
+        order = np.argsort(self._index, kind="stable")
+        for size in np.unique(self._sizes):
+            yield order[self._sizes[self._index[order]] == size].reshape(-1, size)
 
     def apply(self, values: FloatArray) -> FloatArray:
         """Whitened values; rows N, readings k, and any further dimensions: (N, k, ...) to the same shape."""
@@ -113,9 +123,12 @@ class Whitening:
 
     def _by_row(self, scaled: FloatArray) -> FloatArray:
         """M_o of values (N, k, ...)."""
-        if self._own is None:
+        if not self._own:
             return scaled
-        found: FloatArray = (self._own @ scaled.reshape(*scaled.shape[:2], -1)).reshape(scaled.shape)
+        found = np.empty_like(scaled)
+        for rows, root in self._own:
+            part = scaled[rows]
+            found[rows] = (root @ part.reshape(*root.shape[:2], -1)).reshape(part.shape)
         return found
 
     def _shared(self, scaled: FloatArray) -> FloatArray:
@@ -137,8 +150,10 @@ class Whitening:
         sizes = self._sizes[self._index].astype(float)
         readings = self.deviations.shape[1]
         blocks = (2.0 * sizes / (1.0 + sizes))[:, None, None] * np.eye(readings)
-        if self._own is not None:  # no two rows share a reference
-            blocks = self._own @ self._own
+        for rows, root in self._own:
+            parted = root.reshape(*root.shape[:2], rows.shape[1], readings)
+            parted = np.einsum("gaik,ij->gajk", parted, _reference_root(rows.shape[1]))
+            blocks[rows] = np.einsum("gajk,gajl->gjkl", parted, parted)
         if self._across is not None:
             left, sizes = self._across
             root = (left * (sizes / np.sqrt(1.0 + sizes**2))).reshape(len(blocks), readings, -1)
@@ -155,3 +170,9 @@ class Whitening:
     def weighing(self, loads: LoadColumns | None) -> "Whitening":
         """The same noise with errors of the loads, or without them."""
         return Whitening(self.deviations, references=self._references, loads=loads)
+
+
+def _reference_root(count: int) -> FloatArray:
+    """S^(−½) across the rows of one reference, shape (r, r); see `Whitening._referenced`."""
+    root: FloatArray = np.sqrt(2.0) * (np.eye(count) - (1.0 - 1.0 / np.sqrt(1.0 + count)) / count)
+    return root
