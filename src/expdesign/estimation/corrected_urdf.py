@@ -16,8 +16,8 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.io.yaml_reader import read_text
 from expdesign.mechanics.robots.kinematic_tree import FRAME_AXES, KinematicTree
-from expdesign.mechanics.robots.orientation import angles_of_matrix, moved, rotations_of
-from expdesign.mechanics.robots.urdf import UrdfJoint, transform
+from expdesign.mechanics.robots.orientation import angles_of_matrix, moved, rotations_of, transform
+from expdesign.mechanics.robots.urdf import UrdfJoint
 
 
 @dataclass(frozen=True)

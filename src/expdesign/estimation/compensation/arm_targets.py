@@ -7,7 +7,6 @@ columns as the posture to stay near, or joint columns alone: the pose that the n
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.models.model_file import Model
@@ -142,6 +141,8 @@ def _nominal(robot: Robot, position: FloatArray, rotation: FloatArray, posture: 
 
 def _descend(robot: Robot, position: FloatArray, rotation: FloatArray, start: FloatArray) -> FloatArray | None:
     """Damped Gauss-Newton from a start (n_q,); None where it does not arrive, or beyond the limits."""
+    from scipy.spatial.transform import Rotation  # noqa: PLC0415 (slow to import, and few need it)
+
     q, joints = start.copy(), len(robot.stiffness)
     for _ in range(_ITERATIONS):
         jacobians = robot.jacobians(q[None])

@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
@@ -55,6 +54,8 @@ def predict(model: Model, points: LoadedPoints, *, platform: bool = False) -> Pr
         found = predict_with(chain_of(model, platform=False), model, seen)
         turned = None
         if seen.aim is not None and found.deflections.shape[1] > 3:
+            from scipy.spatial.transform import Rotation  # noqa: PLC0415 (slow to import, and few need it)
+
             turned = Rotation.from_rotvec(found.deflections[:, 3:6]).as_matrix() @ seen.aim
         return replace(found, measurand=seen.measurand, orientations=turned)
     return predict_with(chain_of(model, platform=True), model, without_markers(points))

@@ -8,14 +8,15 @@ Moments of forces and velocities by rotations, in space (three components) and i
 """
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import casadi as ca
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
-from expdesign.mechanics.robots.urdf import UrdfJoint, transform
+
+if TYPE_CHECKING:
+    from expdesign.mechanics.robots.urdf import UrdfJoint
 
 Orientation = Literal["fixed-xyz", "moving-xyz"]
 _GIMBAL = 1e-9
@@ -35,8 +36,13 @@ def rotation_matrix(angles: ca.SX, orientation: Orientation) -> ca.SX:
 
 def rotations_of(angles: FloatArray) -> FloatArray:
     """R = Rz·Ry·Rx of angles (..., 3) in rad, shape (..., 3, 3)."""
-    matrices: FloatArray = Rotation.from_euler("xyz", angles.reshape(-1, 3)).as_matrix()
-    return matrices.reshape(*angles.shape, 3)
+    (sx, sy, sz), (cx, cy, cz) = np.moveaxis(np.sin(angles), -1, 0), np.moveaxis(np.cos(angles), -1, 0)
+    rows = [
+        [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
+        [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx],
+        [0.0 - sy, cy * sx, cy * cx],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def angles_of_matrix(rotation: FloatArray) -> FloatArray:
@@ -91,6 +97,13 @@ def _about(axis: int, angle: ca.SX) -> ca.SX:
     return matrix
 
 
+def transform(rotation: FloatArray, position: FloatArray) -> FloatArray:
+    """Homogeneous matrix (4, 4) of a rotation (3, 3) and a position (3,)."""
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = rotation, position
+    return matrix
+
+
 _ROUNDING = 1e-15
 
 
@@ -99,7 +112,7 @@ def constant(matrix: FloatArray) -> ca.SX:
     return ca.sparsify(ca.SX(np.where(np.abs(matrix) < _ROUNDING, 0.0, matrix)))
 
 
-def moved(joint: UrdfJoint, value: ca.SX) -> ca.SX:
+def moved(joint: "UrdfJoint", value: ca.SX) -> ca.SX:
     """Motion of a joint along or about its axis: exp(q·ξ), by Rodrigues' formula for a rotation."""
     axis = np.where(np.abs(joint.axis) < _ROUNDING, 0.0, joint.axis)
     if joint.kind == "prismatic":

@@ -20,13 +20,13 @@ from xml.etree import ElementTree
 
 import numpy as np
 from pydantic import Field
-from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
 from expdesign.io.schema import LARGEST, Number, Section
 from expdesign.io.yaml_reader import YamlDocument, read_text
+from expdesign.mechanics.robots.orientation import rotations_of, transform
 
 _MOVING = ("revolute", "continuous", "prismatic")
 _FARTHEST = 2.0
@@ -116,13 +116,6 @@ class Urdf:
             path.append(above[link])
             link = above[link].parent
         return path[::-1]
-
-
-def transform(rotation: FloatArray, position: FloatArray) -> FloatArray:
-    """Homogeneous matrix (4, 4) of a rotation (3, 3) and a position (3,)."""
-    matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = rotation, position
-    return matrix
 
 
 def read_urdf(path: Path) -> Urdf:
@@ -268,7 +261,7 @@ def _origin(element: ElementTree.Element, where: str) -> FloatArray:
         return np.eye(4)
     position = _numbers(origin.get("xyz", "0 0 0"), 3, where, "xyz")
     angles = _numbers(origin.get("rpy", "0 0 0"), 3, where, "rpy")
-    return transform(Rotation.from_euler("xyz", angles).as_matrix(), position)
+    return transform(rotations_of(angles), position)
 
 
 def _numbers(text: str, count: int, where: str, what: str, largest: float = LARGEST) -> FloatArray:
