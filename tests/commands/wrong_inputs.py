@@ -374,7 +374,7 @@ MODELS = [
             ("covariance.0.0", -1.0, "covariance"),
             ("covariance.0.0", float("nan"), "covariance[0][0]"),
             ("covariance.0.0", 1e308, "covariance[0][0]"),
-            ("birge_ratio", 0.01, ""),
+            ("birge_ratio", -1.0, ""),
             ("compliance.leg 2", 2e-6, ""),
             ("relative_compliance.1", 10.0, "compliance.leg 2"),
             ("relative_compliance", [1.0], ""),
