@@ -72,12 +72,16 @@ def _columns(problem: DesignProblem, decisions: FloatArray) -> dict[str, Any]:
 
 def design_minutes(problem: DesignProblem, front: Front) -> FloatArray | None:
     """What the plan of each design takes with its rows for validation (min), shape (d,); None without costs."""
+    minutes = [minutes_of_plan(problem, decisions) for decisions in front.decisions]
+    return None if None in minutes else np.array(minutes, dtype=float)
+
+
+def minutes_of_plan(problem: DesignProblem, decisions: FloatArray) -> float | None:
+    """What the plan of a design (m, g) takes with its rows for validation (min); None without costs."""
     if problem.costs is None or isinstance(problem.noise, ReferencedNoise):
         return None
-    referenced = problem.loaded.regressor.referenced
-    shared, costs = problem.noise.shared_reference, problem.costs
-    plans = [_with_validation(problem, decisions) for decisions in front.decisions]
-    return np.array([plan_minutes(plan, costs, referenced=referenced, shared=shared) for plan in plans])
+    plan, shared = _with_validation(problem, decisions), problem.noise.shared_reference
+    return plan_minutes(plan, problem.costs, referenced=problem.loaded.regressor.referenced, shared=shared)
 
 
 def _with_validation(problem: DesignProblem, decisions: FloatArray) -> Plan:

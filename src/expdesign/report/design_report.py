@@ -123,6 +123,8 @@ def _summary(problem: DesignProblem, front: Front, run: Mapping[str, Any], accep
     if minutes is not None:
         figures.insert(5, KeyFigure("Time of the plan", words.number(float(minutes[front.recommended])), "min"))
     sentences = [*([run["plan_ended"]] if "plan_ended" in run else []), worst_sentence(accepted.budget)]
+    if "unseen" in run:
+        sentences.append(run["unseen"]["sentence"])
     bound = lower_bound_sentence(problem, front, run)
     if bound is not None:
         sentences.append(bound)

@@ -17,6 +17,7 @@ from expdesign.app.api.result import PAGE, FolderResult, PathLike
 from expdesign.assurance.acceptance.planned import recommended_acceptance
 from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.model_error.statement import AccuracyStatement, hidden_by_plan
+from expdesign.assurance.model_error.unseen import Unseen, unseen_by
 from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
 from expdesign.io.output import csv_text, output_folder, write_file
@@ -47,12 +48,14 @@ class RunResult(FolderResult):
         problem: what was searched.
         front: what was found.
         record: the content of `run.json` (file-formats.md, run.json).
+        unseen: the physics of which the recommended plan hides most; None where all of it shows, or was not looked for.
     """
 
     FILES: ClassVar = {
         "pareto.csv": "pareto",
         "plans.csv": "plans",
         "plan.csv": "plan",
+        "plan-checked.csv": "checked",
         "poses.csv": "protocol",
         "run.json": "record",
         **PAGE,
@@ -60,6 +63,7 @@ class RunResult(FolderResult):
     problem: DesignProblem
     front: Front
     record: dict[str, Any]
+    unseen: Unseen | None = None
 
     @property
     def summary(self) -> str:
@@ -82,6 +86,8 @@ class RunResult(FolderResult):
         ]
         if "accuracy" in self.record:
             lines.append(self.record["accuracy"]["sentence"])
+        if self.unseen is not None:
+            lines.append(self.unseen.sentence)
         if self.record["duir_lower_bound"] is None:
             lines.append(f"no lower bound of DUIR: {self.record['duir_lower_bound_certified_on']}")
         return lines
@@ -109,6 +115,12 @@ class RunResult(FolderResult):
     def plan(self) -> pd.DataFrame:
         """The recommended design's plan (`plan.csv`)."""
         return self.plan_of(self.front.recommended)
+
+    @property
+    def checked(self) -> pd.DataFrame | None:
+        """The recommended plan with further rows that show what it hides (`plan-checked.csv`); None without any."""
+        checked = None if self.unseen is None else self.unseen.checked
+        return None if checked is None else plan_of(checked.problem, checked.decisions)
 
     @property
     def protocol(self) -> pd.DataFrame | None:
@@ -188,7 +200,10 @@ def run(
     first = replace(_result(problem, front, unbounded, unbounded, limit.ended), purpose=purpose)
     (searched or silent)(first)
     duir, total = _bounds(problem, front, callback or silent, limit)
-    result = replace(_result(problem, front, duir, total, limit.ended), purpose=purpose)
+    unseen = None if limit.bounding() else unseen_by(problem, front.decisions[front.recommended])
+    result = replace(_result(problem, front, duir, total, limit.ended), purpose=purpose, unseen=unseen)
+    if unseen is not None:
+        result.record["unseen"] = unseen.record
     result.record["wall_s"] = time.perf_counter() - started
     return result
 

@@ -1,0 +1,203 @@
+"""Physics that a plan would not show, and the fewest further measurements that would.
+
+Before a measurement every effect that the robot can have is a term h of its prior size beside the robot and the errors
+of the load. What of it stays hidden is what the mean square error at the targets rises by where the model has it,
+
+    T·P_h·Tᵀ − T·P·Tᵀ = (T_h − T·K·B_h)·(S_h⁻¹ + B_hᵀ·Q·B_h)⁻¹·(T_h − T·K·B_h)ᵀ,
+
+all of what it does there where no residual shows it (Q·B_h = 0), and nothing where the readings determine it
+(theory.md 21). The effect with the largest root at an axis, in tolerances, is the worst. Further measurements are
+chosen one by one, each the best of those drawn.
+"""
+
+from copy import copy
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.assurance.model_error.left_out import Omitted, offsets
+from expdesign.assurance.model_error.meir import Meir
+from expdesign.assurance.model_error.settings import Assumptions
+from expdesign.chain.component import Part
+from expdesign.counted import counted
+from expdesign.errors import InputError
+from expdesign.estimation.gaussian import Gaussian, Term
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.result import minutes_of_plan, planned
+from expdesign.planning.sampling import extreme_measurements
+
+SHARE = 1.0 / 3.0
+"""Of a tolerance, that physics which goes unnoticed may take: then U = k·u has room for it and for as much again."""
+_LONGEST = 150
+"""Measurements of a plan up to which it is judged: of longer ones the matrices are large, and little stays hidden."""
+_DRAWN, _FURTHER = 120, 5
+"""Measurements drawn, of which each further one is the best, and how many further ones there are at most."""
+
+
+@dataclass(frozen=True)
+class Checked:
+    """The plan with further measurements that show what it would not.
+
+    Attributes:
+        problem: with room for them.
+        decisions: of the plan and of them, shape (m, g).
+        further: how many there are.
+        left: what then stays hidden, in tolerances.
+    """
+
+    problem: DesignProblem
+    decisions: FloatArray
+    further: int
+    left: float
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """The physics of which a plan hides most.
+
+    Attributes:
+        phrase: a machine that has it, in words.
+        error: standard deviation that stays hidden at the worst axis of any target, in tolerances.
+        target: of that axis, from 0.
+        axis: its name.
+        poor: why the plan can show little: `one pose`, `one load`, or empty.
+        plan: its problem and decisions (m, g).
+        checked: the plan that shows it; None where few further measurements do not.
+    """
+
+    phrase: str
+    error: float
+    target: int
+    axis: str
+    poor: str
+    plan: tuple[DesignProblem, FloatArray]
+    checked: Checked | None
+
+    @property
+    def sentence(self) -> str:
+        """What the plan cannot see, and what it costs to see it."""
+        why = f"At {self.poor}" if self.poor == "one pose" else "With one load" if self.poor else "As it is"
+        text = (
+            f"{why} the plan cannot rule out {self.phrase}: at its prior size it would go unnoticed and move target "
+            f"{self.target + 1} along {self.axis} by {self.error:.2g} of its tolerance (standard deviation)"
+        )
+        if self.error <= SHARE:
+            return f"{text}; no other physics costs more."
+        if self.checked is None:
+            return f"{text}; {_FURTHER} further measurements within the limits do not show it either."
+        checked, total = self.checked, known_criteria()["total"]
+        pairs = self.plan, (checked.problem, checked.decisions)
+        before, after = (float(total.values(p.assessed(d[None]))[0]) for p, d in pairs)
+        minutes = [minutes_of_plan(p, d) for p, d in pairs]
+        cost = "" if minutes[0] is None or minutes[1] is None else f"{minutes[1] - minutes[0]:.4g} min more, "
+        return (
+            f"{text}. {counted(checked.further, 'further measurement')} (plan-checked.csv: {cost}total {before:.4g} "
+            f"becomes {after:.4g}) would leave {checked.left:.2g}."
+        )
+
+    @property
+    def record(self) -> dict[str, object]:
+        """As `run.json` has it."""
+        further = None if self.checked is None else {"measurements": self.checked.further, "left": self.checked.left}
+        named = {"physics": self.phrase, "error": self.error, "target": self.target + 1, "axis": self.axis}
+        return {**named, "sentence": self.sentence, "checked": further}
+
+
+def unseen_by(problem: DesignProblem, decisions: FloatArray) -> Unseen | None:
+    """What a plan with decisions (m, g) hides most.
+
+    None where every effect shows, and the plan has several poses and loads; where not the stiffness alone is
+    calibrated; where nothing may be left out; and where the plan is long or does not identify what the targets need.
+    """
+    assessment = problem.assessed(decisions[None])
+    known = bool(assessment.identifies_targets[0])
+    if not problem.loaded.regressor.referenced or len(decisions) > _LONGEST or not known:
+        return None
+    meir = next((each for each in problem.further if isinstance(each, Meir)), None)
+    try:
+        meir = meir or Meir(problem, Assumptions())
+    except InputError:  # the configuration leaves nothing over to consider
+        return None
+    # What the declared errors of the load say, no term says again.
+    told = bool(problem.loaded.sources)
+    told_again = np.array([told and entry.effect.component.part is Part.PAYLOAD for entry in meir.physics])
+    shares, poor = hidden_shares(meir, assessment)[0], _poor(problem, decisions)
+    worst = int(np.where(told_again, -1.0, shares.max(axis=(1, 2))).argmax())
+    error = float(shares[worst].max())
+    if told_again[worst] or (error <= SHARE and not poor):
+        return None
+    target, axis = np.unravel_index(int(shares[worst].argmax()), shares[worst].shape)
+    checked = _checked(problem, decisions, meir.physics[worst], meir.assumptions) if error > SHARE else None
+    name = problem.loaded.robot.coordinates.deflection[axis].rsplit("_", 1)[0]
+    phrase = meir.physics[worst].effect.phrase
+    return Unseen(phrase, error, int(target), name, poor, (problem, decisions), checked)
+
+
+def hidden_shares(meir: Meir, assessment: Assessment) -> FloatArray:
+    """Standard deviations that stay hidden of each entry of physics in b designs, in tolerances, (b, E, t, n)."""
+    targets = meir.problem.targets
+    size, shape = np.sqrt(targets.importance)[..., None], targets.importance.shape
+    at_targets = (size * targets.observation * meir.compliance).reshape(-1, len(meir.compliance))
+    moved = (size * meir.motions * meir.deviations).reshape(len(at_targets), -1)
+    base, physics = meir.whitened(assessment)
+    ends = offsets(meir.physics)
+    found = np.zeros((len(base), len(meir.physics), *shape))
+    for design in range(len(base)):
+        model = Gaussian.planned([Term("machine", base[design], at_targets), *_load_terms(assessment, design)])
+        plain = model.error.diagonal()
+        for index in range(len(meir.physics)):
+            part = slice(ends[index], ends[index + 1])
+            columns = physics[design][:, part]
+            if np.isfinite(columns).all():
+                term = Term("left out", columns, moved[:, part], np.ones(columns.shape[1]))
+                rise = model.beside(term).error.diagonal() - plain
+                found[design, index] = np.sqrt(np.maximum(np.nan_to_num(rise, nan=0.0), 0.0)).reshape(shape)
+    return found
+
+
+def _load_terms(assessment: Assessment, design: int) -> list[Term]:
+    """The declared errors of the load of a design, where its estimator weighs them; they act at no target."""
+    if assessment.estimator == "weighted":
+        return []
+    measurements, found = assessment.measurements, []
+    errors = measurements.compliance @ measurements.load_errors
+    for number, (source, shared) in enumerate(zip(measurements.sources, assessment.shared, strict=True)):
+        columns = errors[..., source]
+        if not shared:  # each measurement has its own
+            each = columns[..., None, :] * np.eye(assessment.count)[:, None, :, None]
+            columns = each.reshape(*columns.shape[:3], -1)
+        white = assessment.white(columns)[design]
+        found.append(Term(f"load error {number + 1}", white, None, np.ones(white.shape[1])))
+    return found
+
+
+def _poor(problem: DesignProblem, decisions: FloatArray) -> str:
+    """Whether a plan has one pose, or one load."""
+    plan = planned(problem, decisions)
+    if len(np.unique(plan.configurations, axis=0)) == 1:
+        return "one pose"
+    return "one load" if len(np.unique(plan.loads, axis=0)) == 1 else ""
+
+
+def _checked(
+    problem: DesignProblem, decisions: FloatArray, physics: Omitted, assumptions: Assumptions
+) -> Checked | None:
+    """A plan with the fewest further measurements that show some physics; None where there are none."""
+    drawn = extreme_measurements(problem, _DRAWN, 0.5, np.random.default_rng([problem.optimiser.seed, 4]))
+    alone = problem.space.alone()
+    drawn = alone.settable(drawn[:, None], problem.loaded.robot.limit_excess)[:, 0]
+    drawn = drawn[problem.reachable(drawn)]
+    taken = decisions[problem.space.taken(decisions)]
+    for further in range(1, _FURTHER + 1):
+        space = copy(problem.space)
+        space.measurements = len(taken) + 1
+        wider = replace(problem, space=space)
+        designs = np.concatenate([np.repeat(taken[None], len(drawn), axis=0), drawn[:, None]], axis=1)
+        left = hidden_shares(Meir(wider, assumptions, (physics,)), wider.assessed(designs))[:, 0].max(axis=(1, 2))
+        taken = designs[int(left.argmin())]
+        if left.min() <= SHARE:
+            return Checked(wider, taken, further, float(left.min()))
+    return None

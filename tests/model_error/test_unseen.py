@@ -1,0 +1,102 @@
+"""What a plan would not show of missing physics, and the plan that shows it."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import expdesign
+from expdesign.assurance.model_error.left_out import offsets
+from expdesign.assurance.model_error.meir import Meir
+from expdesign.assurance.model_error.unseen import SHARE, hidden_shares, unseen_by
+from expdesign.planning.criteria.criterion import known_criteria
+from tests.design.problems import BIPOD, problem
+
+SPRINGS = {"model_error": {"physics": ["leg_nonlinear_stiffness"]}}
+
+
+def plan_at(case: Any, poses: int) -> Any:
+    """Measurements (m, g) drawn at so many poses."""
+    drawn = case.space.sample(case.space.measurements, np.random.default_rng(3))
+    of_pose = drawn[np.arange(len(drawn)) % poses]
+    return case.space.canonical(np.where(case.space.of_pose, of_pose, drawn)[None])[0]
+
+
+def test_what_stays_hidden_is_what_normal_equations_say() -> None:
+    """(T_h − T·K·B_h)·(1 + B_hᵀQB_h)⁻¹·(…)ᵀ with C = 1 + E·Eᵀ of the load errors, formed as it stands."""
+    case = problem(BIPOD, SPRINGS | {"experiment.measurements": 4})
+    meir = Meir(case)
+    assessment = case.assessed(plan_at(case, 4)[None])
+    found = hidden_shares(meir, assessment)[0]
+    base, physics = (each[0] for each in meir.whitened(assessment))
+    measurements, covariance = assessment.measurements, np.eye(len(base))
+    errors = measurements.compliance @ measurements.load_errors
+    for source, shared in zip(measurements.sources, assessment.shared, strict=True):
+        white = assessment.white(errors[..., source])[0]
+        same = np.kron(np.eye(4), np.ones((len(base) // 4,) * 2))
+        covariance += white @ white.T * (1.0 if shared else same)
+    weight = np.linalg.inv(covariance)
+    gain = np.linalg.inv(base.T @ weight @ base) @ base.T @ weight
+    left = weight - weight @ base @ gain
+    size = np.sqrt(case.targets.importance)[..., None]
+    ends = offsets(meir.physics)
+    for index in range(len(meir.physics)):
+        part = slice(ends[index], ends[index + 1])
+        columns = physics[:, part]
+        missed = size * (meir.motions * meir.deviations)[..., part]
+        missed = missed - size * case.targets.observation * meir.compliance @ gain @ columns
+        hidden = np.linalg.inv(np.eye(columns.shape[1]) + columns.T @ left @ columns)
+        wanted = np.sqrt(((missed @ hidden) * missed).sum(axis=-1))
+        np.testing.assert_allclose(found[index], wanted, rtol=1e-6, atol=1e-6)
+    assert found.max() > 1e-3
+
+
+def test_a_plan_at_one_pose_is_told_what_it_cannot_see_and_the_fewest_further_measurements() -> None:
+    case = problem(BIPOD, SPRINGS | {"experiment.measurements": 4})
+    plan = plan_at(case, 1)
+    found = unseen_by(case, plan)
+    assert found is not None
+    assert found.poor == "one pose"
+    assert "a spring that is not linear" in found.sentence
+    assert found.error > SHARE
+    checked = found.checked
+    assert checked is not None
+    assert len(checked.decisions) == 4 + checked.further
+    np.testing.assert_array_equal(checked.decisions[:4], plan)
+    index = next(k for k, e in enumerate(Meir(case).physics) if e.effect.phrase == found.phrase)
+
+    def hidden(decisions: Any) -> float:
+        configurations, loads = case.space.decode(decisions[None])
+        return float(hidden_shares(Meir(case), case.assess(configurations, loads))[0, index].max())
+
+    assert hidden(checked.decisions) <= SHARE < hidden(checked.decisions[:-1])
+    total = known_criteria()["total"].values(checked.problem.assessed(checked.decisions[None]))[0]
+    assert f"becomes {total:.4g})" in found.sentence
+    assert "min more" not in found.sentence
+
+
+def test_a_plan_that_hides_little_gets_the_sentence_at_one_pose_only() -> None:
+    little = {"model_error": {"physics": ["leg_nonlinear_stiffness"], "sizes": {"leg_nonlinear_stiffness": 1e-9}}}
+    case = problem(BIPOD, little | {"experiment.measurements": 4})
+    assert unseen_by(case, plan_at(case, 4)) is None
+    found = unseen_by(case, plan_at(case, 1))
+    assert found is not None
+    assert found.checked is None
+    assert found.sentence.endswith("no other physics costs more.")
+
+
+def test_run_writes_the_plan_that_shows_it(tmp_path: Path) -> None:
+    few = {"population": 8, "generations": 2, "seed": 1, "polish": False}
+    costs = {"pose_change": 10, "mass_change": 3, "reading": 1}
+    case = problem(BIPOD, SPRINGS | {"optimiser": few, "experiment.costs": costs})
+    result = expdesign.run(case)
+    assert result.unseen is not None
+    assert result.unseen.checked is not None
+    assert result.unseen.sentence in result.lines
+    assert "min more, total" in result.unseen.sentence
+    result.save(tmp_path / "run")
+    checked = (tmp_path / "run" / "plan-checked.csv").read_text(encoding="utf-8").splitlines()
+    assert len(checked) - 1 == len(result.plan) + result.unseen.checked.further
+    judged = expdesign.evaluate(case, tmp_path / "run" / "plan-checked.csv").criteria["value"]
+    assert f"becomes {judged['total']:.4g})" in result.unseen.sentence
+    assert "cannot rule out" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
