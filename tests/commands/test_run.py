@@ -23,7 +23,7 @@ def twice(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 def test_run_writes_what_the_interfaces_say(twice: tuple[Path, Path]) -> None:
     out, _ = twice
-    names = [".expdesign.json", "pareto.csv", "plan.csv", "plans.csv", "report.html", "run.json"]
+    names = [".expdesign.json", "pareto.csv", "plan-checked.csv", "plan.csv", "plans.csv", "report.html", "run.json"]
     assert sorted(p.name for p in out.iterdir()) == names
     pareto = pd.read_csv(out / "pareto.csv")
     expected = {"design", "duir", "feir", "total", "o1", "o2", "o3", "o4", "o5", "o_tp", "o_mv", "kktpm", "recommended"}

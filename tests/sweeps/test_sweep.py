@@ -57,7 +57,15 @@ def test_each_run_has_a_folder_with_the_files_of_a_run(done: tuple[Path, Path]) 
     assert set(table["status"]) == {"finished"}
     for row in table.itertuples():
         folder = done[1] / str(row.folder)
-        names = {"computed_by.json", "config.yaml", "pareto.csv", "plan.csv", "plans.csv", "run.json"}
+        names = {
+            "computed_by.json",
+            "config.yaml",
+            "pareto.csv",
+            "plan-checked.csv",
+            "plan.csv",
+            "plans.csv",
+            "run.json",
+        }
         assert {path.name for path in folder.iterdir()} == names
         evaluation = xd.evaluate(folder / "config.yaml", folder / "plan.csv").record
         assert evaluation["total"] == pytest.approx(row.total, rel=1e-12)
@@ -79,7 +87,7 @@ def test_an_interrupted_sweep_goes_on(done: tuple[Path, Path], tmp_path: Path, e
         assert "4 of 6 runs are finished and kept" in str(caught.value)
     kept = {name: data for name, data in contents(out).items() if name.startswith("runs")}
     expected = contents(done[1])
-    assert len(kept) == 4 * 6
+    assert len(kept) == 4 * 7
     assert all(expected[name] == data for name, data in kept.items())
     before = Sent.given
     xd.sweep(done[0], out, executors=Sent)

@@ -38,7 +38,7 @@ _DRAWN, _FURTHER = 120, 5
 
 
 @dataclass(frozen=True)
-class Checked:
+class Extended:
     """The plan with further measurements that show what it would not.
 
     Attributes:
@@ -74,7 +74,7 @@ class Unseen:
     axis: str
     poor: str
     plan: tuple[DesignProblem, FloatArray]
-    checked: Checked | None
+    checked: Extended | None
 
     @property
     def sentence(self) -> str:
@@ -184,7 +184,7 @@ def _poor(problem: DesignProblem, decisions: FloatArray) -> str:
 
 def _checked(
     problem: DesignProblem, decisions: FloatArray, physics: Omitted, assumptions: Assumptions
-) -> Checked | None:
+) -> Extended | None:
     """A plan with the fewest further measurements that show some physics; None where there are none."""
     drawn = extreme_measurements(problem, _DRAWN, 0.5, np.random.default_rng([problem.optimiser.seed, 4]))
     alone = problem.space.alone()
@@ -199,5 +199,5 @@ def _checked(
         left = hidden_shares(Meir(wider, assumptions, (physics,)), wider.assessed(designs))[:, 0].max(axis=(1, 2))
         taken = designs[int(left.argmin())]
         if left.min() <= SHARE:
-            return Checked(wider, taken, further, float(left.min()))
+            return Extended(wider, taken, further, float(left.min()))
     return None
