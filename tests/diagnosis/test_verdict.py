@@ -13,9 +13,10 @@ from expdesign.chain.component import PLATFORM
 from expdesign.chain.effects.load.payload import UnknownTool
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.names import NamedModel
+from expdesign.diagnosis.possible import at_limits
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.diagnosis.statement import NONE
-from expdesign.diagnosis.verdict import at_limits, doubt, verdict_without
+from expdesign.diagnosis.verdict import doubt, verdict_without
 from expdesign.estimation.goodness import LackOfFit, StatementOfFit
 from expdesign.report.fit_texts import diagnosed_fit_sentences
 from tests.chain.arm_rows import six_axis
@@ -86,13 +87,13 @@ def test_an_effect_that_may_have_any_size_is_no_explanation(one: NamedModel, var
 
 
 def test_a_value_that_no_machine_has_is_no_explanation(one: NamedModel) -> None:
-    assert at_limits(one, 1.0) == {}
+    assert at_limits(one.fit, 1.0) == {}
     values = one.fit.values.copy()
     values[-1] = PLAY.parameters[0].high
     absurd = replace(one, fit=replace(one.fit, values=values))
     assert "gap_m of leg 1" in doubted(absurd, (800.0, 200), (200.0, 199), GOOD, known_noise=True)
     values[-1] = 0.0  # vanishing is possible
-    assert at_limits(replace(one, fit=replace(one.fit, values=values)), 1.0) == {}
+    assert at_limits(replace(one.fit, values=values), 1.0) == {}
 
 
 def test_a_tool_that_is_farther_away_than_the_arm_reaches_is_no_explanation(one: NamedModel) -> None:
@@ -106,8 +107,8 @@ def test_a_tool_that_is_farther_away_than_the_arm_reaches_is_no_explanation(one:
         values = np.concatenate([np.ones(chain.compliances), 0.4 * np.array([1.0, 0.1, 0.0, metres])])
         return replace(one, candidates=(candidate,), fit=replace(one.fit, chain=chain, values=values))
 
-    assert at_limits(with_centre(6.5), 1.3) == {tool.key: "tool_com_z_m of platform"}
-    assert at_limits(with_centre(0.2), 1.3) == {}
+    assert at_limits(with_centre(6.5).fit, 1.3) == {tool.key: "tool_com_z_m of platform"}
+    assert at_limits(with_centre(0.2).fit, 1.3) == {}
     said = doubted(with_centre(6.5), (9.0, 9), (9.0, 9), GOOD, known_noise=False)
     assert "beyond the limit of what a machine can be" in said
 

@@ -5,7 +5,7 @@ it has named by then imitates the rest. Which of the two the recordings call for
 or two groups of effects predict them nearly as well as all together do, causes are named one at a time.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -36,14 +36,12 @@ class ByGroups:
         method: the way of working that the recordings call for.
         groups: that are predicted with; None where causes are named one at a time.
         errors: of them, on rows that were not fitted.
-        few: one or two groups that do nearly what all do together, where causes are named one at a time for that.
     """
 
     frame: Frame
     method: Method
     groups: Groups | None = None
     errors: HeldOut | None = None
-    few: Groups | None = None
 
     @property
     def alone(self) -> bool:
@@ -64,10 +62,6 @@ class ByGroups:
     def beats(self, named: NamedModel) -> bool:
         """Whether left-out blocks are predicted better than by named effects (linear about their fit)."""
         return self.groups is not None and self._ratio(self.groups, named) < OPTIONS.better
-
-    def out_of_reach(self, named: NamedModel) -> bool:
-        """Whether few groups predict what the best named effects do not: without some of these nothing is explained."""
-        return self.few is not None and self._ratio(self.few, named) * OPTIONS.clearly < 1.0
 
     def _ratio(self, groups: Groups, named: NamedModel) -> float:
         """Of the errors of left-out blocks by groups and by named effects."""
@@ -138,8 +132,7 @@ def by_groups(frame: Frame) -> ByGroups:
             found, judged = lasting, errors_of
     errors = f"left-out blocks: {found.before:.3g} standard deviations without effects, {found.after:.3g} with groups"
     if many and found.few:
-        few = one_at_a_time(f"one or two groups of effects do nearly what all do together ({errors})")
-        return replace(few, few=found)
+        return one_at_a_time(f"one or two groups of effects do nearly what all do together ({errors})")
     if OPTIONS.clearly * found.after > found.before or judged.test_after >= judged.test_before:
         return one_at_a_time(f"groups of effects predict no better ({errors})")
     several = (

@@ -1,8 +1,6 @@
 """Diagnosis of recordings: consistent, explained by named physics, or unexplained (file-formats.md, diagnosis.json)."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -21,18 +19,16 @@ from expdesign.diagnosis.inexact import inexactness
 from expdesign.diagnosis.law_findings import law_findings
 from expdesign.diagnosis.laws import left_out_alone, sought_laws, without_mistakes
 from expdesign.diagnosis.library import OUTLIER
-from expdesign.diagnosis.locate import drivers, locate
-from expdesign.diagnosis.nameable import Nameable, nameable
+from expdesign.diagnosis.locate import locate
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.outliers import in_common
+from expdesign.diagnosis.possible import at_limits
 from expdesign.diagnosis.relinearised import relinearised
 from expdesign.diagnosis.remarks import Averaged
 from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, Diagnosis, Method
-from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.stages import Report, Stage, unheard
 from expdesign.diagnosis.statement import dispersion, tested
-from expdesign.diagnosis.verdict import at_limits, doubt, fits, verdict_with, verdict_without, within_noise
+from expdesign.diagnosis.verdict import doubt, fits, verdict_with, verdict_without, within_noise
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.load_errors import DeclaredLoadErrors
 from expdesign.estimation.noise_level import NoiseLevel
@@ -83,7 +79,7 @@ def diagnose(
 def _so_far(frame: Frame, doing: str) -> Diagnosis:
     """The diagnosis with the best model that a search has fitted before it was ended."""
     names = frame.names
-    possible = [model for model in names.models if not at_limits(model, names.reach)]
+    possible = [model for model in names.models if not at_limits(model.fit, names.reach)]
     best = min(possible, key=lambda model: model.misfit, default=names.base)
     if names.base.misfit - best.misfit < 2.0 * OPTIONS.alarm:
         best = names.base
@@ -95,7 +91,7 @@ def _unsought(frame: Frame, model: NamedModel, reason: str) -> Diagnosis:
     """The diagnosis with a model as it stands, for a reason not to search on."""
     model = _as_written(frame.names, model)
     errors = _held_out(frame.names, frame.base, model.fit, frame.judged, model.outliers)
-    return _with_verdict(frame, _Named(model, errors, Nameable(model, "", ())), Method(ONE_AT_A_TIME, reason))
+    return _with_verdict(frame, _Named(model, errors), Method(ONE_AT_A_TIME, reason))
 
 
 def _as_written(names: Names, model: NamedModel) -> NamedModel:
@@ -114,7 +110,7 @@ def _diagnosed(frame: Frame, *, outliers: bool) -> Diagnosis:
     if groups.alone:
         return groups.diagnosis()
     few = None if groups.groups is None else OPTIONS.starts
-    named = _named(frame, outliers=outliers, few=few, in_vain=groups.out_of_reach)
+    named = _named(frame, outliers=outliers, few=few)
     if groups.beats(named.model):
         return groups.diagnosis()
     frame.names.report(Stage.ALTERNATIVES, "")
@@ -178,25 +174,22 @@ class _Named:
     Attributes:
         model: as far as held-out rows confirm it.
         errors: of it on fitted and held-out rows.
-        found: what the search for it said.
     """
 
     model: NamedModel
     errors: HeldOut
-    found: Nameable
 
 
-def _named(frame: Frame, *, outliers: bool, few: int | None, in_vain: Callable[[NamedModel], bool]) -> _Named:
+def _named(frame: Frame, *, outliers: bool, few: int | None) -> _Named:
     """Named effects; `outliers`: whether rows may be set aside as single mistakes, `few`: how many are looked for."""
     most = frame.names.most_effects if few is None else min(few, frame.names.most_effects)
-    search = partial(nameable, frame.search, most=most, in_vain=in_vain)
-    found = _searched(frame, search) if outliers else search(outliers=False)
+    found = frame.search.model(aside=outliers, most=most)
     frame.names.report(Stage.HELD_OUT, "")
-    model, errors = _checked(frame.names, found.model, frame.base, frame.noise, frame.judged)
+    model, errors = _checked(frame.names, found, frame.base, frame.noise, frame.judged)
     written = _as_written(frame.names, model)
     if written is not model:
         errors = _held_out(frame.names, frame.base, written.fit, frame.judged, written.outliers)
-    return _Named(written, errors, found)
+    return _Named(written, errors)
 
 
 def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
@@ -214,7 +207,6 @@ def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
         errors = errors.divided_by(float(np.sqrt(after[0] / after[1])))
     verdict = verdict_without(first)
     if found:
-        at_limit = named.found.at_limit
         reason = doubt(
             model,
             before,
@@ -223,7 +215,7 @@ def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
             most=names.most_effects,
             known_noise=noise.known,
             reach=names.reach,
-            at_limit=at_limit,
+            at_limit=names.at_limit(model),
         )
         verdict = "unexplained" if reason else "explained"
         names.log.add("verdict", model, not reason, reason or "it explains the recordings")
@@ -249,7 +241,7 @@ def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
         names=names,
         laws=None,
         method=method,
-        caveats=(*frame.remarks, *named.found.remarks, *caveats(sample, model, spread, errors)),
+        caveats=(*frame.remarks, *names.confounded_time(model), *caveats(sample, model, spread, errors)),
     )
 
 
@@ -322,18 +314,6 @@ def _with_laws(frame: Frame, result: Diagnosis) -> Diagnosis:
     return changed
 
 
-def _searched(frame: Frame, search: Callable[..., Nameable]) -> Nameable:
-    """The best model; rows are set aside only where they are single mistakes."""
-    names = frame.names
-    offered, found = names.offered, search()
-    common = _in_common(names.sample, found.model, frame.robot)
-    if not common:
-        return found
-    names.log.add("outliers", found.model, False, f"the rows set aside are no single mistakes: {common}")
-    names.offered = offered
-    return search(outliers=False)
-
-
 def _checked(
     names: Names, model: NamedModel, base: Fit, noise: NoiseLevel, test: BoolArray
 ) -> tuple[NamedModel, HeldOut]:
@@ -358,14 +338,6 @@ def _predictive(names: Names, model: NamedModel, errors: HeldOut, test: BoolArra
     if halved and not errors.refuted and not _guarded(names, model, base.fit):
         return model, errors
     return base, _held_out(names, base.fit, base.fit, test, base.outliers)
-
-
-def _in_common(sample: Sample, model: NamedModel, robot: Robot) -> str:
-    """What the rows set aside have in common, among the rows that may be fitted."""
-    counts = sample.counts
-    residuals = sample.residuals(model.fit.chain, model.fit.values)[counts]
-    quantities = {name: values[counts] for name, values in drivers(sample, robot).items()}
-    return in_common(residuals, model.outliers[counts], sample.recordings.series[counts], quantities)
 
 
 def _held_out(names: Names, base: Fit, model: Fit, test: BoolArray, aside: BoolArray) -> HeldOut:

@@ -7,7 +7,7 @@ discoveries over the whole library: the more places are searched, the more a fin
 time constant) has no size and costs ½·ln M.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -16,13 +16,17 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
+from expdesign.chain.recordings.recordings import Remark
 from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.evidence.columns import Dense
 from expdesign.diagnosis.evidence.dictionary import Atom, known_form
 from expdesign.diagnosis.evidence.state import Present, regular
 from expdesign.diagnosis.library import Candidate, beside
+from expdesign.diagnosis.locate import drivers
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.outliers import outlier_price, returning_distances, standing_out
+from expdesign.diagnosis.outliers import in_common, outlier_price, returning_distances, standing_out
+from expdesign.diagnosis.possible import Confounded, at_limits, confounded_with
+from expdesign.diagnosis.remarks import ConfoundedTime
 from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.shared_noise import SharedNoise
 from expdesign.diagnosis.stages import Report, unheard
@@ -62,6 +66,21 @@ class NamedModel:
     def keys(self) -> tuple[str, ...]:
         """Identifiers of the effects, sorted."""
         return tuple(sorted(effect.key for effect in self.effects))
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A model that is not possible.
+
+    Attributes:
+        model: the model.
+        key: of the effect for which it is not.
+        parameter: of this that is at a limit; empty where something else explains it.
+    """
+
+    model: NamedModel
+    key: str
+    parameter: str
 
 
 @dataclass
@@ -116,9 +135,9 @@ class Names:
         report: progress callback.
 
     Attributes:
-        offered: keys of the candidates that may be there.
         base: the model without effects.
         tried: keys of all models that were fitted.
+        refused: models that are not possible (`possible`).
     """
 
     def __init__(
@@ -132,10 +151,10 @@ class Names:
     ) -> None:
         self.robot, self.sample, self.library = robot, sample, library
         self.known_noise, self.report = known_noise, report
-        self.offered = frozenset(candidate.effect.key for candidate in library)
         self.log = Log()
         self._models: dict[tuple[object, ...], NamedModel] = {}
         self.tried: set[tuple[object, ...]] = set()
+        self.refused: list[Refused] = []
         self._kept = 0
         self._chains: dict[tuple[str, ...], Chain] = {}
         self._beside_models: dict[tuple[str, ...], Candidate] = {}
@@ -168,10 +187,6 @@ class Names:
         """That are sought beside the base model."""
         return base_model(self.robot, self.sample.reading).most_effects
 
-    def forbid(self, keys: Collection[str]) -> None:
-        """Offer these effects no longer."""
-        self.offered -= set(keys)
-
     def candidate(self, number: int) -> Candidate:
         """The candidate that an atom is one of the starts of."""
         named = self.atoms[number].named
@@ -202,10 +217,57 @@ class Names:
         return [self._beside(entry, current) for entry in self.library if entry.idle]
 
     def fits_beside(self, candidate: Candidate, current: Sequence[Candidate]) -> bool:
-        """Whether a candidate may stand beside others: offered, of another slot, with what it builds on."""
+        """Whether a candidate may stand beside others: of another slot, with what it builds on."""
         effects = [other.effect for other in current]
         free = candidate.effect.slot not in {effect.slot for effect in effects}
-        return candidate.effect.key in self.offered and free and hierarchical([*effects, candidate.effect])
+        return free and hierarchical([*effects, candidate.effect])
+
+    @cached_property
+    def rival(self) -> Confounded | None:
+        """What changed with time, so that it may be behind a drift."""
+        return confounded_with(self.sample, self.robot)
+
+    def possible(self, model: NamedModel, added: Candidate, rest: Present) -> bool:
+        """Whether a model may be there: no effect at its limit, and the one that was added no drift that imitates.
+
+        Args:
+            model: the model.
+            added: the candidate that it has beyond `rest`.
+            rest: linear about what else is there.
+        """
+        known = [refused for refused in self.refused if refused.model is model]
+        if known:
+            return False
+        limits = at_limits(model.fit, self.reach)
+        if limits:
+            key, parameter = next(iter(limits.items()))
+            self.refused.append(Refused(model, key, parameter))
+            self.log.add("limits", model, False, f"{parameter} is at or beyond the limit of what a machine can be")
+            return False
+        effect, price = added.effect, self.price(added) + OPTIONS.alarm
+        if self.rival and self.rival.explains(model.fit, effect, self.sample, model.outliers, rest, price):
+            self.refused.append(Refused(model, effect.key, ""))
+            self.log.add("drift", model, False, f"`{effect.key}` does not show apart from what changed with time")
+            return False
+        return True
+
+    def better_refused(self, model: NamedModel) -> list["Refused"]:
+        """What would be chosen in the place of a model if it were possible, the likeliest first."""
+        better = [one for one in self.refused if one.model.misfit < model.misfit - 2.0 * OPTIONS.alarm]
+        return sorted(better, key=lambda one: one.model.misfit)
+
+    def at_limit(self, model: NamedModel) -> str:
+        """The parameter at its limit with which the rows are described better than by a model; empty without one."""
+        return next((one.parameter for one in self.better_refused(model) if one.parameter), "")
+
+    def confounded_time(self, model: NamedModel) -> tuple[Remark, ...]:
+        """What changed with time, where a drift is in a model, or would be but for that."""
+        rival = self.rival
+        if rival is None:
+            return ()
+        imitations = dict.fromkeys(one.key for one in self.better_refused(model) if not one.parameter)
+        drifts = [e for e in model.effects if rival.columns(model.fit, e, self.sample, model.outliers) is not None]
+        return (ConfoundedTime(rival.name, rival.share, tuple(imitations)),) if imitations or drifts else ()
 
     def model(
         self,
@@ -264,16 +326,8 @@ class Names:
         rest = model.candidates[:index] + model.candidates[index + 1 :]
         return self.model(rest, model.outliers, self.parts(model, rest), model)
 
-    def restricted(self, model: NamedModel, keys: Collection[str]) -> NamedModel:
-        """A model refitted without the effects of these keys, and those that build on them."""
-        for index, effect in enumerate(model.effects):
-            rest = [e for e in model.effects if e is not effect]
-            if effect.key in keys or not hierarchical([*(e for e in rest if e.key not in keys), effect]):
-                return self.restricted(self.without(model, index), keys)
-        return model
-
     def without_outliers(self, current: NamedModel) -> NamedModel | None:
-        """The model refitted without the rows that stand out, or None where no row does."""
+        """The model refitted without the rows that stand out; None where none does, or they are no single mistakes."""
         flagged, model = current.outliers, current
         rows = int(self.sample.counts.sum())
         most, price = min(max(1, rows // 10), rows - 1), self._outlier_penalty()  # a row to fit has to stay
@@ -284,7 +338,15 @@ class Names:
                 break
             flagged = further
             model = self.model(current.candidates, flagged, self.parts(current, current.candidates), current)
-        return model if flagged.any() and not np.array_equal(flagged, current.outliers) else None
+        if not flagged.any() or np.array_equal(flagged, current.outliers):
+            return None
+        counts = self.sample.counts
+        residuals = self.sample.residuals(model.fit.chain, model.fit.values)[counts]
+        quantities = {name: values[counts] for name, values in drivers(self.sample, self.robot).items()}
+        common = in_common(residuals, flagged[counts], self.sample.recordings.series[counts], quantities)
+        if common:
+            self.log.add("outliers", model, False, f"the rows set aside are no single mistakes: {common}")
+        return None if common else model
 
     def as_here(self, model: NamedModel) -> NamedModel:
         """A model of other rows fitted to these, none of which is set aside."""

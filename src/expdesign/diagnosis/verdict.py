@@ -8,19 +8,14 @@ left between 7 and 100 % of the excess of χ² over, but for one that touched a 
 single unknown cause is more likely beforehand than that number of known ones at once.
 """
 
-import casadi as ca
 import numpy as np
 
-from expdesign.arrays import FloatArray
-from expdesign.chain.effect import Effect
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.laws import Laws
 from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.possible import at_limits
 from expdesign.estimation.goodness import FIT, StatementOfFit
-
-_TURNED = 0.5
-"""rad; an error of an angle that any drawing would show."""
 
 
 def verdict_without(statement: StatementOfFit) -> str:
@@ -58,7 +53,7 @@ def doubt(
         reach: of the machine, see `at_limits`.
         at_limit: a parameter at the limit of what is possible with which the recordings are described better.
     """
-    beyond = next(iter(at_limits(model, reach).values()), at_limit)
+    beyond = next(iter(at_limits(model.fit, reach).values()), at_limit)
     if beyond:
         return f"{beyond} at or beyond the limit of what a machine can be describes the recordings better"
     if errors.test_surprise > OPTIONS.predicts:
@@ -106,32 +101,3 @@ def undetermined(model: NamedModel) -> str:
         if not shows:
             return effect.key
     return ""
-
-
-def at_limits(model: NamedModel, reach: float) -> dict[str, str]:
-    """Effects of which a parameter is at a limit at which they do not vanish: keys, and the parameters in words.
-
-    No machine has a length or an offset of more than twice its `reach` (m), nor an angle off by `_TURNED` (rad).
-    """
-    found: dict[str, str] = {}
-    for candidate, part in zip(model.candidates, model.fit.chain.slices, strict=True):
-        effect, values = candidate.effect, model.fit.values[part]
-        # A shape or a phase says where something repeats, not how far off it is.
-        shapes = {"phase_rad", *(parameter.name for parameter in effect.parameters if parameter.shape)}
-        for name, value in _reported(effect, values).items():
-            limit = {"m": 2.0 * reach, "rad": _TURNED}.get(name.rpartition("_")[2], np.inf)
-            if abs(value) > limit and name not in shapes and "_per_" not in name:
-                found.setdefault(effect.key, f"{name} of {effect.component}")
-        for parameter, value in zip(effect.parameters, values, strict=True):
-            limits = {parameter.low, parameter.high} - {parameter.neutral}
-            if not parameter.shape and any(np.isclose(value, limit, rtol=1e-9, atol=0.0) for limit in limits):
-                found.setdefault(effect.key, f"{parameter.name} of {effect.component}")
-    return found
-
-
-def _reported(effect: Effect, values: FloatArray) -> dict[str, float]:
-    """What people know of an effect (`Effect.reported`) at values of its parameters (p,)."""
-    theta = ca.SX.sym("theta", len(values))
-    expressions = effect.reported(theta)
-    found = ca.Function("reported", [theta], [ca.vertcat(*expressions.values())])(values)
-    return dict(zip(expressions, np.array(found).ravel().tolist(), strict=True))

@@ -162,7 +162,7 @@ class Problem:
 
         They are remembered, since ends are weighed again.
         """
-        key = *current.key, self.names.offered if self.names else ()
+        key = current.key
         if key not in self._seen:
             proposal = self.propose(current)
             laws = [self._at(current, component, proposal) for component in self._near(proposal)]
@@ -300,10 +300,14 @@ class Problem:
             physics = candidate.effect.physics
             if taken.get(physics, 0) >= self.options.each or len(trials) == self.options.fits:
                 continue
-            taken[physics] = taken.get(physics, 0) + 1
-            if sum(taken.values()) <= always or gain >= wanted:
-                chosen = (*current.candidates, candidate)
-                trials.append(self._with_names(current, chosen, {candidate.effect.key: start()}))
+            if sum(taken.values()) >= always and gain < wanted:
+                break
+            chosen = (*current.candidates, candidate)
+            trial = self._with_names(current, chosen, {candidate.effect.key: start()})
+            assert trial.named is not None
+            if self.names.possible(trial.named, candidate, current.state):
+                taken[physics] = taken.get(physics, 0) + 1
+                trials.append(trial)
         return trials
 
     def _start_of(self, current: Chosen, proposal: Proposal, index: int) -> FloatArray:

@@ -17,8 +17,7 @@ from expdesign.diagnosis.confirmation import pruned, stability
 from expdesign.diagnosis.cross_validation import blocks_of
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.library import candidates, library
-from expdesign.diagnosis.nameable import nameable
-from expdesign.diagnosis.names import Names
+from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.remarks import ConfoundedTime
 from expdesign.diagnosis.sample import Sample
@@ -65,6 +64,11 @@ def search_of(arm: SerialRobot, recordings: Recordings) -> Search:
     return Search.over(Names(arm, sample, candidates(effects, sample, arm, base.values), known_noise=True))
 
 
+def found(search: Search) -> tuple[Names, NamedModel]:
+    """What may be named, and the best model."""
+    return search.known_names, search.model()
+
+
 def by_lift(count: int) -> Array:
     """Configurations of which the lift only grows with time, in eight steps."""
     q = configurations(count, 2)
@@ -75,12 +79,9 @@ def by_lift(count: int) -> Array:
 def test_what_changes_with_the_lift_is_no_drift_because_lifts_were_visited_in_order(arm: SerialRobot) -> None:
     q = by_lift(160)
     bend = np.outer(q[:, 0] ** 2, [2e-3, 0.0, 0.0])
-    search = search_of(arm, positions(arm, q, bend))
-    assert DRIFT in search.model().keys
-    found = nameable(search)
-    assert DRIFT not in found.model.keys
-    assert ZEROS in found.model.keys
-    (remark,) = found.remarks
+    names, model = found(search_of(arm, positions(arm, q, bend)))
+    assert model.keys == (ZEROS,)
+    (remark,) = names.confounded_time(model)
     assert isinstance(remark, ConfoundedTime)
     assert (remark.name, remark.imitations) == ("q1_m", (DRIFT,))
     assert remark.share > 0.98
@@ -89,9 +90,9 @@ def test_what_changes_with_the_lift_is_no_drift_because_lifts_were_visited_in_or
 
 def test_a_drift_is_named_where_it_shows_at_one_lift_as_well(arm: SerialRobot) -> None:
     drifting = np.outer(np.linspace(0.0, 2e-3, 160), [1.0, 0.0, 0.0])
-    found = nameable(search_of(arm, positions(arm, by_lift(160), drifting)))
-    assert DRIFT in found.model.keys
-    (remark,) = found.remarks
+    names, model = found(search_of(arm, positions(arm, by_lift(160), drifting)))
+    assert DRIFT in model.keys
+    (remark,) = names.confounded_time(model)
     assert isinstance(remark, ConfoundedTime)
     assert remark.imitations == ()
     assert "also shows among rows with the same" in sentence(remark)
@@ -99,9 +100,9 @@ def test_a_drift_is_named_where_it_shows_at_one_lift_as_well(arm: SerialRobot) -
 
 def test_where_time_is_not_confounded_nothing_is_said(arm: SerialRobot) -> None:
     drifting = np.outer(np.linspace(0.0, 2e-3, 160), [1.0, 0.0, 0.0])
-    found = nameable(search_of(arm, positions(arm, configurations(160, 2), drifting)))
-    assert DRIFT in found.model.keys
-    assert found.remarks == ()
+    names, model = found(search_of(arm, positions(arm, configurations(160, 2), drifting)))
+    assert DRIFT in model.keys
+    assert names.confounded_time(model) == ()
 
 
 def test_one_effect_that_held_out_rows_refute_does_not_take_the_others_with_it(arm: SerialRobot) -> None:
@@ -130,34 +131,32 @@ def test_physics_at_its_limit_is_no_name() -> None:
     """A gap of 15 µm where no gap may exceed 5 µm: the search goes on without it, and says so."""
     narrow = effect(NAME, "leg_backlash", "leg 1", "middle")
     narrow.parameters = (replace(narrow.parameters[0], high=5e-6), *narrow.parameters[1:])
-    search = bipod_search([narrow, FRICTION], PLAY, parameters=[1.5e-5])
-    assert narrow.key in search.model().keys
-    found = nameable(search)
-    assert narrow.key not in found.model.keys
-    assert found.at_limit == "gap_m of leg 1"
-    assert any(entry["step"] == "limits" for entry in search.known_names.log.entries)
+    names, model = found(bipod_search([narrow, FRICTION], PLAY, parameters=[1.5e-5]))
+    assert narrow.key not in model.keys
+    assert names.at_limit(model) == "gap_m of leg 1"
+    assert any(entry["step"] == "limits" for entry in names.log.entries)
 
 
 def test_clear_effects_are_named_by_every_nine_tenths() -> None:
     search = bipod_search(None, FRICTION, PLAY, parameters=[60.0, 2e-5])
-    model = search.model()
-    found = stability(search.known_names, model)
-    assert (found.refits, found.same, found.shares) == (OPTIONS.refits, 1.0, (1.0, 1.0))
+    stable = stability(*found(search))
+    assert stable is not None
+    assert (stable.refits, stable.same, stable.shares) == (OPTIONS.refits, 1.0, (1.0, 1.0))
 
 
 def test_refits_on_reduced_normal_equations_name_what_searches_on_the_rows_name() -> None:
     """Shares of a play near the threshold against ten full searches, each without its tenth: alike to one in ten."""
     search = bipod_search(None, PLAY, parameters=[2.4e-6])
-    model = search.model()
+    names, model = found(search)
     assert model.keys == (PLAY.key,)
-    found = stability(search.known_names, model)
-    assert 0.0 < found.same < 1.0
-    names = search.known_names
+    stable = stability(names, model)
+    assert stable is not None
+    assert 0.0 < stable.same < 1.0
     blocks, named = blocks_of(names.sample, OPTIONS.refits), []
     for tenth in range(OPTIONS.refits):
         part = Search.over(names.of_rows(names.sample.restricted(blocks != tenth)))
         named.append(part.model(aside=False).keys == model.keys)
-    assert abs(float(np.mean(named)) - found.same) <= 0.1 + 1e-9
+    assert abs(float(np.mean(named)) - stable.same) <= 0.1 + 1e-9
 
 
 def test_names_do_not_hang_on_whether_rows_are_marked_for_testing() -> None:
@@ -165,4 +164,4 @@ def test_names_do_not_hang_on_whether_rows_are_marked_for_testing() -> None:
     search = bipod_search(None, FRICTION, PLAY, parameters=[60.0, 2e-5])
     names = search.known_names
     marked = Search.over(names.of_rows(names.sample.restricted(names.sample.rows.series % 4 != 0)))
-    assert nameable(marked).model.keys == nameable(search).model.keys == (FRICTION.key, PLAY.key)
+    assert marked.model().keys == search.model().keys == (FRICTION.key, PLAY.key)
