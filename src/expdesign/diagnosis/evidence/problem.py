@@ -305,8 +305,8 @@ class Problem:
             chosen = (*current.candidates, candidate)
             trial = self._with_names(current, chosen, {candidate.effect.key: start()})
             assert trial.named is not None
+            taken[physics] = taken.get(physics, 0) + 1
             if self.names.possible(trial.named, candidate, current.state):
-                taken[physics] = taken.get(physics, 0) + 1
                 trials.append(trial)
         return trials
 
