@@ -22,7 +22,6 @@ from expdesign.chain.row import Row, row_data
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.names import Names
-from expdesign.diagnosis.sample import Sample
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import after_campaign, require_history
 from expdesign.estimation.fit import Fit, fit
@@ -181,7 +180,7 @@ def test_bearings_of_which_each_shows_as_much_are_named_together(arm: SerialRobo
     read = positions(arm, (together,), (8e-6 / np.array(shown)).clip(max=1e-3).tolist(), rows)
     noise = DEVIATION * np.random.default_rng(4).standard_normal(read.shape)
     data = replace(rows, deflections=read + noise)
-    sample = Sample.of(data_of(data, arm, reading_of(arm, data)), ~data.test)
+    sample = data_of(data, arm, reading_of(arm, data)).counting(~data.test)
     base = fit(Chain(arm, reading=sample.reading), sample)
     entries = candidates([*each, together], sample, arm, base.values)
     model = Search.over(Names(arm, sample, entries, known_noise=True)).model()
@@ -229,7 +228,7 @@ def test_effects_that_do_nothing_where_they_start_are_differentiated_together(
 ) -> None:
     """They do nothing to each other there; a chain for each took most of the time of an arm's diagnosis."""
     rows = replace(untimed(arm, configurations(12, 2)), deviations=np.full((12, 3), DEVIATION))
-    sample, effects = Sample.of(data_of(rows, arm, READING), ~rows.test), library(arm, rows)
+    sample, effects = data_of(rows, arm, READING).counting(~rows.test), library(arm, rows)
     base = Chain(arm, reading=READING).start()
     alone = [candidates([effect], sample, arm, base) for effect in effects]
     built, expression = [], Chain.expression

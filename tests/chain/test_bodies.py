@@ -17,9 +17,8 @@ from expdesign.coordinates import SPATIAL
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.library import library
 from expdesign.diagnosis.result import Diagnosis
-from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.shared_noise import SharedNoise
 from expdesign.estimation.fit import Fit, fit, summarise
+from expdesign.estimation.shared_noise import SharedNoise
 from tests.chain.bodies import BODY, DEVIATIONS, recordings, rows
 from tests.fitting import data_of
 from tests.identification.experiments import read
@@ -137,9 +136,9 @@ def diagnosed(
 def test_a_base_model_without_parameters_is_judged_beside_laws_as_any_other() -> None:
     """What laws beside it share is whitened, and there are no derivatives to whiten."""
     points = recordings(count=12, axes=(3, 4))
-    sample = Sample.of(data_of(points, BODY), np.ones(12, dtype=bool))
+    sample = data_of(points, BODY).counting(np.ones(12, dtype=bool))
     shared = SharedNoise.of_laws([np.ones((24, 1))], [1.0])
-    residuals, slopes = shared.of_sample(sample).residuals_with_sensitivities(Chain(BODY), np.zeros(0))
+    residuals, slopes = replace(sample, shared=shared).residuals_with_sensitivities(Chain(BODY), np.zeros(0))
     assert slopes.shape == (12, 2, 0)
     np.testing.assert_allclose(residuals.ravel(), shared.whitened(sample.residuals(Chain(BODY), np.zeros(0)).ravel()))
 

@@ -11,8 +11,7 @@ from expdesign.chain.component import component_from_text
 from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.diagnosis.sample import Sample
-from expdesign.estimation.fit import Fit, fit
+from expdesign.estimation.fit import Data, Fit, fit
 from tests.cases import robot
 from tests.chain.kinds import KINDS
 from tests.chain.places import rows
@@ -54,13 +53,11 @@ def simulated(
     return replace(exact, deflections=exact.deflections + noise * np.array(exact.deviations) * scatter)
 
 
-def sample_of(name: str, recordings: Recordings, counts: Array | None = None) -> Sample:
+def sample_of(name: str, recordings: Recordings, counts: Array | None = None) -> Data:
     """All rows, or some."""
-    return Sample.of(
-        data_of(recordings, robot(name)), np.ones(len(recordings), dtype=bool) if counts is None else counts
-    )
+    return replace(data_of(recordings, robot(name)), marked=counts)
 
 
-def base_fit(name: str, sample: Sample) -> Fit:
+def base_fit(name: str, sample: Data) -> Fit:
     """The base model's fit."""
     return fit(Chain(robot(name)), sample)

@@ -11,18 +11,18 @@ from expdesign.diagnosis.confirmation import _blocks
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, last_part, readings_of
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.sample import Sample
+from expdesign.estimation.fit import Data
 from tests.chain.bodies import BODY, recordings
 from tests.fitting import data_of
 
 
-def sample(count: int, series: int, stations: int = 0) -> Sample:
+def sample(count: int, series: int, stations: int = 0) -> Data:
     """Rows in blocks of one series, and of one station where there are some."""
     points = recordings(count=count, axes=(3, 4))
     points = replace(points, series=np.arange(count) * series // count)
     if stations:
         points = replace(points, extra=pd.DataFrame({"station": np.arange(count) * stations // count}))
-    return Sample.of(data_of(points, BODY), np.ones(count, dtype=bool))
+    return data_of(points, BODY).counting(np.ones(count, dtype=bool))
 
 
 def test_no_series_and_no_station_is_divided() -> None:

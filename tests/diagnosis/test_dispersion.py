@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.statement import dispersion
+from expdesign.estimation.fit import Data
 from tests.chain.bodies import BODY, recordings
 from tests.fitting import data_of
 
 
-def sample(count: int) -> Sample:
+def sample(count: int) -> Data:
     points = recordings(count=count, axes=(3, 4))
-    return Sample.of(data_of(points, BODY), np.ones(count, dtype=bool))
+    return data_of(points, BODY).counting(np.ones(count, dtype=bool))
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.5, 0.8])

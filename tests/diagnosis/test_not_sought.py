@@ -6,19 +6,19 @@ import numpy as np
 
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.caveats import not_sought
-from expdesign.diagnosis.sample import Sample
+from expdesign.estimation.fit import Data
 from expdesign.report.remark_texts import sentences
 from tests.cases import robot
 from tests.fitting import data_of
 from tests.ports.machines import BIPOD, recordings_of, softened
 
 
-def _sample(recordings: Recordings, rows: int | None = None) -> Sample:
+def _sample(recordings: Recordings, rows: int | None = None) -> Data:
     data = data_of(recordings, robot(BIPOD))
     counts = np.ones(len(recordings), dtype=bool)
     if rows is not None:
         counts[rows:] = False
-    return Sample.of(data, counts)
+    return data.counting(counts)
 
 
 def test_too_few_rows_are_the_only_thing_that_is_said() -> None:

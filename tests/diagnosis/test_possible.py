@@ -20,7 +20,6 @@ from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.remarks import ConfoundedTime
-from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import fit
 from expdesign.mechanics.robots.serial import SerialRobot
 from expdesign.report.remark_texts import sentence
@@ -56,7 +55,7 @@ def positions(arm: SerialRobot, q: Array, moved: Array, test: Array | None = Non
 
 def search_of(arm: SerialRobot, recordings: Recordings) -> Search:
     """Zeros of all joints or a drift of the instrument: nothing else is in the library."""
-    sample = Sample.of(data_of(recordings, arm, reading_of(arm, recordings)), ~recordings.test)
+    sample = data_of(recordings, arm, reading_of(arm, recordings)).counting(~recordings.test)
     base = fit(Chain(arm, reading=sample.reading), sample)
     effects: list[Effect] = [
         GeometricError.from_text(arm, "all joints"), InstrumentDrift.from_text(arm, "instrument", "shift")

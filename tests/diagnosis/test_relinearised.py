@@ -12,7 +12,6 @@ from expdesign.chain.identified import ChainBeside, Identified
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.relinearised import AGREES, difference, proper, relinearised
-from expdesign.diagnosis.sample import Sample
 from expdesign.estimation.fit import Data, fit
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.robots.serial import SerialRobot
@@ -39,7 +38,7 @@ def beside(arm: SerialRobot, *, tool: bool = False) -> ChainBeside:
     return Identified(chain, chain.start(), spreads).beside([UnknownTool(arm, PLATFORM)] if tool else [])
 
 
-def sample_of(arm: SerialRobot, zeros: float, count: int = 60) -> Sample:
+def sample_of(arm: SerialRobot, zeros: float, count: int = 60) -> Data:
     """Positions by an arm whose revolute joints have zeros off by `zeros` (rad), and noise."""
     q = configurations(count, 3)
     chain = chain_of(arm)
@@ -51,7 +50,7 @@ def sample_of(arm: SerialRobot, zeros: float, count: int = 60) -> Sample:
     noise = DEVIATION * np.random.default_rng(5).standard_normal(positions.shape)
     recorded = recordings_of(arm, q, positions + noise)
     data = Data(recorded, row_data(recorded, arm), Whitening(np.full((count, 3), DEVIATION)), reading=chain.reading)
-    return Sample.of(data, np.ones(count, dtype=bool))
+    return data.counting(np.ones(count, dtype=bool))
 
 
 def test_frames_are_followed_to_first_order_as_joints_are(arm: SerialRobot) -> None:

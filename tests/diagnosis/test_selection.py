@@ -17,9 +17,8 @@ from expdesign.diagnosis.held_out import held_out
 from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.names import LawsBeside, Names
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.standing import standing
-from expdesign.estimation.fit import Fit, fit
+from expdesign.estimation.fit import Data, Fit, fit
 from tests.cases import robot
 from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
 from tests.oracle import Array
@@ -169,7 +168,7 @@ def test_held_out_rows_are_not_fitted(marked: bool) -> None:
     test = rows % 4 == 0 if marked else np.zeros(24, dtype=bool)
     first = sample_of(NAME, simulated(NAME), ~test)
     for seed in range(count):
-        sample = type(first)(simulated(NAME, seed=seed), first.rows, first.whitening, first.counts)
+        sample = replace(first, recordings=simulated(NAME, seed=seed))
         base = base_fit(NAME, sample)
         errors = held_out(base, base, sample, test, np.zeros(24, dtype=bool))
         assert errors.test_after == pytest.approx(errors.test_before, rel=1e-9)
@@ -216,7 +215,7 @@ def test_a_fit_far_from_the_noise_stops_early() -> None:
 
 
 @dataclass(frozen=True)
-class _Counting(Sample):
+class _Counting(Data):
     """Data that count how often they are compared with a model."""
 
     calls: list[int] = field(default_factory=list)

@@ -11,8 +11,7 @@ from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.evidence.state import Present
-from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.shared_noise import Settling, settling
+from expdesign.diagnosis.settling import Settling, settling
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.robots.serial import SerialRobot
@@ -22,7 +21,7 @@ from tests.oracle import Array
 _ROWS = 60
 
 
-def _case(tmp_path: Path, series: Array, moved: float = 0.0) -> tuple[Sample, Fit]:
+def _case(tmp_path: Path, series: Array, moved: float = 0.0) -> tuple[Data, Fit]:
     """Positions by an arm as modelled whose base shifts by `moved` (m) from series to series, and the base fit."""
     here: SerialRobot = read_arm(tmp_path)
     generator = np.random.default_rng(2)
@@ -36,7 +35,7 @@ def _case(tmp_path: Path, series: Array, moved: float = 0.0) -> tuple[Sample, Fi
     reading = reading_of(here, recordings)
     chain = Chain(here, reading=reading)
     data = Data(recordings, row_data(recordings, here), whitening, reading=reading)
-    sample = Sample.of(data, np.ones(_ROWS, dtype=bool))
+    sample = data.counting(np.ones(_ROWS, dtype=bool))
     return sample, fit(chain, sample)
 
 
@@ -46,7 +45,7 @@ def _present(base: Fit) -> Present:
     return Present(slopes, precision, base.residuals.ravel(), known_noise=False)
 
 
-def _settled(sample: Sample, base: Fit) -> Settling:
+def _settled(sample: Data, base: Fit) -> Settling:
     return settling(base.chain, sample, _present(base)).most_evident(_present(base))
 
 
@@ -86,9 +85,9 @@ def test_a_sample_with_this_noise_is_whitened_as_its_readings_are(tmp_path: Path
     sample, base = _case(tmp_path, np.arange(_ROWS) // 6, 10.0 * DEVIATION)
     found = replace(_settled(sample, base), ratio=0.5)
     plain, slopes = sample.residuals_with_sensitivities(base.chain, base.values)
-    whitened, turned = found.of_sample(sample).residuals_with_sensitivities(base.chain, base.values)
+    whitened, turned = replace(sample, shared=found).residuals_with_sensitivities(base.chain, base.values)
     np.testing.assert_allclose(whitened.ravel(), found.whitened(plain.ravel()))
     np.testing.assert_allclose(
         turned.reshape(-1, turned.shape[-1]), found.whitened(slopes.reshape(-1, len(base.values)))
     )
-    np.testing.assert_allclose(found.of_sample(sample).residuals(base.chain, base.values), whitened)
+    np.testing.assert_allclose(replace(sample, shared=found).residuals(base.chain, base.values), whitened)

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import FloatArray, rms
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import BASE
 from expdesign.chain.ports.law import Law, form_data, form_of
@@ -19,8 +19,7 @@ from expdesign.diagnosis.cross_validation import blocks_of
 from expdesign.diagnosis.group_library import groups_of
 from expdesign.diagnosis.groups import Groups, grouped
 from expdesign.diagnosis.law_findings import LawFinding, group_findings
-from expdesign.diagnosis.sample import Sample, rms
-from expdesign.estimation.fit import fit
+from expdesign.estimation.fit import Data, fit
 from tests.chain.bodies import BODY, recordings
 from tests.fitting import data_of
 from tests.identification.experiments import read
@@ -69,8 +68,8 @@ def column(seed: int = 0) -> Recordings:
     return read(column_rows(seed), BODY)
 
 
-def sample_of(points: Recordings) -> Sample:
-    return Sample.of(data_of(points, BODY), ~points.test)
+def sample_of(points: Recordings) -> Data:
+    return data_of(points, BODY).counting(~points.test)
 
 
 @cache
@@ -89,7 +88,7 @@ def guide() -> LawFinding:
 
 def test_a_column_whose_guides_have_clearance_is_predicted_at_stations_that_were_held_out() -> None:
     points = column()
-    every = Sample.of(sample_of(points), np.ones(len(points), dtype=bool))
+    every = sample_of(points).counting(np.ones(len(points), dtype=bool))
     before = rms(every.residuals(Chain(BODY), np.zeros(0)), points.test)
     after = rms(every.residuals(found().fit.chain, found().fit.values), points.test)
     assert before > 10.0

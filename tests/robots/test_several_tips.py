@@ -23,7 +23,6 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.held_out import held_out_rows
 from expdesign.diagnosis.library import library
-from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.statement import widened, widening
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import predict
@@ -88,7 +87,7 @@ def read_data(robot: SerialRobot, frame: pd.DataFrame) -> Data:
 def fitted(robot: SerialRobot, data: Data) -> Fit:
     """Geometry, stiffness and the tool of the right hand."""
     effects = (GeometricError.from_text(robot, "all joints"), UnknownTool.from_text(robot, "platform", "right_hand"))
-    return fit(Chain(robot, effects, reading=data.reading), Sample.of(data, ~data.recordings.test))
+    return fit(Chain(robot, effects, reading=data.reading), data.counting(~data.recordings.test))
 
 
 def test_a_torso_with_two_arms_is_calibrated_as_one(torso: SerialRobot, tmp_path: Path) -> None:
@@ -107,7 +106,7 @@ def test_a_torso_with_two_arms_is_calibrated_as_one(torso: SerialRobot, tmp_path
     assert np.abs((found.values[own[1]] - truth) / deviations[own[1]]).max() < 4.0
     assert deviations[own[1]][0] < 0.2
     assert np.abs((found.values[:8] - 1.0) / deviations[:8]).max() < 4.0
-    sample = Sample.of(data, ~data.recordings.test)
+    sample = data.counting(~data.recordings.test)
     by = widening(found, sample, known_noise=True)
     rows = held_out_rows(found, sample, data.recordings.test)
     inside, count = rows.within(widened(found, by).estimable, by.readings)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from expdesign.arrays import rms
 from expdesign.diagnosis.caveats import caveats
 from expdesign.diagnosis.cross_validation import blocks_of, readings_of
 from expdesign.diagnosis.findings import set_aside
@@ -22,7 +23,6 @@ from expdesign.diagnosis.locate import locate
 from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.result import ONE_AT_A_TIME, TOGETHER, Diagnosis, Method
-from expdesign.diagnosis.sample import rms
 from expdesign.diagnosis.stages import Stage
 from expdesign.diagnosis.statement import dispersion
 

@@ -16,8 +16,8 @@ from expdesign.diagnosis.remarks import (
     TooFewForLaws,
     WithoutMoment,
 )
-from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.statement import Dispersion
+from expdesign.estimation.fit import Data
 
 _NO_MOMENT = 1e-6
 """Share of the largest moments below which those about a direction are the rounding of a file."""
@@ -25,7 +25,7 @@ _CONSTANT = 1e-9
 """Spread of a quantity, in parts of its size, below which it was not varied."""
 
 
-def caveats(sample: Sample, model: NamedModel, spread: Dispersion, errors: HeldOut) -> tuple[Remark, ...]:
+def caveats(sample: Data, model: NamedModel, spread: Dispersion, errors: HeldOut) -> tuple[Remark, ...]:
     """Remarks, most limiting first."""
     found: list[Remark] = []
     found += sample.reading.degeneracies
@@ -40,7 +40,7 @@ def caveats(sample: Sample, model: NamedModel, spread: Dispersion, errors: HeldO
     return tuple(found)
 
 
-def _without_moment(sample: Sample, model: NamedModel) -> list[WithoutMoment]:
+def _without_moment(sample: Data, model: NamedModel) -> list[WithoutMoment]:
     """Directions about which no load of a body had a moment, where that leaves parameters undetermined.
 
     The moment of a weight is r × (m g), which has no part along g: with M·g = 0 in all rows C and C + λ·g·gᵀ turn
@@ -58,7 +58,7 @@ def _without_moment(sample: Sample, model: NamedModel) -> list[WithoutMoment]:
     return [WithoutMoment(tuple(upright))] if upright else []
 
 
-def not_sought(sample: Sample) -> tuple[Remark, ...]:
+def not_sought(sample: Data) -> tuple[Remark, ...]:
     """Kinds of laws that were not sought in these rows; empty where every kind was."""
     counts, recordings = sample.counts, sample.recordings
     rows = int(counts.sum())

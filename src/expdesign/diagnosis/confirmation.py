@@ -23,8 +23,7 @@ from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.names import NamedModel, Names, hierarchical
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.sample import Sample
-from expdesign.estimation.fit import Fit
+from expdesign.estimation.fit import Data, Fit
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,7 @@ class Gain:
 
 def gains(names: Names, model: NamedModel, test: BoolArray) -> list[Gain] | None:
     """Gain of every effect of a model, in the order of its candidates; None where too few rows are held out."""
-    sample = Sample.of(names.sample, test)
+    sample = names.sample.counting(test)
     blocks = _blocks(sample)
     if blocks is None:
         return None
@@ -105,13 +104,13 @@ def pruned(names: Names, model: NamedModel, base: Fit, test: BoolArray) -> tuple
     return model, errors
 
 
-def _blocks(sample: Sample) -> IntArray | None:
+def _blocks(sample: Data) -> IntArray | None:
     """Block of every row that counts; None where there are too few."""
     most = min(OPTIONS.refits, int(sample.counts.sum()) // OPTIONS.groups)
     return blocks_of(sample, most)[sample.counts] if most >= OPTIONS.groups else None
 
 
-def _errors(fitted: Fit, sample: Sample) -> FloatArray:
+def _errors(fitted: Fit, sample: Data) -> FloatArray:
     """Whitened residuals of the readings that count, shape (M,)."""
     return sample.residuals(fitted.chain, fitted.values)[sample.counts].ravel()
 

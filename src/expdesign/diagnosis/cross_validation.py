@@ -17,9 +17,9 @@ import pandas as pd
 from scipy.optimize import brentq
 from scipy.stats import t as t_distribution
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray, rms
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.sample import Sample, rms
+from expdesign.estimation.fit import Data
 
 Values = TypeVar("Values", IntArray, BoolArray)
 STATION = "station"
@@ -27,7 +27,7 @@ STATION = "station"
 _NOTHING = 1e-9
 
 
-def blocks_of(sample: Sample, most: int | None = None) -> IntArray:
+def blocks_of(sample: Data, most: int | None = None) -> IntArray:
     """Block of every row: stations where the recordings state them, else series, else consecutive rows, shape (N,).
 
     Rows of one station are alike, so that a law which only describes the rows it has seen shows in another station.
@@ -45,7 +45,7 @@ def blocks_of(sample: Sample, most: int | None = None) -> IntArray:
     return np.asarray(before * fewest // max(int(sample.counts.sum()), 1), dtype=np.int64)
 
 
-def last_part(sample: Sample, parts: int) -> tuple[BoolArray, BoolArray]:
+def last_part(sample: Data, parts: int) -> tuple[BoolArray, BoolArray]:
     """The last of so many parts of the rows that count, whole series where there are several, and those before it.
 
     What depends on time or history is judged by what came later: between rows that it has seen, anything smooth
@@ -61,13 +61,13 @@ def last_part(sample: Sample, parts: int) -> tuple[BoolArray, BoolArray]:
     return whole, before
 
 
-def readings_of(values: Values, sample: Sample) -> Values:
+def readings_of(values: Values, sample: Data) -> Values:
     """Values of rows (N,) for every reading that counts, shape (M,)."""
     found: Values = np.repeat(values[sample.counts], len(sample.recordings.axes))
     return found
 
 
-def _stations(sample: Sample) -> FloatArray | None:
+def _stations(sample: Data) -> FloatArray | None:
     extra = sample.recordings.extra
     if STATION not in extra.columns:
         return None

@@ -12,11 +12,10 @@ from expdesign.diagnosis.confirmation import Gain, Stability
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.standing import standing
 from expdesign.diagnosis.statement import Dispersion
 from expdesign.estimation.coverage import NORMAL_95
-from expdesign.estimation.fit import Fit
+from expdesign.estimation.fit import Data, Fit
 
 _UNBOUNDED = 1e300
 
@@ -108,7 +107,7 @@ def compensating(sentence: str, share: float) -> str:
     return f"{sentence} It compensates other effects, by {said} % of what is explained." if said > 0 else sentence
 
 
-def set_aside(sample: Sample, outliers: BoolArray, probability: float) -> tuple[Finding, ...]:
+def set_aside(sample: Data, outliers: BoolArray, probability: float) -> tuple[Finding, ...]:
     """The finding of rows that were set aside, shape (N,); none where there are none."""
     lines = tuple(int(line) for line in sample.recordings.lines[outliers])
     if not lines:

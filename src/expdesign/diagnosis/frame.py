@@ -16,7 +16,6 @@ from expdesign.diagnosis.base_models import BaseModel, base_model
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.library import Candidate, candidates, library
 from expdesign.diagnosis.names import Names
-from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.stages import Report, Stage
 from expdesign.diagnosis.statement import statement
 from expdesign.errors import InputError
@@ -59,7 +58,7 @@ class Frame:
     remarks: tuple[Remark, ...] = ()
     load_errors: DeclaredLoadErrors | None = None
 
-    def stated(self, fit: Fit, sample: Sample) -> StatementOfFit:
+    def stated(self, fit: Fit, sample: Data) -> StatementOfFit:
         """Whether a model accounts for the rows of a sample that count."""
         return statement(fit, sample, self.noise, self.load_errors)
 
@@ -132,7 +131,7 @@ def framed(
 
 def _sampler(
     robot: Robot, recordings: Recordings, kind: BaseModel, identified: Identified | None
-) -> Callable[[FloatArray], Sample]:
+) -> Callable[[FloatArray], Data]:
     """The rows that may be fitted, for given standard deviations of the readings (N, k)."""
     rows, counts = row_data(recordings, robot), fitted_rows(recordings)
     fitted = recordings.rows(counts)
@@ -141,10 +140,9 @@ def _sampler(
     # What is not fitted shares no noise with what is.
     references = None if recordings.references is None else np.where(counts, recordings.references, "")
 
-    def sample_with(deviations: FloatArray) -> Sample:
+    def sample_with(deviations: FloatArray) -> Data:
         whitening = Whitening(deviations, references=references)
-        data = Data(recordings, rows, whitening, idle=idle, reading=reading, identified=identified)
-        return Sample.of(data, counts)
+        return Data(recordings, rows, whitening, idle=idle, reading=reading, identified=identified, marked=counts)
 
     return sample_with
 
@@ -152,7 +150,7 @@ def _sampler(
 def _noise(
     robot: Robot,
     recordings: Recordings,
-    sample_with: Callable[[FloatArray], Sample],
+    sample_with: Callable[[FloatArray], Data],
 ) -> NoiseLevel:
     """Standard deviations of all readings; where none are stated, as the fitted rows show them."""
     if recordings.deviations is not None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import FloatArray, rms
 from expdesign.chain.component import ALL_JOINTS, BASE, GEOMETRY, Component, Part
 from expdesign.chain.declaration import Beyond
 from expdesign.chain.effect import Effect, Parameter
@@ -17,8 +17,7 @@ from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.laws import base_alone, measured_of
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.sample import Sample, rms
-from expdesign.estimation.fit import Fit
+from expdesign.estimation.fit import Data, Fit
 from expdesign.mechanics.robots.robot import Robot
 
 
@@ -82,7 +81,7 @@ class GroupLibrary:
         return replace(self, groups=tuple(group for group in self.groups if not group.goes_on))
 
 
-def groups_of(robot: Robot, sample: Sample, base: Fit, library: Sequence[Candidate]) -> GroupLibrary:
+def groups_of(robot: Robot, sample: Data, base: Fit, library: Sequence[Candidate]) -> GroupLibrary:
     """All groups: what a body stands on, or parts of an arm and laws of its joints.
 
     Args:
@@ -189,7 +188,7 @@ def _of_laws(name: str, component: Component, atoms: Sequence[Atom]) -> Group:
     return Group(name, "law", component, form, scale * directions, scales, atoms=tuple(atoms))
 
 
-def _named(sample: Sample, misfit: float, library: Sequence[Candidate]) -> list[Group]:
+def _named(sample: Data, misfit: float, library: Sequence[Candidate]) -> list[Group]:
     """Effects of one kind; of the geometry lengths and angles apart. `misfit`: RMS that the base model leaves."""
     kinds: dict[str, list[tuple[Effect, int, FloatArray]]] = {}
     for candidate in _all_together(library):

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import t as student_t
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray, as_matrix
+from expdesign.arrays import BoolArray, FloatArray, IntArray, as_matrix, rms
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component
 from expdesign.chain.ports.law import Law
@@ -31,11 +31,10 @@ from expdesign.diagnosis.laws import base_alone
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import single_mistakes
 from expdesign.diagnosis.relinearised import relinearised
-from expdesign.diagnosis.sample import Sample, rms
-from expdesign.diagnosis.shared_noise import Settling, settling
+from expdesign.diagnosis.settling import Settling, settling
 from expdesign.diagnosis.statement import Widening
 from expdesign.estimation.coverage import NORMAL_95
-from expdesign.estimation.fit import Fit, fit
+from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.mechanics.robots.robot import Robot
 
 _HELD = 1e-8
@@ -100,7 +99,7 @@ class Groups:
     sight: Sight
 
 
-def grouped(robot: Robot, sample: Sample, base: Fit, library: GroupLibrary) -> Groups | None:
+def grouped(robot: Robot, sample: Data, base: Fit, library: GroupLibrary) -> Groups | None:
     """The groups that these rows show; None where none is worth its evidence.
 
     Args:
@@ -134,12 +133,12 @@ def grouped(robot: Robot, sample: Sample, base: Fit, library: GroupLibrary) -> G
 class _Problem:
     """The base model, all groups, and the readings that count, to first order."""
 
-    def __init__(self, sample: Sample, base: Fit, groups: Sequence[Group]) -> None:
+    def __init__(self, sample: Data, base: Fit, groups: Sequence[Group]) -> None:
         self.sample, self.base, self.groups = sample, base, groups
         self.blocks = readings_of(blocks_of(sample), sample)
         self.present = base_alone(base, sample, known_noise=False)
 
-    def restricted(self, sample: Sample, base: Fit, aside: BoolArray) -> "_Problem":
+    def restricted(self, sample: Data, base: Fit, aside: BoolArray) -> "_Problem":
         """Without some rows (N,)."""
         gone = readings_of(aside, self.sample)
         return _Problem(sample, base, [replace(group, directions=group.directions[~gone]) for group in self.groups])
@@ -197,7 +196,7 @@ class _Model:
 
     def __init__(self, robot: Robot, problem: _Problem, chosen: Chosen, settled: Settling, sight: Sight) -> None:
         self.problem, self.settled, self.sight = problem, settled, sight
-        self.sample = settled.of_sample(problem.sample)
+        self.sample = replace(problem.sample, shared=settled)
         self.chosen = [problem.groups[i] for i in chosen.laws]
         state = chosen.state
         self.factors = np.sqrt(np.array(state.variances))

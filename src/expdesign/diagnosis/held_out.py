@@ -4,13 +4,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from expdesign.arrays import BoolArray
+from expdesign.arrays import BoolArray, rms
 from expdesign.diagnosis.cross_validation import blocks_of, last_part
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.sample import Sample, rms
 from expdesign.diagnosis.statement import NONE, Widening, widened, widening
 from expdesign.estimation.coverage import HeldOutRows
-from expdesign.estimation.fit import Fit, fit
+from expdesign.estimation.fit import Data, Fit, fit
 
 
 @dataclass(frozen=True)
@@ -66,7 +65,7 @@ class HeldOut:
 def held_out(
     base: Fit,
     model: Fit,
-    sample: Sample,
+    sample: Data,
     test: BoolArray,
     outliers: BoolArray,
     *,
@@ -94,7 +93,7 @@ def held_out(
     count = 0
     for fold in range(int(folds.max()) + 1):
         gone = (folds == fold) & kept
-        fitted = Sample.of(sample, kept & (folds != fold))
+        fitted = sample.counting(kept & (folds != fold))
         if not gone.any() or not fitted.counts.any():
             continue
         for index, original in enumerate((base, model)):
@@ -109,24 +108,24 @@ def held_out(
     return HeldOut(train_before, train_after, before, after, surprise, how, _share(*within), *errors)
 
 
-def _refitted(original: Fit, sample: Sample) -> Fit:
+def _refitted(original: Fit, sample: Data) -> Fit:
     start = original.values if original.chain.effects else None
     return fit(original.chain, sample, start, enough=OPTIONS.settled, rough=0.1 * OPTIONS.settled)
 
 
-def _later(base: Fit, model: Fit, sample: Sample, kept: BoolArray) -> tuple[float, float]:
+def _later(base: Fit, model: Fit, sample: Data, kept: BoolArray) -> tuple[float, float]:
     """Errors of both on the last fifth, predicted from the rows before it."""
     last, first = last_part(sample.restricted(kept), OPTIONS.groups)
     if not (last.any() and first.any()):
         return float("nan"), float("nan")
-    before = Sample.of(sample, first)
+    before = sample.counting(first)
     errors = [_rms_on(_refitted(each, before), sample, last) for each in (base, model)]
     return errors[0], errors[1]
 
 
-def held_out_rows(fitted: Fit, sample: Sample, chosen: BoolArray) -> HeldOutRows:
+def held_out_rows(fitted: Fit, sample: Data, chosen: BoolArray) -> HeldOutRows:
     """Rows (N,) that were not fitted, as a fitted model predicts them."""
-    residuals, slopes = Sample.of(sample, chosen).residuals_with_sensitivities(fitted.chain, fitted.values)
+    residuals, slopes = sample.counting(chosen).residuals_with_sensitivities(fitted.chain, fitted.values)
     return HeldOutRows(residuals[chosen], slopes[chosen])
 
 
@@ -134,8 +133,8 @@ def _share(part: float, whole: float) -> float:
     return float(part / whole) if whole else float("nan")
 
 
-def _rms_on(fitted: Fit, sample: Sample, chosen: BoolArray) -> float:
-    everything = Sample.of(sample, np.ones(len(sample.counts), dtype=bool))
+def _rms_on(fitted: Fit, sample: Data, chosen: BoolArray) -> float:
+    everything = sample.counting(np.ones(len(sample.counts), dtype=bool))
     return rms(everything.residuals(fitted.chain, fitted.values), chosen)
 
 

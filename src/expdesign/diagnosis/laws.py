@@ -30,9 +30,8 @@ from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.relinearised import relinearised
-from expdesign.diagnosis.sample import Sample
 from expdesign.diagnosis.stages import Stage
-from expdesign.estimation.fit import Fit, fit
+from expdesign.estimation.fit import Data, Fit, fit
 
 
 @dataclass(frozen=True)
@@ -143,7 +142,7 @@ class Laws:
         )
 
 
-def measured_of(sample: Sample) -> Measured:
+def measured_of(sample: Data) -> Measured:
     """What laws are sought in."""
     recordings = sample.recordings
     blocks = blocks_of(sample)
@@ -153,7 +152,7 @@ def measured_of(sample: Sample) -> Measured:
     )  # fmt: skip
 
 
-def left_out_alone(fitted: Fit, base: Fit, sample: Sample, *, known_noise: bool) -> LeftOut:
+def left_out_alone(fitted: Fit, base: Fit, sample: Data, *, known_noise: bool) -> LeftOut:
     """Errors of left-out series by the base model and by one with named effects, linear about their parameters.
 
     Args:
@@ -168,7 +167,7 @@ def left_out_alone(fitted: Fit, base: Fit, sample: Sample, *, known_noise: bool)
     return LeftOut(before, after, blocks)
 
 
-def without_mistakes(sample: Sample, outliers: BoolArray) -> BoolArray:
+def without_mistakes(sample: Data, outliers: BoolArray) -> BoolArray:
     """The rows set aside beside laws, shape (N,), of those that a model without laws sets aside.
 
     Where physics is missing such a model sets aside rows that show it: only few are taken for single mistakes.
@@ -199,7 +198,7 @@ def sought_laws(names: Names, named: NamedModel, *, explained: bool) -> Laws | N
     return None if chosen.key in (seed.key, problem.start.key) else _fitted(names, search, dictionary.sight, chosen)
 
 
-def base_alone(base: Fit, sample: Sample, *, known_noise: bool = True) -> Present:
+def base_alone(base: Fit, sample: Data, *, known_noise: bool = True) -> Present:
     """A fitted model as a base, with what is known of its parameters."""
     directions, readings = as_matrix(base.sensitivities)[sample.kept], base.residuals.ravel()[sample.kept]
     knowledge = base.chain.knowledge()

@@ -9,9 +9,8 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.diagnosis.sample import Sample
 from expdesign.errors import InputError
-from expdesign.estimation.fit import Fit
+from expdesign.estimation.fit import Data, Fit
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.symbolic import BatchFunction
 from expdesign.plugins import implementations
@@ -68,7 +67,7 @@ class Candidate:
 
 def candidates(
     effects: list[Effect],
-    sample: Sample,
+    sample: Data,
     robot: Robot,
     base: FloatArray,
     basis: FloatArray | None = None,
@@ -101,7 +100,7 @@ def candidates(
     return found
 
 
-def beside(candidate: Candidate, present: Fit, sample: Sample, robot: Robot) -> Candidate:
+def beside(candidate: Candidate, present: Fit, sample: Data, robot: Robot) -> Candidate:
     """A candidate that is idle beside the base model, with its directions beside the effects of a fitted model."""
     effect = candidate.effect
     starts, chain = candidate.starts, present.chain
@@ -112,7 +111,7 @@ def beside(candidate: Candidate, present: Fit, sample: Sample, robot: Robot) -> 
     return replace(candidate, directions=directions)
 
 
-def _starts(effect: Effect, sample: Sample) -> FloatArray:
+def _starts(effect: Effect, sample: Data) -> FloatArray:
     """Internal parameters from which a fit would start, shape (G, p)."""
     found = effect.starts(sample.recordings) + effect.large_starts(sample.recordings)
     return np.array(found).reshape(-1, len(effect.parameters))
@@ -124,7 +123,7 @@ def _free(effect: Effect) -> BoolArray:
 
 
 def _all(
-    effects: Sequence[Effect], starts: Sequence[FloatArray], sample: Sample, robot: Robot, base: FloatArray
+    effects: Sequence[Effect], starts: Sequence[FloatArray], sample: Data, robot: Robot, base: FloatArray
 ) -> list[FloatArray]:
     """Directions of all effects.
 
@@ -154,7 +153,7 @@ def _all(
 def _without_memory(
     effects: Sequence[Effect],
     starts: Sequence[FloatArray],
-    sample: Sample,
+    sample: Data,
     robot: Robot,
     compliances: FloatArray,
     present: tuple[Effect, ...] = (),
@@ -186,7 +185,7 @@ def _without_memory(
 def _with_memory(
     effect: Effect,
     starts: FloatArray,
-    sample: Sample,
+    sample: Data,
     robot: Robot,
     compliances: FloatArray,
     present: tuple[Effect, ...] = (),

@@ -19,8 +19,7 @@ from expdesign.chain.component import BASE, GEOMETRY, INSTRUMENT, PLATFORM
 from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.sample import Sample
-from expdesign.estimation.fit import Fit
+from expdesign.estimation.fit import Data, Fit
 from expdesign.mechanics.robots.robot import Robot
 
 _NEGLIGIBLE = 1e-4
@@ -93,7 +92,7 @@ class Location:
     region: str
 
 
-def locate(base: Fit, sample: Sample, robot: Robot, library: list[Candidate], noise_variance: float) -> Location:
+def locate(base: Fit, sample: Data, robot: Robot, library: list[Candidate], noise_variance: float) -> Location:
     """Locate the mismatch of the base fit; `noise_variance` is that of the whitened residuals (1 where it is known)."""
     basis = orthonormal_basis(as_matrix(base.sensitivities))
     residuals = base.residuals.ravel() / np.sqrt(noise_variance)
@@ -108,7 +107,7 @@ def locate(base: Fit, sample: Sample, robot: Robot, library: list[Candidate], no
     return Location(corrected, tested, _axes(base, sample, robot, noise_variance), _region(tested))
 
 
-def _component_directions(sample: Sample, robot: Robot, library: list[Candidate]) -> dict[str, FloatArray]:
+def _component_directions(sample: Data, robot: Robot, library: list[Candidate]) -> dict[str, FloatArray]:
     """Whitened directions (M, d) of every component."""
     n, n_p = robot.coordinates.n, len(robot.stiffness)
     recordings = sample.recordings
@@ -142,7 +141,7 @@ def _component_directions(sample: Sample, robot: Robot, library: list[Candidate]
     return blocks
 
 
-def drivers(sample: Sample, robot: Robot) -> dict[str, FloatArray]:
+def drivers(sample: Data, robot: Robot) -> dict[str, FloatArray]:
     """Quantities with which residuals may vary, one value per row."""
     recordings = sample.recordings
     found = {name: recordings.configurations[:, i] for i, name in enumerate(robot.configuration)}
@@ -166,7 +165,7 @@ def drivers(sample: Sample, robot: Robot) -> dict[str, FloatArray]:
     return {name: values for name, values in found.items() if np.ptp(values) > 0.0}
 
 
-def _pattern(name: str, driver: FloatArray, base: Fit, sample: Sample, noise_variance: float) -> tuple[str, float, int]:
+def _pattern(name: str, driver: FloatArray, base: Fit, sample: Data, noise_variance: float) -> tuple[str, float, int]:
     """How much of the residuals a straight line or parabola in a driver explains, on all axes."""
     scaled = (driver - driver.mean()) / max(float(driver.std()), 1e-300)
     powers = np.stack([scaled, scaled**2 - 1.0], axis=1) if len(np.unique(driver)) > 3 else scaled[:, None]
@@ -188,7 +187,7 @@ def _holm(results: list[tuple[str, float, int]]) -> tuple[Probe, ...]:
     return tuple(sorted(probes, key=lambda probe: (probe.p_value, -(probe.explained - probe.dimension))))
 
 
-def _axes(base: Fit, sample: Sample, robot: Robot, noise_variance: float) -> tuple[str, ...]:
+def _axes(base: Fit, sample: Data, robot: Robot, noise_variance: float) -> tuple[str, ...]:
     """Axes whose residuals exceed the noise, or the one with the largest."""
     rows = int(sample.counts.sum())
     sums = (base.residuals**2).sum(axis=0) / noise_variance

@@ -27,10 +27,9 @@ from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import in_common, outlier_price, returning_distances, standing_out
 from expdesign.diagnosis.possible import Confounded, at_limits, confounded_with
 from expdesign.diagnosis.remarks import ConfoundedTime
-from expdesign.diagnosis.sample import Sample
-from expdesign.diagnosis.shared_noise import SharedNoise
 from expdesign.diagnosis.stages import Report, unheard
-from expdesign.estimation.fit import Fit, fit
+from expdesign.estimation.fit import Data, Fit, fit
+from expdesign.estimation.shared_noise import SharedNoise
 from expdesign.mechanics.robots.robot import Robot
 
 _MOST_KEPT = 300_000_000
@@ -143,7 +142,7 @@ class Names:
     def __init__(
         self,
         robot: Robot,
-        sample: Sample,
+        sample: Data,
         library: list[Candidate],
         *,
         known_noise: bool,
@@ -353,7 +352,7 @@ class Names:
         nothing = np.zeros_like(model.outliers)
         return self.model(model.candidates, nothing, self.parts(model, model.candidates), model)
 
-    def of_rows(self, sample: Sample) -> "Names":
+    def of_rows(self, sample: Data) -> "Names":
         """The same effects for some of the rows."""
         if np.array_equal(sample.counts, self.sample.counts):
             return self
@@ -416,7 +415,7 @@ class Names:
         chain = self._chains[names]
         sample = self.sample.restricted(~outliers)
         if laws.numbers:
-            sample = SharedNoise.of_laws(laws.directions, laws.variances).of_sample(sample)
+            sample = replace(sample, shared=SharedNoise.of_laws(laws.directions, laws.variances))
         own = near.fit.values[: chain.base] if near is not None else chain.start()[: chain.base]
         result = fit(
             chain,
@@ -443,7 +442,7 @@ class Names:
         return 1.0 if self.known_noise else max(model.fit.chi2 / max(self.sample.readings, 1), 1e-300)
 
 
-def linearised(sample: Sample, about: Fit, residuals: FloatArray, slopes: FloatArray, *, known_noise: bool) -> Present:
+def linearised(sample: Data, about: Fit, residuals: FloatArray, slopes: FloatArray, *, known_noise: bool) -> Present:
     """The problem to first order about a fit: what the base model leaves, with every effect of the chain as a law.
 
     A parameter that a bound holds is where it is. The weights of an effect are its parameters that are no shapes, from

@@ -7,8 +7,7 @@ from scipy.stats import chi2 as chi2_distribution
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.sample import Sample
-from expdesign.estimation.fit import Fit
+from expdesign.estimation.fit import Data, Fit
 
 _SHUFFLES = 2000
 _TESTS = 4
@@ -64,9 +63,9 @@ def standing_out(result: Fit, aside: BoolArray, price: float, most: int, reading
     return flagged
 
 
-def returning_distances(result: Fit, sample: Sample, outliers: BoolArray) -> FloatArray:
+def returning_distances(result: Fit, sample: Data, outliers: BoolArray) -> FloatArray:
     """Growth of χ² if a row set aside counted again, shape (N,): r·(I + S·P·Sᵀ)⁻¹·r; 0 for all other rows."""
-    everything = Sample.of(sample, sample.counts)
+    everything = sample.counting(sample.counts)
     residuals, slopes = everything.residuals_with_sensitivities(result.chain, result.values)
     known = np.where(np.isfinite(result.covariance), result.covariance, 0.0)
     distances = np.zeros(len(outliers))

@@ -21,8 +21,7 @@ from expdesign.chain.row import RowData, row_data
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.locate import drivers
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.sample import Sample
-from expdesign.estimation.fit import Fit
+from expdesign.estimation.fit import Data, Fit
 from expdesign.mechanics.robots.robot import Robot
 
 _TURNED = 0.5
@@ -78,16 +77,14 @@ class Confounded:
     share: float
     rows: RowData
 
-    def columns(
-        self, fit: Fit, effect: Effect, sample: Sample, aside: BoolArray
-    ) -> tuple[FloatArray, FloatArray] | None:
+    def columns(self, fit: Fit, effect: Effect, sample: Data, aside: BoolArray) -> tuple[FloatArray, FloatArray] | None:
         """Directions of a drift of a fit along t and along t̂, (M, d) each; None of what does not follow time."""
         if effect.physics != _DRIFTS:
             return None
         own, rival = (_directions(fit, effect, sample, aside, rows) for rows in (sample.rows, self.rows))
         return None if np.allclose(own, rival) else (own, rival)
 
-    def explains(self, fit: Fit, effect: Effect, sample: Sample, aside: BoolArray, rest: Present, price: float) -> bool:
+    def explains(self, fit: Fit, effect: Effect, sample: Data, aside: BoolArray, rest: Present, price: float) -> bool:
         """Whether an effect is a drift that is not worth its price beside the same drift along t̂.
 
         Args:
@@ -105,7 +102,7 @@ class Confounded:
         return rest.beside(rival, rest.gain(rival)[1]).refitted().gain(own)[0] < price
 
 
-def _directions(fit: Fit, effect: Effect, sample: Sample, aside: BoolArray, rows: RowData) -> FloatArray:
+def _directions(fit: Fit, effect: Effect, sample: Data, aside: BoolArray, rows: RowData) -> FloatArray:
     """Whitened derivatives of the readings that count by a drift's parameters, of unit mean square, in some rows."""
     part = fit.chain.slices[fit.chain.effects.index(effect)]
     slopes = fit.chain.predict_with_sensitivities(rows, fit.values)[1][:, sample.recordings.axes, part]
@@ -116,7 +113,7 @@ def _directions(fit: Fit, effect: Effect, sample: Sample, aside: BoolArray, rows
     return scaled
 
 
-def confounded_with(sample: Sample, robot: Robot) -> Confounded | None:
+def confounded_with(sample: Data, robot: Robot) -> Confounded | None:
     """The quantity that predicts the times of the rows best, where it predicts nearly all of their variance."""
     counts, recordings = sample.counts, sample.recordings
     time = np.arange(len(counts), dtype=float) if recordings.time is None else recordings.time - recordings.time[0]
@@ -150,7 +147,7 @@ def _predicted(time: FloatArray, values: FloatArray, counts: BoolArray) -> Float
     return predicted
 
 
-def _along(sample: Sample, robot: Robot, time: FloatArray) -> RowData:
+def _along(sample: Data, robot: Robot, time: FloatArray) -> RowData:
     """The rows as they would be had they been recorded at other times (N,)."""
     recordings = sample.recordings
     if recordings.time is not None:

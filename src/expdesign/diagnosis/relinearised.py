@@ -8,13 +8,12 @@ repeated about its own estimate until both chains agree.
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import FloatArray, rms
 from expdesign.chain.chain import Chain
 from expdesign.chain.declaration import LOOSELY
 from expdesign.chain.identified import ChainBeside
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.sample import Sample, rms
-from expdesign.estimation.fit import Fit, fit, summarise
+from expdesign.estimation.fit import Data, Fit, fit, summarise
 
 AGREES = 1e-2
 """RMS of the difference between both chains in the rows that were fitted, in standard deviations of a reading."""
@@ -24,7 +23,7 @@ Prior = tuple[FloatArray, FloatArray]
 """Mean and standard deviation of all parameters, shape (p,) each."""
 
 
-def difference(found: Fit, sample: Sample) -> float:
+def difference(found: Fit, sample: Data) -> float:
     """How far the exact chain is from what the fit says of the rows that count, RMS in standard deviations."""
     if not isinstance(found.chain, ChainBeside):
         return 0.0
@@ -32,7 +31,7 @@ def difference(found: Fit, sample: Sample) -> float:
     return rms(exact - linear, sample.counts)
 
 
-def relinearised(found: Fit, sample: Sample, prior: Prior | None = None) -> Fit:
+def relinearised(found: Fit, sample: Data, prior: Prior | None = None) -> Fit:
     """The fit to the rows that count, linear about its own estimate; as it is where its chain is exact.
 
     Args:
@@ -49,7 +48,7 @@ def relinearised(found: Fit, sample: Sample, prior: Prior | None = None) -> Fit:
     return found
 
 
-def _without_sizes(found: Fit, sample: Sample) -> Fit:
+def _without_sizes(found: Fit, sample: Data) -> Fit:
     """With the covariance of what is known without `proper`: a size that chooses among equals is no knowledge."""
     known = summarise(found.chain, sample, found.values, found.chain.knowledge(released=True))
     return found.known_as(known.estimable)

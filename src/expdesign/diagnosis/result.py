@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import FloatArray, rms
 from expdesign.chain.chain import Chain
 from expdesign.chain.identified import ChainBeside
 from expdesign.chain.recordings.recordings import Recordings, Remark
@@ -16,7 +16,6 @@ from expdesign.diagnosis.locate import Location
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.relinearised import AGREES
 from expdesign.diagnosis.remarks import WrittenOtherwise
-from expdesign.diagnosis.sample import rms
 from expdesign.diagnosis.statement import NONE, Widening, explained_by_loads, widened, widening
 from expdesign.estimation.coverage import reading_deviations
 from expdesign.estimation.fit import Fit

@@ -14,8 +14,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, as_matrix
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.diagnosis.sample import Sample
-from expdesign.estimation.fit import Fit
+from expdesign.estimation.fit import Data, Fit
 from expdesign.estimation.goodness import StatementOfFit, noise_ratio, squares_of, statement_of_fit
 from expdesign.estimation.load_errors import DeclaredLoadErrors, load_columns
 from expdesign.estimation.noise_level import NoiseLevel
@@ -45,7 +44,7 @@ class Dispersion:
         return max(1.0, self.mean_square) * (1.0 + self.correlation) / (1.0 - self.correlation)
 
 
-def dispersion(residuals: FloatArray, sample: Sample) -> Dispersion:
+def dispersion(residuals: FloatArray, sample: Data) -> Dispersion:
     """Dispersion of whitened residuals (N, k) over the rows that count, in the order of recording within series."""
     counts = sample.counts
     rows = np.flatnonzero(counts)
@@ -61,7 +60,7 @@ def dispersion(residuals: FloatArray, sample: Sample) -> Dispersion:
 
 
 def statement(
-    fit: Fit, sample: Sample, noise: NoiseLevel, load_errors: DeclaredLoadErrors | None = None
+    fit: Fit, sample: Data, noise: NoiseLevel, load_errors: DeclaredLoadErrors | None = None
 ) -> StatementOfFit:
     """Whether a model accounts for the rows that count, `noise` being that of all rows."""
     counts, recordings = sample.counts, sample.recordings
@@ -88,7 +87,7 @@ def explained_by_loads(fit: Fit, recorded: Recordings, whitening: Whitening, err
     return float(gradient @ np.linalg.solve(np.eye(len(gradient)) + curvature, gradient))
 
 
-def tested(fit: Fit, sample: Sample) -> tuple[float, int]:
+def tested(fit: Fit, sample: Data) -> tuple[float, int]:
     """χ² of the rows that count, and its degrees of freedom, at least 1."""
     value, dof = squares_of(fit.seen_by(sample.counts))
     return value, max(dof, 1)
@@ -116,7 +115,7 @@ NONE = Widening()
 
 
 def widening(
-    fit: Fit, sample: Sample, *, known_noise: bool, left_out: Widening = NONE, explained: float = 0.0
+    fit: Fit, sample: Data, *, known_noise: bool, left_out: Widening = NONE, explained: float = 0.0
 ) -> Widening:
     """The widening that the rows which count ask for.
 

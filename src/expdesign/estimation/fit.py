@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from expdesign.chain.readings.reading import DEFLECTION, Reading
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import RowData
 from expdesign.estimation.descent import Descent
+from expdesign.estimation.shared_noise import SharedNoise
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.robots.robot import Robot
 
@@ -40,6 +42,10 @@ class Data:
         idle: actuators that no row loads (`estimability.idle_actuators`), shape (n_p,); None where all must be loaded.
         reading: what the readings are of.
         identified: what a calibration has found, which belongs to the base model; None for nothing.
+        marked: rows that count, shape (N,), in recordings of which others are held out or set aside; None where all do.
+            All stay in the chain, because effects with memory need the whole history of a series; residuals and
+            sensitivities of a row that does not count are zero.
+        shared: noise that readings share beyond that of the whitening; None for none.
     """
 
     recordings: Recordings
@@ -48,6 +54,38 @@ class Data:
     idle: BoolArray | None = field(default=None, kw_only=True)
     reading: Reading = field(default=DEFLECTION, kw_only=True)
     identified: Identified | None = field(default=None, kw_only=True)
+    marked: BoolArray | None = field(default=None, kw_only=True)
+    shared: SharedNoise | None = field(default=None, kw_only=True)
+
+    @cached_property
+    def counts(self) -> BoolArray:
+        """Rows that count, shape (N,)."""
+        return np.ones(len(self.recordings), dtype=bool) if self.marked is None else self.marked
+
+    @property
+    def kept(self) -> BoolArray:
+        """Which of all readings count, row after row, shape (N·k,)."""
+        return np.repeat(self.counts, len(self.recordings.axes))
+
+    @property
+    def readings(self) -> int:
+        """Number of readings that count."""
+        return int(self.counts.sum()) * len(self.recordings.axes)
+
+    def counting(self, counts: BoolArray) -> "Data":
+        """The same recordings, of which these rows count, shape (N,)."""
+        return replace(self, marked=counts)
+
+    def restricted(self, counts: BoolArray) -> "Data":
+        """The rows of these that also count in `counts`."""
+        return self.counting(self.counts & counts)
+
+    def whiten(self, values: FloatArray) -> FloatArray:
+        """Whitened values (N, k, ...), zero for rows that do not count."""
+        found = self.whitening.apply(values)
+        if self.marked is not None:
+            found = found * self.marked.reshape(-1, *(1,) * (found.ndim - 1))
+        return found if self.shared is None else self.shared.among(found, self.kept)
 
     def chain(self, robot: Robot, effects: Sequence[Effect] = ()) -> Chain:
         """The chain of a robot that such readings are compared with, with effects beside the base model."""
@@ -63,7 +101,7 @@ class Data:
     def residuals(self, chain: Chain, values: FloatArray) -> FloatArray:
         """Whitened measured minus predicted readings (N, k)."""
         predicted = chain.predict(self.rows, values)[:, self.recordings.axes]
-        return self.whitening.apply(self.recordings.deflections - predicted)
+        return self.whiten(self.recordings.deflections - predicted)
 
     def residuals_with_sensitivities(self, chain: Chain, values: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Whitened residuals (N, k) and whitened derivatives of the prediction (N, k, p)."""
@@ -72,8 +110,7 @@ class Data:
             # What is left of them is rounding.
             sensitivities[..., np.flatnonzero(self.idle)] = 0.0
         axes = self.recordings.axes
-        residuals = self.whitening.apply(self.recordings.deflections - predicted[:, axes])
-        return residuals, self.whitening.apply(sensitivities[:, axes])
+        return self.whiten(self.recordings.deflections - predicted[:, axes]), self.whiten(sensitivities[:, axes])
 
 
 @dataclass(frozen=True)

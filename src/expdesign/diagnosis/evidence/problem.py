@@ -11,7 +11,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import FloatArray, IntArray, rms
 from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.port import Entry
@@ -22,7 +22,6 @@ from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.names import LawsBeside, NamedModel, Names, hierarchical
 from expdesign.diagnosis.options import OPTIONS, DiagnosisOptions
-from expdesign.diagnosis.sample import rms
 from expdesign.diagnosis.stages import Stage
 
 _Promise = tuple[float, Candidate, Callable[[], FloatArray]]

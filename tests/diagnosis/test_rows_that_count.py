@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from expdesign.arrays import rms
 from expdesign.chain.chain import Chain
-from expdesign.diagnosis.sample import rms
 from expdesign.estimation.fit import fit
 from tests.cases import robot
 from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
