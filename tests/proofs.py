@@ -47,7 +47,7 @@ PROOFS = {
     "diagnosis/test_foreign_cases.py::test_standard": "physics that needs standard deviations",
     "diagnosis/test_foreign_cases.py::test_what_was_hidden_is_found[hexapod": "foreign physics that is not named",
     "diagnosis/test_locate.py::test_where_nothing": "tables of places with another level than stated",
-    "diagnosis/test_nameable.py::test_refits": "reduced equations that name other physics than the rows",
+    "diagnosis/test_possible.py::test_refits": "reduced equations that name other physics than the rows",
     "diagnosis/test_next_experiment.py": "proposed series that do not decide between explanations",
     "diagnosis/test_selection.py::test_a_base_that": "a base that imitates a law and is named",
     "docs/test_tutorial.py": "a tutorial whose outputs are not today's",

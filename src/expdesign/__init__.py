@@ -20,12 +20,7 @@ import pathlib as _pathlib
 import typing as _typing
 
 if _typing.TYPE_CHECKING:  # the one list of what is exported; `__getattr__` reads it and imports what is used
-    from expdesign.app.api.check import Checked as Checked
-    from expdesign.app.api.check import CheckedModel as CheckedModel
-    from expdesign.app.api.check import CheckedProblem as CheckedProblem
-    from expdesign.app.api.check import CheckedRecordings as CheckedRecordings
-    from expdesign.app.api.check import CheckedRobot as CheckedRobot
-    from expdesign.app.api.check import CheckedSweep as CheckedSweep
+    from expdesign.app.api.check import CheckResult as CheckResult
     from expdesign.app.api.check import check as check
     from expdesign.app.api.compare import ComparisonResult as ComparisonResult
     from expdesign.app.api.compare import compare as compare

@@ -109,7 +109,6 @@ def test_results_are_pickled_and_copied(copied: Any, identified: xd.Identificati
     assert again.record == identified.record
     pd.testing.assert_frame_equal(xd.predict(again, plan).frame, xd.predict(identified, plan).frame)
     checked = xd.check(CONFIG)
-    assert isinstance(checked, xd.CheckedProblem)
     problem = copied(checked)
     assert problem.feasibility == checked.feasibility
 

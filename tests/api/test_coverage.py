@@ -58,8 +58,8 @@ def test_what_is_reported_is_what_predict_writes(noise: float, stated: bool, tmp
         assert reported == pytest.approx(share_within(frame, readings.frame), abs=1e-9)
         assert 0.88 < reported <= 1.0
         assert share_within(frame, alone.frame) < 0.8
-        assert "of the model" in alone.contains
-        assert "noise of a reading" in readings.contains
+        assert "of the model" in alone.notes[0]
+        assert "noise of a reading" in readings.notes[0]
 
 
 def test_readings_are_held_as_often_as_the_intervals_say() -> None:

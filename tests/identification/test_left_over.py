@@ -10,7 +10,7 @@ import pytest
 
 import expdesign as xd
 from expdesign.estimation.left_over import ALIKE, neighbours_of
-from expdesign.report.fit_texts import identification_lines
+from expdesign.report.fit_texts import identified
 from tests.plant import recordings, usual_faults
 
 ROBOT = Path("configs/robots/ur5.yaml")
@@ -26,7 +26,7 @@ def measured() -> pd.DataFrame:
 
 
 def said(found: xd.IdentificationResult) -> str:
-    return " ".join(identification_lines(found.result))
+    return " ".join(identified(found.result).lines)
 
 
 def test_without_stated_noise_the_model_cannot_be_tested_and_what_is_left_is_said(measured: pd.DataFrame) -> None:

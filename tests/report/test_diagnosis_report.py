@@ -18,8 +18,9 @@ from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.report import words
 from expdesign.report.diagnosis_report import diagnosis_report
-from expdesign.report.diagnosis_texts import conclusions, in_prose, terminal_lines
+from expdesign.report.diagnosis_texts import conclusions, diagnosed, in_prose
 from expdesign.report.page import content_of, render
+from expdesign.report.said import Said
 from tests.cases import robot
 from tests.chain.places import rows
 from tests.identification.experiments import read
@@ -146,7 +147,7 @@ def test_the_stiffness_beside_the_physics_is_that_of_the_model() -> None:
     np.testing.assert_array_less(saved["low"], true * 1.02)
     np.testing.assert_array_less(true * 0.98, saved["high"])
     assert saved["stiffness"][0] > saved["springs_alone"][0]
-    lines = terminal_lines(result)
+    lines = diagnosed(result, None).lines
     for name, value in zip(saved["actuator"], saved["stiffness"], strict=True):
         assert any(line.startswith(f"{name}: {value:.4g} N/m") for line in lines)
         assert number(1e-6 * value, 4) in shown
@@ -157,15 +158,15 @@ def test_what_could_be_in_its_place_is_printed_as_well() -> None:
     (finding,) = result.findings
     doubtful = replace(finding, indistinguishable=("leg_coupling",), rival=result.model)
     doubted = replace(result, findings=(doubtful,))
-    printed = "\n".join(terminal_lines(doubted))
+    printed = "\n".join(diagnosed(doubted, None).lines)
     assert "do not distinguish it from the force in one leg deflects another" in printed
     assert "plan-next.csv" in printed
     assert "do not distinguish it from the force in one leg deflects another" in "\n".join(conclusions(doubted, None))
-    assert "plan-next.csv" not in "\n".join(terminal_lines(result))
+    assert "plan-next.csv" not in "\n".join(diagnosed(result, None).lines)
 
 
 def test_an_unexplained_mismatch_has_a_place_and_a_next_step() -> None:
-    lines = terminal_lines(diagnosis("unexplained"))
+    lines = diagnosed(diagnosis("unexplained"), None).lines
     assert lines[0] == "Verdict: unexplained."
     place, following = (next(line for line in lines if text in line) for text in ("points to ", "Inspect "))
     assert place.split("points to ")[1].split(";")[0] in following
@@ -176,7 +177,7 @@ def test_an_unexplained_mismatch_has_a_place_and_a_next_step() -> None:
 def test_what_may_be_hidden_is_said_first_where_nothing_is_missing() -> None:
     hidden = "The worst that these recordings could hide is a soft base: 1.5 tolerances."
     assert conclusions(diagnosis("consistent"), hidden)[0] == hidden
-    assert hidden in terminal_lines(diagnosis("consistent"), [hidden])
+    assert hidden in diagnosed(diagnosis("consistent"), None, Said("", [hidden])).lines
 
 
 def test_the_part_that_is_concerned_stands_out() -> None:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import expdesign as xd
-from expdesign.app.api.check import CheckedProblem, CheckedRobot
 from expdesign.mechanics.robots.hexapod import Hexapod, RingSection
 from expdesign.mechanics.robots.robot import Robot
+from expdesign.planning.problem import DesignProblem
 from expdesign.report.page import content_of
 from expdesign.report.robot_section import actuator_frame, actuator_sentences
 from expdesign.report.robot_view import at_rest, view_data
@@ -18,10 +18,8 @@ ROOT = Path(__file__).parents[2]
 ROBOTS = ROOT / "configs" / "robots"
 
 
-def checked(name: str) -> CheckedRobot:
-    found = xd.check(ROBOTS / name)
-    assert isinstance(found, CheckedRobot)
-    return found
+def checked(name: str) -> Robot:
+    return xd.load_robot(ROBOTS / name).robot
 
 
 def ring_hexapod() -> Hexapod:
@@ -61,7 +59,7 @@ def test_a_swapped_joint_shows() -> None:
 
 def test_joints_of_an_arm_turn_the_tip_about_the_axes_that_are_drawn() -> None:
     """The tip's velocity per joint rate is axis × lever: Jacobian against the drawing, at a bent configuration."""
-    robot = checked("ur5.yaml").robot
+    robot = checked("ur5.yaml")
     q = np.array([0.3, -1.2, 1.4, -1.7, -1.4, 0.2])
     drawing = robot.drawing(q)
     assert drawing is not None
@@ -74,7 +72,7 @@ def test_joints_of_an_arm_turn_the_tip_about_the_axes_that_are_drawn() -> None:
 
 @pytest.mark.parametrize("name", ["hexapod-h1.yaml", "bipod.yaml", "ur5.yaml"])
 def test_the_picture_has_every_number_and_what_is_concerned(name: str) -> None:
-    robot: Robot = checked(name).robot
+    robot: Robot = checked(name)
     states = at_rest(robot)
     assert states is not None
     second = robot.actuators[1]
@@ -100,11 +98,10 @@ def test_known_markers_are_drawn_where_they_are() -> None:
 @pytest.mark.parametrize("name", ["robots/hexapod-h1.yaml", "robots/ur5.yaml", "bipod.yaml"])
 def test_check_writes_a_page_with_the_drawing(name: str, tmp_path: Path) -> None:
     found = xd.check(ROOT / "configs" / name)
-    assert isinstance(found, CheckedRobot | CheckedProblem)
     page = found.save(tmp_path / "out").read_text(encoding="utf-8")
     view = content_of(page)["data"]["view"]
     assert len(view["labels"]) >= 2
-    assert view["loaded"] == isinstance(found, CheckedProblem)
+    assert view["loaded"] == isinstance(found.read, DesignProblem)
 
 
 def test_recordings_have_no_robot_to_draw(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -34,6 +34,7 @@ from expdesign.report.comparison_figures import (
     title_of,
 )
 from expdesign.report.page import Page
+from expdesign.report.said import Said
 
 
 def comparison_report(
@@ -88,6 +89,16 @@ def agreement(name: str, judgement: Judgement) -> list[str]:
             "Which of these criteria plans does not matter here."
         )
     return texts
+
+
+def compared(names: Sequence[str], judgements: Sequence[Judgement]) -> Said:
+    """What `compare` says: the best accuracy of every configuration, and the design that attains it."""
+    lines = []
+    for name, judgement in zip(names, judgements, strict=True):
+        best = judgement.best
+        attained = f"{judgement.attained[best]:.4g} ± {judgement.attained_standard_error[best]:.2g} tolerances"
+        lines.append(f"{name}: best accuracy {attained}, design by {judgement.contenders[best].name}")
+    return Said("\n".join(lines))
 
 
 def _summary(

@@ -1,17 +1,26 @@
-"""What the page of `expdesign run` says in words: the bound, what to do next, the vocabulary, and how it was made."""
+"""Sentences about plans: what `run`, `evaluate` and `next` say, and the texts of the page of `run`."""
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from rich.console import Console
+from rich.table import Table
 
+from expdesign.arrays import FloatArray
+from expdesign.assurance.acceptance.decision import Decision
+from expdesign.assurance.acceptance.said import sentences
+from expdesign.counted import counted
+from expdesign.estimation.goodness import StatementOfFit
+from expdesign.planning.criteria.criterion import Criterion
 from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
 from expdesign.report.blocks import HERE, Definitions, NextSteps, PageSection
 from expdesign.report.design_data import criteria_table, further_criteria
 from expdesign.report.robot_view import moving_part
+from expdesign.report.said import Said
 
 
 def next_steps(problem: DesignProblem, front: Front) -> PageSection:
@@ -163,3 +172,75 @@ def about_run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> P
         items.append(("Versions", versions))
     criteria = [criteria_table(front, front.recommended)] if further_criteria(front) else []
     return PageSection("run", "About this run", (Definitions(items), *criteria))
+
+
+def next_said(totals: FloatArray, fit: StatementOfFit | None, undetermined: str | None, accuracy: float | None) -> Said:
+    """What `next` says: the error to expect now and with each further measurement, and whether that is enough.
+
+    Args:
+        totals: expected total error now and with each of k further measurements, in tolerances, shape (k + 1,).
+        fit: whether the base model accounts for the recordings, or None where that is not tested.
+        undetermined: what the recordings alone do not determine, in words, or None.
+        accuracy: expected error, in tolerances, at which it was to stop, or None.
+    """
+    lines, count, wanted = [], len(totals) - 1, 1.0 if accuracy is None else accuracy
+    if fit is not None and fit.refuted:
+        lines.append(f"{fit.sentence()} More of them will not help until `expdesign diagnose` has found why.")
+    if undetermined is not None:
+        lines.append(f"so far: {undetermined}")
+    if totals[0] <= wanted:
+        lines.append(f"already within {wanted:g} tolerances: no further measurement is needed")
+    for index, total in enumerate(totals):
+        when = f"with {index} more" if index else "expected total error now"
+        lines.append(f"{when}: {f'{total:.4g} tolerances' if np.isfinite(total) else 'not determined'}")
+    if accuracy is not None and totals[-1] > accuracy:
+        enough = f"{'is' if count == 1 else 'are'} not enough for {accuracy:g} tolerances"
+        lines.append(f"{count} more {enough}")
+    return Said(counted(count, "further measurement"), lines)
+
+
+def run_said(front: Front, run: Mapping[str, Any], accepted: Decision) -> Said:
+    """What `run` says: the front, why the search ended, acceptance of the recommended design, and what is not known.
+
+    Args:
+        front: what was found.
+        run: the content of `run.json` (file-formats.md, run.json).
+        accepted: the decision about the recommended design.
+    """
+    best = {name: float(values[front.recommended]) for name, values in front.criteria.items()}
+    summary = (
+        f"{counted(len(front), 'design')} on the front; recommended design {front.recommended + 1}: "
+        f"DUIR {best['duir']:.4g}, FEIR {best['feir']:.4g}, total {best['total']:.4g} tolerances."
+    )
+    lines = [summary, f"The search ended because {front.ended}."]
+    lines += [run["plan_ended"]] if "plan_ended" in run else []
+    lines += sentences(accepted)
+    lines += [run[name]["sentence"] for name in ("accuracy", "unseen") if name in run]
+    if run["duir_lower_bound"] is None:
+        lines.append(f"no lower bound of DUIR: {run['duir_lower_bound_certified_on']}")
+    return Said(summary, lines, document=lambda: run)
+
+
+def evaluated(
+    criteria: Mapping[str, Criterion], record: Mapping[str, Any], accepted: Decision, remarks: Sequence[str]
+) -> Said:
+    """What `evaluate` says: every criterion, as a table as wide as the terminal, and what is accepted.
+
+    Args:
+        criteria: by their names.
+        record: the document of `evaluate --json` (file-formats.md, evaluate --json).
+        accepted: the decision about the plan.
+        remarks: what is doubtful about it, in words.
+    """
+    shown = Table("criterion", "value", "unit", "better")
+    for name, criterion in criteria.items():
+        text = "not identifiable" if record[name] is None else f"{record[name]:.6g}"
+        shown.add_row(criterion.title, text, criterion.unit, "larger" if criterion.maximise else "smaller")
+    console = Console(soft_wrap=True)
+    with console.capture() as table:
+        console.print(shown)
+    accuracy = record.get("accuracy")
+    lines = [*table.get().splitlines(), *sentences(accepted), *([accuracy["sentence"]] if accuracy else [])]
+    values = [f"{name} {np.nan if record[name] is None else record[name]:.4g}" for name in ("duir", "feir", "total")]
+    notes = [f"expdesign: {remark}" for remark in remarks]
+    return Said(f"{', '.join(values)} tolerances", lines, notes, lambda: record)

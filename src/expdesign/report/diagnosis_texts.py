@@ -1,7 +1,6 @@
 """What a diagnosis says: as `diagnosis.json` (file-formats.md, diagnosis.json), and in words on page and terminal."""
 
 import re
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from expdesign.report.fit_texts import coverage_sentence, diagnosed_fit_sentence
 from expdesign.report.options import SHOWN
 from expdesign.report.physics_words import physics_words
 from expdesign.report.remark_texts import sentences
+from expdesign.report.said import Said
 from expdesign.report.stiffness import added_physics, diagnosed_stiffness, stiffness_lines
 
 
@@ -157,8 +157,15 @@ _COLUMN = re.compile(r"\b([a-z]+\d*)_(?:m|rad|N|Nm)\b")
 """A column of a pose, a load or a deflection, which prose names without its unit."""
 
 
-def terminal_lines(result: Diagnosis, at_targets: Sequence[str] = ()) -> list[str]:
-    """What `expdesign diagnose` prints, with what is said of targets in its place."""
+def diagnosed(result: Diagnosis, plan: str | None, at_targets: Said | None = None) -> Said:
+    """What `diagnose` says: verdict, findings, stiffnesses, and what to do next.
+
+    Args:
+        result: the diagnosis.
+        plan: file of a plan that separates two explanations, or None.
+        at_targets: what is said at the targets of a configuration.
+    """
+    further = Said("", []) if at_targets is None else at_targets
     lines = [*ended_sentences(result), f"Verdict: {result.verdict}."]
     if result.verdict == "unexplained":
         lines += [mismatch(result), next_recording(result)]
@@ -170,7 +177,14 @@ def terminal_lines(result: Diagnosis, at_targets: Sequence[str] = ()) -> list[st
         lines += ["With this physics in the model:", *stiffness_lines(diagnosed_stiffness(result), result.robot)]
     lines += diagnosed_fit_sentences(result)
     lines += [coverage_sentence(result.errors.coverage)] if np.isfinite(result.errors.coverage) else []
-    return [*lines, *at_targets, *([MEASURE_NEXT] if result.rival is not None else [])]
+    lines += [*further.lines, *([MEASURE_NEXT] if result.rival is not None else [])]
+    there = [f"{each.physics} at {each.component}" for each in result.findings]
+    return Said(
+        ", ".join([*(["ended by hand"] if result.ended else []), result.verdict, *there]),
+        lines,
+        ["interrupted: the best model so far is written"] if result.ended else [],
+        lambda: diagnosis_record(result, plan) | dict(further.document()),
+    )
 
 
 def ended_sentences(result: Diagnosis) -> list[str]:

@@ -1,4 +1,4 @@
-"""Sentences on pages and terminals: of a configuration, of a fit, and of an identification."""
+"""Sentences about a fit: what `identify` says, and what a page says of the statement of fit."""
 
 import math
 from typing import TYPE_CHECKING
@@ -11,15 +11,13 @@ from expdesign.estimation.identify import Identification
 from expdesign.estimation.remarks import BeyondManufacture, IdleActuators, Implausible
 from expdesign.report import words
 from expdesign.report.arm_section import accuracy_lines, further_lines, geometry_line
-from expdesign.report.identification_tables import rms
-from expdesign.report.options import SHOWN
+from expdesign.report.identification_tables import identification_record, rms
 from expdesign.report.remark_texts import sentences
+from expdesign.report.said import Said
 from expdesign.report.stiffness import identified_stiffness, stiffness_lines
 
 if TYPE_CHECKING:  # an identification needs neither diagnosis nor planning
     from expdesign.diagnosis.result import Diagnosis
-    from expdesign.planning.problem import DesignProblem
-    from expdesign.planning.sampling import Feasibility
 
 
 def fit_sentences(result: Identification) -> list[str]:
@@ -75,39 +73,6 @@ def coverage_sentence(share: float) -> str:
     )
 
 
-def problem_summary(problem: "DesignProblem", found: "Feasibility") -> str:
-    """What a configuration asks for, and how much of its design space serves."""
-    space = problem.space
-    continuous = int((~space.discrete).sum())
-    discrete = int(space.choices.sum())
-    measurements = counted(space.measurements, "measurement")
-    if problem.budget is not None:  # what fits into it
-        number = counted(problem.budget.largest, "measurement")
-        measurements = f"at most {number}, as many as {problem.budget.minutes:g} minutes allow,"
-    share = f"{found.identifying:.0%} of the random plans that were tried determine"
-    identifying = "every random plan that was tried determines" if found.identifying == 1.0 else share
-    return (
-        f"{problem.loaded.robot.kind} `{problem.loaded.robot.name}`, {measurements} with "
-        f"{continuous} continuous and {discrete} discrete variables each, "
-        f"{counted(len(problem.targets.weights), 'target')}; {found.reachable:.0%} of the poses can be reached, "
-        f"{identifying} what the targets need."
-    )
-
-
-def problem_remarks(problem: "DesignProblem", found: "Feasibility") -> tuple[str, ...]:
-    """What is to be known about a configuration before it is run."""
-    remarks = problem_doubts(problem, found)
-    return remarks if problem.found is None else (*remarks, f"{problem.source}: {problem.found.note}")
-
-
-def problem_doubts(problem: "DesignProblem", found: "Feasibility") -> tuple[str, ...]:
-    """What should be looked at before anything is planned."""
-    remarks = []
-    if found.reachable < SHOWN.few_poses:
-        remarks.append("hardly any pose in `experiment.poses` can be reached; check their units (m, rad)")
-    return tuple(f"{problem.source}: {remark}" for remark in remarks)
-
-
 def identified_sentences(result: Identification) -> list[str]:
     """What recordings identify, and how well: the stiffness of every actuator, the geometry, or both."""
     texts = []
@@ -138,29 +103,32 @@ def identified_sentences(result: Identification) -> list[str]:
     return texts + fit_sentences(result)
 
 
-def identification_lines(result: Identification) -> list[str]:
-    """What was identified, with 95 % intervals, and how well it fits."""
-    first = sentences(each for each in result.suspicions if isinstance(each, BeyondManufacture))
+def identified(result: Identification, at_targets: Said | None = None) -> Said:
+    """What `identify` says: what was identified, with 95 % intervals, how well it fits, and what is doubtful.
+
+    Args:
+        result: the identification.
+        at_targets: what is said at the targets of a configuration.
+    """
+    goodness, remarks = result.goodness, result.suspicions
+    summary = f"{counted(len(result.robot.actuators), 'actuator')} of {result.robot.name}"
+    if goodness.p_value is not None:
+        summary += f", chi2 {result.fit.chi2:.4g} for {goodness.dof}, p = {goodness.p_value:.3g}"
+    first = sentences(each for each in remarks if isinstance(each, BeyondManufacture))
     lines = [*first, *_geometry(result), *_stiffness(result), *fit_sentences(result)]
-    noise = result.noise
-    lines += [
-        f"noise of the {one.name}, estimated from {noise.origin}: {words.size(one.deviation, _noise_unit(one.name))}"
-        for one in noise.groups
-    ]
+    for one in result.noise.groups:
+        size = words.size(one.deviation, "rad" if one.name == "rotations" else "m")
+        lines.append(f"noise of the {one.name}, estimated from {result.noise.origin}: {size}")
     held_out = rms(result.test_residuals)
     if held_out is not None:
         lines += [f"RMS of the test rows: {held_out:.3g} standard deviations", coverage_sentence(result.coverage)]
-    return lines
-
-
-def _noise_unit(group: str) -> str:
-    return "rad" if group == "rotations" else "m"
-
-
-def identification_warnings(result: Identification) -> list[str]:
-    """What is doubtful, beside what is said of the recordings where they are read, and before anything else."""
-    doubts = [each for each in result.suspicions if not isinstance(each, Implausible | BeyondManufacture)]
-    return [f"warning: {text}" for text in sentences(doubts)]
+    further = Said("", []) if at_targets is None else at_targets
+    # What is said of the recordings where they are read is not said again.
+    doubts = sentences(each for each in remarks if not isinstance(each, Implausible | BeyondManufacture))
+    notes = [f"warning: {text}" for text in doubts]
+    return Said(
+        summary, [*lines, *further.lines], notes, lambda: identification_record(result) | dict(further.document())
+    )
 
 
 def _geometry(result: Identification) -> list[str]:

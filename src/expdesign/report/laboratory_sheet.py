@@ -2,6 +2,7 @@
 
 import math
 import re
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,6 +10,8 @@ import pandas as pd
 from jinja2 import Environment, FileSystemLoader
 
 from expdesign.io.units import measured_column
+from expdesign.planning.laboratory_sheet import Steps
+from expdesign.report.said import Said
 
 DECIMALS = {"length": 6, "angle": 6, "mass": 6, "force": 6, "moment": 6}
 """Digits that are shown, after the point in SI units; in other units as many as it takes for the same step."""
@@ -16,6 +19,27 @@ _HIDDEN = ("plan_row", "kind", "remarks")
 _DEVIATION = re.compile("s[xyz]|sr[xyz]")
 _LOAD = re.compile("mass|[fm][xyz]")
 _BLANKS = ("Date", "Operator", "Instrument", "Temperature")
+
+
+def sheet_said(steps: Steps, minutes: float | None, in_plan_order: float | None) -> Said:
+    """What `sheet` says: what is measured, and how long it takes, in the order of the steps and in that of the plan."""
+    readings, references = len(steps.rows), int(steps.reference.sum())
+    text = f"{readings} readings, {references} of them without load; {steps.pose_changes} poses to set, "
+    text += f"{steps.load_changes} changes of the load{' (no order needs less)' if steps.exact else ''}."
+    if minutes is not None:
+        text += f" Time: {minutes:.4g} min; row by row as planned {in_plan_order:.4g} min."
+    return Said(text)
+
+
+def sheet_instructions(robot_file: str) -> list[str]:
+    """What to do with the sheet of a robot, whose file may be unknown (empty)."""
+    return [
+        "Readings: what the instrument shows, from any zero that stays the same within a series; a loaded row is "
+        "counted from the unloaded row before it in its series. Rows left empty are ignored.",
+        "Columns s...: standard deviation of a deflection, as planned; correct them where the instrument says "
+        "otherwise. Columns time and temperature may stay empty.",
+        f"Afterwards: expdesign identify {shlex.quote(robot_file or 'ROBOT.yaml')} sheet.xlsx --out results",
+    ]
 
 
 def sheet_page(frame: pd.DataFrame, title: str, summary: str, notes: Sequence[str]) -> str:

@@ -1,7 +1,7 @@
 """The page of `expdesign montecarlo`: does the plan attain what the criteria predict?"""
 
 import shlex
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from expdesign.report.blocks import (
 )
 from expdesign.report.montecarlo_figures import CAUSE_NAMES, agreement_figure, density_figure
 from expdesign.report.page import Page
+from expdesign.report.said import Said
 
 CRITERIA = {"duir": "DUIR (measurement noise)", "feir": "FEIR (load errors)", "total": "Total expected error"}
 
@@ -51,28 +52,45 @@ def montecarlo_report(result: Repeated, plan: str = "plan.csv") -> Page:
     )
 
 
+def montecarlo_said(result: Repeated, remarks: Sequence[str]) -> Said:
+    """What `montecarlo` says: the criteria as they came out and as predicted, and whether the prediction holds.
+
+    Args:
+        result: the repetitions.
+        remarks: what is doubtful about the plan, in words.
+    """
+    lines = [
+        f"{row.criterion}: {row.rms:.5g} ± {row.standard_error:.2g} tolerances, predicted {row.predicted:.5g}"
+        for row in criteria_frame(result, result.causes).itertuples()
+    ]
+    notes = [f"expdesign: {remark}" for remark in remarks]
+    return Said("\n".join([*lines, _agreement(result)]), notes=notes, document=result.record)
+
+
 def _conclusions(result: Repeated) -> list[str]:
-    scores = np.abs(result.scores())
-    beyond = int((scores > 3.0).sum())
     found, predicted = result.criteria["total"]
-    texts = [
+    error = (
         f"In {result.samples} repetitions of experiment, identification and compensation the RMS error at the targets "
         f"is {words.with_error(float(found.value), float(found.standard_error))} tolerances; "
         f"the criteria predict {words.number(predicted, 4)}."
-    ]
+    )
+    return [error, _agreement(result)]
+
+
+def _agreement(result: Repeated) -> str:
+    """Whether what came out is what was predicted, to within the errors of the simulation."""
+    scores = np.abs(result.scores())
+    beyond, largest = int((scores > 3.0).sum()), words.number(float(scores.max()))
     if beyond == 0:
-        texts.append(
+        return (
             f"The prediction holds: all {len(scores)} comparisons lie within three standard errors of the simulation "
-            f"(largest {words.number(float(scores.max()))})."
+            f"(largest {largest})."
         )
-    else:
-        texts.append(
-            f"{beyond} of {len(scores)} comparisons differ by more than three standard errors (largest "
-            f"{words.number(float(scores.max()))}); by chance alone about {words.number(0.0027 * len(scores), 2)} do. "
-            "What the prediction leaves out (errors so large that they are not linear, or the change of geometry "
-            "under load) shows in this simulation."
-        )
-    return texts
+    return (
+        f"{beyond} of {len(scores)} comparisons differ by more than three standard errors (largest {largest}); by "
+        f"chance alone about {words.number(0.0027 * len(scores), 2)} do. What the prediction leaves out (errors so "
+        "large that they are not linear, or the change of geometry under load) shows in this simulation."
+    )
 
 
 def _key_figures(result: Repeated) -> KeyFigures:

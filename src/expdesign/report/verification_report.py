@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 
@@ -24,12 +25,29 @@ from expdesign.report.blocks import (
     table_of,
 )
 from expdesign.report.page import Page
+from expdesign.report.said import Said
 
 _BLANK = "_" * 40
 _RESTS = "The files that this certificate rests on, with their SHA-256."
 _VERDICTS = {"no tolerance": "no decision"}
 _MARKS = {"conforms": "✓", "does not conform": "✗"}
 _TONES = {"pass": "good", "fail": "bad"}
+
+
+def verified(result: Verification, robot: str, about: About, record: Mapping[str, Any]) -> Said:
+    """What `verify` says: the verdict, what it rests on, and texts of the certificate that nobody has given.
+
+    Args:
+        result: what was found.
+        robot: its name.
+        about: texts of the certificate.
+        record: the content of `verification.json`.
+    """
+    stated = ("remarks", "robot", "load")  # known from the model and the recordings otherwise
+    empty = [name for name, text in about.model_dump().items() if not text and name not in stated]
+    lines = [f"verdict: {result.verdict}", *statement(result)]
+    notes = [f"left to be filled in by hand: {', '.join(empty)}"] if empty else []
+    return Said(f"verdict {result.verdict} for {robot}", lines, notes, lambda: record)
 
 
 def verification_report(

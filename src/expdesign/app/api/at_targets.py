@@ -22,6 +22,7 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.report.blocks import PageSection
 from expdesign.report.error_budget import acceptance_section
 from expdesign.report.hidden_physics import recordings_section
+from expdesign.report.said import Said
 
 if TYPE_CHECKING:
     from expdesign.diagnosis.result import Diagnosis
@@ -50,19 +51,14 @@ class StatedAtTargets:
         return None if stated is None else stated.sentence
 
     @property
-    def lines(self) -> list[str]:
+    def said(self) -> Said:
         """The decision, and what may still be hidden: a line for each sentence."""
-        hidden = self.hidden_sentence
-        return [*sentences(self.acceptance), *([] if hidden is None else [hidden])]
-
-    @property
-    def record(self) -> dict[str, Any]:
-        """What a document says of it."""
         record: dict[str, Any] = {"acceptance": acceptance_record(self.acceptance)}
         if self.hidden is not None:
             record["hidden"] = self.hidden.record
             record["accuracy"] = None if self.accuracy is None else self.accuracy.record
-        return record
+        hidden = [] if self.hidden_sentence is None else [self.hidden_sentence]
+        return Said("", [*sentences(self.acceptance), *hidden], document=lambda: record)
 
     def sections(self, of: str, *, in_words: bool = True) -> list[PageSection]:
         """The sections of a page about the model that `of` names; `in_words` where the page has not said them yet."""

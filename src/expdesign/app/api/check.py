@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from expdesign.app.api.configuration import checked_problem, problem_of
 from expdesign.app.api.inputs import RobotFile, RobotInput, named_arguments, purpose_of, robot_of
@@ -20,7 +21,6 @@ from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.chain.recordings.measured import with_targets
 from expdesign.chain.recordings.reader import recordings_from_table, require_measured
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.counted import counted
 from expdesign.errors import InputError
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.identify import identify as identify_recordings
@@ -33,211 +33,54 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import require_regular
 from expdesign.planning.sampling import Feasibility, feasibility
 from expdesign.planning.schema import RunSection
-from expdesign.report import fit_texts
+from expdesign.report.check_texts import problem_doubts, problem_said, recordings_said, robot_said, sweep_said
 from expdesign.report.page import Page
-from expdesign.report.remark_texts import sentences
-from expdesign.report.robot_section import actuator_sentences, problem_report, robot_report
-
-if TYPE_CHECKING:
-    from expdesign.app.sweeps.runs import SweepRun
+from expdesign.report.robot_section import problem_report, robot_report
+from expdesign.report.said import Said
 
 
 @dataclass(frozen=True, repr=False)
-class Checked(FolderResult):
-    """What was checked and can be used."""
+class CheckResult(FolderResult):
+    """What was checked and can be used.
+
+    Attributes:
+        stated: what is said of it.
+        read: what was read: a robot or a configuration's problem, which the page draws, or recordings; None of a sweep.
+        doubts: the notes for which `--strict` refuses it.
+        feasibility: shares of the design space of a configuration that can be reached, and that identify what the
+            targets need; else None.
+        identification: of the base model from recordings, or None.
+    """
 
     FILES: ClassVar = PAGE
+    stated: Said
+    read: Robot | DesignProblem | Recordings | None
+    doubts: Sequence[str]
+    feasibility: Feasibility | None = None
+    identification: Identification | None = None
 
     @property
-    def remarks(self) -> tuple[str, ...]:
-        """What is doubtful about it."""
-        return ()
+    def said(self) -> Said:
+        return self.stated
 
     @property
-    def doubts(self) -> tuple[str, ...]:
-        """Those of the remarks for which `--strict` refuses it."""
-        return self.remarks
-
-    @property
-    def details(self) -> list[str]:
-        """What there is to know beside the summary."""
-        return []
-
-    @property
-    def lines(self) -> list[str]:
-        """The file, what it is, and details."""
-        return [f"{', '.join(self.purpose.inputs)}: {self.summary}", *self.details]
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What is doubtful about it."""
-        return self.remarks
+    def refused(self) -> bool:
+        """Whether none of the poses of a configuration, drawn at random, can be reached."""
+        return self.feasibility is not None and self.feasibility.reachable == 0.0
 
     def page(self) -> Page:
-        """The robot, drawn with its legs or joints numbered.
+        """The robot, drawn with its legs or joints numbered, at rest and at the targets of a configuration.
 
         Raises:
             InputError: there is none in what was checked.
         """
-        remedy = "Give a robot, a model or a run configuration; of others no page is made."
-        where = ", ".join(self.purpose.inputs)
-        raise InputError("there is no robot to draw in this file", where=where, remedy=remedy)
-
-
-@dataclass(frozen=True, repr=False)
-class CheckedRobot(Checked):
-    """A robot that can be used.
-
-    Attributes:
-        source: its file.
-        robot: the robot.
-        condition: scaled condition number at its reference configuration.
-    """
-
-    source: str
-    robot: Robot
-    condition: float
-
-    @property
-    def summary(self) -> str:
-        """What it is, in one sentence."""
-        robot = self.robot
-        usable = "cannot be at its reference pose" if self.beyond else "is usable"
-        return (
-            f"{robot.kind} `{robot.name}` with {counted(len(robot.stiffness), 'actuator')} {usable} "
-            f"(scaled condition number {self.condition:.3g} at its reference pose)."
-        )
-
-    @property
-    def beyond(self) -> bool:
-        """Whether the limits exclude the reference pose."""
-        return float(self.robot.limit_excess(self.robot.reference_configuration())) > 0.0
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """What is doubtful about it."""
-        reference = self.robot.reference_configuration()
-        if not self.beyond:
-            return ()
-        return (f"{self.source}: at the reference pose {self.robot.limit_message(reference)}",)
-
-    @property
-    def details(self) -> list[str]:
-        """Which leg or joint is which: a line for each of them."""
-        return actuator_sentences(self.robot)
-
-    def page(self) -> Page:
-        """The robot, drawn with its numbers."""
-        return robot_report(self.robot, self.summary)
-
-
-@dataclass(frozen=True, repr=False)
-class CheckedModel(CheckedRobot):
-    """An identified model that can be used, with its robot.
-
-    Attributes:
-        model: the model.
-    """
-
-    model: Model
-
-    @property
-    def summary(self) -> str:
-        """What it is, in one sentence."""
-        return f"identified model with {counted(len(self.model.chain.effects), 'effect')} of a {super().summary}"
-
-
-@dataclass(frozen=True, repr=False)
-class CheckedProblem(Checked):
-    """A run configuration that can be solved.
-
-    Attributes:
-        problem: what it asks for.
-        feasibility: shares of the design space that can be reached and that identify what the targets need.
-    """
-
-    problem: DesignProblem
-    feasibility: Feasibility
-
-    def page(self) -> Page:
-        """The robot, drawn with its numbers, at rest and at the targets."""
-        return problem_report(self.problem, self.summary)
-
-    @property
-    def summary(self) -> str:
-        """What it asks for, in one sentence."""
-        return fit_texts.problem_summary(self.problem, self.feasibility)
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """What is doubtful about it."""
-        return fit_texts.problem_remarks(self.problem, self.feasibility)
-
-    @property
-    def doubts(self) -> tuple[str, ...]:
-        """Those that are no mere statement of what the robot is."""
-        return fit_texts.problem_doubts(self.problem, self.feasibility)
-
-    @property
-    def refused(self) -> bool:
-        """Whether none of the poses drawn at random can be reached."""
-        return self.feasibility.reachable == 0.0
-
-
-@dataclass(frozen=True, repr=False)
-class CheckedSweep(Checked):
-    """A sweep whose every run is a configuration.
-
-    Attributes:
-        runs: what is run.
-    """
-
-    runs: list[SweepRun]
-
-    @property
-    def summary(self) -> str:
-        """What it asks for, in one sentence."""
-        keys = dict.fromkeys(key for run in self.runs for key in run.values)
-        return f"sweep of {counted(len(self.runs), 'run')} over {', '.join(keys)}"
-
-
-@dataclass(frozen=True, repr=False)
-class CheckedRecordings(Checked):
-    """Recordings that can be read.
-
-    Attributes:
-        structure: rows, series and measured components, in words.
-        recordings: read as those of the robot, or None without one.
-        identification: of the base model, or None where there is no robot or nothing to identify.
-    """
-
-    structure: str
-    recordings: Recordings | None = None
-    identification: Identification | None = None
-
-    @property
-    def summary(self) -> str:
-        """What they hold and, with a robot, what they identify."""
-        return " ".join([self.structure, *self.details])
-
-    @property
-    def details(self) -> list[str]:
-        """What they identify, and how well the base model fits, a line for each sentence."""
-        if self.recordings is None:
-            return ["Give the robot (argument `robot`) to see what they identify."]
-        return [] if self.identification is None else fit_texts.identified_sentences(self.identification)
-
-    @property
-    def lines(self) -> list[str]:
-        """The file, what it holds, and details."""
-        return [f"{', '.join(self.purpose.inputs)}: {self.structure}", *self.details]
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """What limits what they tell; mistakes are warned of where they are read."""
-        if self.identification is None:
-            return ()
-        return tuple(f"warning: {text}" for text in sentences(self.identification.suspicions))
+        if isinstance(self.read, DesignProblem):
+            return problem_report(self.read, self.summary)
+        if self.read is None or isinstance(self.read, Recordings):
+            remedy = "Give a robot, a model or a run configuration; of others no page is made."
+            where = ", ".join(self.purpose.inputs)
+            raise InputError("there is no robot to draw in this file", where=where, remedy=remedy)
+        return robot_report(self.read, self.summary)
 
 
 @named_arguments
@@ -246,7 +89,7 @@ def check(
     robot: RobotInput | None = None,
     *,
     shared_reference: bool | None = None,
-) -> Checked:
+) -> CheckResult:
     """Read a robot, a configuration, a sweep or recordings, and say what is wrong or not identifiable.
 
     Args:
@@ -280,34 +123,43 @@ def check(
         if kind_of(document.content) == "sweep":
             from expdesign.app.sweeps.runs import sweep_runs  # noqa: PLC0415 (of sweeps alone)
 
-            return CheckedSweep(sweep_runs(document), purpose=purpose)
+            runs = sweep_runs(document)
+            keys = list(dict.fromkeys(key for run in runs for key in run.values))
+            return CheckResult(sweep_said(str(file), len(runs), keys), None, (), purpose=purpose)
         found = read_document(document, checked_problem)
     if isinstance(found, DesignProblem | RunSection):
         problem = problem_of(found)
-        return CheckedProblem(problem, feasibility(problem), purpose=purpose)
+        shares = feasibility(problem)
+        doubts = problem_doubts(problem, shares)
+        stated = problem_said(", ".join(purpose.inputs), problem, shares, doubts)
+        return CheckResult(stated, problem, doubts, shares, purpose=purpose)
     if isinstance(found, RobotFile | RobotSection):
         machine = robot_of(found)
-        return CheckedRobot(*_usable(machine.robot, machine.document.source), purpose=purpose)
+        return _usable(machine.robot, machine.document.source, None, purpose)
     if isinstance(found, Model):
-        return CheckedModel(*_usable(found.chain.robot, found.source), found, purpose=purpose)
+        return _usable(found.chain.robot, found.source, len(found.chain.effects), purpose)
     what = f"a `{type(file).__name__}` cannot be checked"
     raise InputError(what, remedy="Give a path, an object, a model, or what `load` returned.")
 
 
-def _usable(robot: Robot, source: str) -> tuple[str, Robot, float]:
-    """The file, the robot and the scaled condition number at its reference pose, where that can be used."""
+def _usable(robot: Robot, source: str, effects: int | None, purpose: Purpose) -> CheckResult:
+    """What is said of a robot, or of a model with effects, that is regular at its reference pose."""
     say(robot_findings(robot), source)
     reference = robot.reference_configuration()
     require_regular(robot, reference, f"{source}, reference pose")
-    return source, robot, float(robot.jacobians(reference).condition)
+    condition = float(robot.jacobians(reference).condition)
+    stated = robot_said(", ".join(purpose.inputs), source, robot, condition, effects)
+    return CheckResult(stated, robot, stated.notes, purpose=purpose)
 
 
 def _recordings(
     file: Path, robot: RobotInput | None, purpose: Purpose, *, shared_reference: bool | None
-) -> CheckedRecordings:
+) -> CheckResult:
     table = read_table(file)
     if robot is None:
-        return CheckedRecordings(check_structure(table), purpose=purpose)
+        return CheckResult(
+            recordings_said(str(file), check_structure(table), None, robot=False), None, (), purpose=purpose
+        )
     machine = robot_of(robot).robot
     table = with_targets(with_joint_columns(table, machine), machine)
     structure = check_structure(table, commanded=machine.actuated)
@@ -315,7 +167,6 @@ def _recordings(
     require_measured(recordings, machine)
     say_unknown_columns(recordings)
     say(recordings_findings(recordings, machine), str(file))
-    if not machine.actuated:
-        return CheckedRecordings(structure, recordings, purpose=purpose)
-    found = identify_recordings(machine, recordings)
-    return CheckedRecordings(structure, recordings, found, purpose=purpose)
+    found = identify_recordings(machine, recordings) if machine.actuated else None
+    stated = recordings_said(str(file), structure, found, robot=True)
+    return CheckResult(stated, recordings, stated.notes, identification=found, purpose=purpose)

@@ -24,8 +24,9 @@ from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.certificate import Certificate, LowerBound
 from expdesign.planning.plan import plan_frame, read_plan, without_validation
 from expdesign.planning.problem import DesignProblem
-from expdesign.report.comparison_report import comparison_report
+from expdesign.report.comparison_report import compared, comparison_report
 from expdesign.report.page import Page
+from expdesign.report.said import Said
 
 SAMPLES, RANDOM = 4000, 40
 """Repetitions and random designs where nothing is said."""
@@ -53,14 +54,8 @@ class ComparisonResult(FolderResult):
     settings: Mapping[str, str]
 
     @property
-    def summary(self) -> str:
-        """The best accuracy of every configuration, and the design that attains it."""
-        lines = []
-        for name, judgement in zip(self.names, self.judgements, strict=True):
-            best = judgement.best
-            attained = f"{judgement.attained[best]:.4g} ± {judgement.attained_standard_error[best]:.2g} tolerances"
-            lines.append(f"{name}: best accuracy {attained}, design by {judgement.contenders[best].name}")
-        return "\n".join(lines)
+    def said(self) -> Said:
+        return compared(self.names, self.judgements)
 
     @property
     def frame(self) -> pd.DataFrame:

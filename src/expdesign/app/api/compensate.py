@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 
 from expdesign.app.api.inputs import (
-    REFUTED,
     ModelInput,
     TableInput,
     model_of,
@@ -38,14 +37,13 @@ from expdesign.estimation.compensation.target_loads import TargetLoads, said_of_
 from expdesign.io.output import csv_text
 from expdesign.io.table import Table, parse_table
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.report import words
+from expdesign.report.compensation_texts import compensated
+from expdesign.report.said import Said
 
 if TYPE_CHECKING:  # most commands are found without a configuration, and need not wait for planning
     from expdesign.app.api.configuration import Config
     from expdesign.planning.problem import DesignProblem
 
-MOST_LINES = 20
-"""Targets that are listed; of more the largest corrections are."""
 _SAMPLES = 200
 """Measurements drawn from the design space, whose corners are added."""
 
@@ -72,20 +70,9 @@ class CompensationResult(TableResult):
     scope: list[str] = field(default_factory=list)
 
     @property
-    def summary(self) -> str:
-        """The largest correction and the expected uncertainty, in words."""
-        return correction_summary(self.corrections, self.robot.coordinates.translations)
-
-    @property
-    def lines(self) -> list[str]:
-        """Corrections and U as a table in words, a line for each target, the summary, and which errors were applied."""
-        table = correction_lines(self.corrections, self.sequence, self.robot.coordinates.translations)
-        return [*table, self.summary, *self.scope]
-
-    @property
-    def notes(self) -> list[str]:
-        """That the model is refuted."""
-        return [REFUTED] if self.refuted else []
+    def said(self) -> Said:
+        translations = self.robot.coordinates.translations
+        return compensated(self.corrections, self.sequence, translations, self.scope, refuted=self.refuted)
 
 
 @named_arguments
@@ -220,43 +207,3 @@ def _judged(robot: Robot, corrections: Corrections) -> dict[str, Any]:
     columns |= {f"U_{name}": corrections.expanded[:, i] for i, name in enumerate(names)}
     beyond = ["; ".join(map(str, row)) for row in corrections.beyond]
     return columns | {"beyond_calibration": np.array(beyond, dtype=object)}
-
-
-def correction_lines(corrections: Corrections, sequence: list[int], translations: int) -> list[str]:
-    """A table of the corrections, rows in the order of the targets.
-
-    Args:
-        corrections: of N targets.
-        sequence: their numbers, N.
-        translations: number of leading axes that are lengths.
-    """
-    count = len(sequence)
-    chosen = np.arange(count)
-    if count > MOST_LINES:
-        chosen = np.sort(np.argsort(-corrections.translation, kind="stable")[:MOST_LINES])
-    rows = [["target", "correction", "", "U (k = 2)", "", "beyond what was calibrated"]]
-    for row in chosen:
-        size, known = _sizes(corrections, translations, [int(row)])
-        beyond = "; ".join(map(str, corrections.beyond[row])) or "-"
-        rows.append([str(sequence[row]), *size, *[""] * (2 - len(size)), *known, *[""] * (2 - len(known)), beyond])
-    widths = [max(len(row[column]) for row in rows) for column in range(5)]
-    lines = ["  ".join([*(cell.rjust(w) for cell, w in zip(row, widths, strict=False)), row[5]]) for row in rows]
-    return lines + ([f"({count - MOST_LINES} smaller corrections are in the file)"] if count > MOST_LINES else [])
-
-
-def correction_summary(corrections: Corrections, translations: int) -> str:
-    """The largest correction and the largest uncertainty."""
-    size, known = _sizes(corrections, translations, list(range(len(corrections.translation))))
-    text = f"largest correction {', '.join(size)}; expected U {', '.join(known)}"
-    outside = sum(bool(row) for row in corrections.beyond)
-    return text + (f"; {outside} of {len(corrections.beyond)} targets beyond what was calibrated" if outside else "")
-
-
-def _sizes(corrections: Corrections, translations: int, rows: list[int]) -> tuple[list[str], list[str]]:
-    """The largest corrections and U of some rows: of lengths, and of angles where there are some."""
-    expanded = corrections.expanded[rows]
-    pairs = [(corrections.translation[rows], expanded[:, :translations], "m")]
-    if expanded.shape[1] > translations:
-        pairs.append((corrections.rotation[rows], expanded[:, translations:], "rad"))
-    size, known = zip(*((words.size(a.max(), unit), words.size(b.max(), unit)) for a, b, unit in pairs), strict=True)
-    return list(size), list(known)

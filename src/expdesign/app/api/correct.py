@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -21,12 +20,12 @@ from expdesign.chain.recordings.thermal_correction import (
     measured_poses,
     repeatability,
 )
-from expdesign.counted import counted
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.estimation.identify import identify
-from expdesign.io.output import plain
 from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.robots.robot import Robot
+from expdesign.report.recording_texts import corrected
+from expdesign.report.said import Said
 
 
 @dataclass(frozen=True, repr=False)
@@ -48,51 +47,14 @@ class CorrectionResult(RecordedTable):
     residuals: tuple[FloatArray, FloatArray] | None
     axes: tuple[str, ...]
 
-    @property
-    def summary(self) -> str:
-        """How many recordings and poses there are."""
-        return f"{counted(len(self.text), 'recording')} of {counted(len(self.poses), 'pose')}"
-
     def as_table(self) -> pd.DataFrame:
         """The recordings, or the corrected poses where nothing has a load."""
         return self.text if len(self.text) else self.poses
 
     @property
-    def lines(self) -> list[str]:
-        """Scatter of repeated poses and residuals of identification, before and after, with the noise of each."""
-        units = [f"{name} (µ{name.rsplit('_', 1)[1]})" for name in self.axes]
-        lines, here = [f"per axis: {', '.join(units)}"], self.repeatability
-        if here is None:
-            lines.append("no pose was measured twice at the same command and load: there is no scatter to compare")
-        else:
-            scatter = "RMS scatter of repeated poses"
-            lines.append(f"{scatter} before {_micro(here.before)}, noise alone {_micro(here.noise_before)}")
-            lines.append(f"{scatter} after  {_micro(here.after)}, noise alone {_micro(here.noise_after)}")
-        if self.residuals is not None:
-            noises = (self.deflections.noise_before, self.deflections.covariance)
-            for when, values, noise in zip(("before", "after "), self.residuals, noises, strict=True):
-                residual = f"RMS residual of identification {when} {_micro(values)}"
-                lines.append(f"{residual}, noise of a deflection {_micro(_mean_deviation(noise))}")
-        return lines
-
-    @property
-    def record(self) -> dict[str, Any]:
-        """RMS before and after with the noise that is expected, and the covariance of every deflection."""
-        found: dict[str, Any] = {"axes": self.axes, "deflections": len(self.text)}
-        here, covariance = self.repeatability, self.deflections.covariance
-        if here is not None:
-            found["repeated_poses"] = {
-                "groups": here.groups, "degrees_of_freedom": here.freedom, "rms_before": here.before,
-                "rms_after": here.after, "noise_before": here.noise_before, "noise_after": here.noise_after,
-            }  # fmt: skip
-        if len(self.text):
-            before = _mean_deviation(self.deflections.noise_before)
-            found["deflection_noise"] = {"before": before, "after": _mean_deviation(covariance)}
-            found["covariance"] = covariance
-        if self.residuals is not None:
-            found["residuals_of_identification"] = dict(zip(("rms_before", "rms_after"), self.residuals, strict=True))
-        record: dict[str, Any] = plain(found)
-        return record
+    def said(self) -> Said:
+        counts = len(self.text), len(self.poses)
+        return corrected(counts, self.deflections, self.repeatability, self.residuals, self.axes)
 
 
 @named_arguments
@@ -158,14 +120,3 @@ def _residuals(text: pd.DataFrame, robot: Robot, found: CorrectedDeflections) ->
         observation = observation_matrix(robot.jacobians(recordings.configurations), recordings.wrenches)
         rms.append(np.sqrt(((recordings.deflections - observation @ compliance) ** 2).mean(axis=0)))
     return rms[0], rms[1]
-
-
-def _mean_deviation(covariance: FloatArray | None) -> FloatArray | None:
-    if covariance is None or not len(covariance):
-        return None
-    deviations: FloatArray = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2).mean(axis=0))
-    return deviations
-
-
-def _micro(values: FloatArray | None) -> str:
-    return "not stated" if values is None else "[" + ", ".join(f"{1e6 * value:.3g}" for value in values) + "]"

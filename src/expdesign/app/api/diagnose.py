@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import pandas as pd
 
@@ -25,8 +25,9 @@ from expdesign.errors import ArgumentError, InputError
 from expdesign.estimation.load_errors import declared_load_errors
 from expdesign.io.yaml_reader import parse_yaml
 from expdesign.report.diagnosis_report import diagnosis_report
-from expdesign.report.diagnosis_texts import diagnosis_record, terminal_lines
+from expdesign.report.diagnosis_texts import diagnosed
 from expdesign.report.page import Page
+from expdesign.report.said import Said
 
 if TYPE_CHECKING:  # most recordings are diagnosed without targets, and need not wait for planning
     from expdesign.app.api.configuration import Config
@@ -91,12 +92,9 @@ class DiagnosisResult(RecordedResult):
         return self.otherwise
 
     @property
-    def summary(self) -> str:
-        """The verdict and what is there."""
-        ended = ["ended by hand"] if self.result.ended else []
-        return ", ".join(
-            [*ended, self.verdict, *(f"{each.physics} at {each.component}" for each in self.result.findings)]
-        )
+    def said(self) -> Said:
+        plan = None if self.result.rival is None else NEXT_PLAN
+        return diagnosed(self.result, plan, None if self.at_targets is None else self.at_targets.said)
 
     @property
     def verdict(self) -> str:
@@ -136,22 +134,6 @@ class DiagnosisResult(RecordedResult):
             for number, finding in enumerate(curves(self.result.findings), start=1)
             if finding.curve is not None
         }
-
-    @property
-    def record(self) -> dict[str, Any]:
-        """The content of `diagnosis.json` (file-formats.md, diagnosis.json)."""
-        record = diagnosis_record(self.result, None if self.result.rival is None else NEXT_PLAN)
-        return record if self.at_targets is None else record | self.at_targets.record
-
-    @property
-    def lines(self) -> list[str]:
-        """Verdict, findings, stiffnesses and what to do next: a line for each."""
-        return terminal_lines(self.result, [] if self.at_targets is None else self.at_targets.lines)
-
-    @property
-    def notes(self) -> list[str]:
-        """That somebody ended the diagnosis."""
-        return ["interrupted: the best model so far is written"] if self.result.ended else []
 
     def page(self) -> Page:
         at = self.at_targets

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import pandas as pd
-from rich.console import Console
-from rich.table import Table
 
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of, table_of
 from expdesign.app.api.result import Result
 from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.acceptance.planned import planned_decisions
-from expdesign.assurance.acceptance.said import acceptance_record, sentences
+from expdesign.assurance.acceptance.said import acceptance_record
 from expdesign.assurance.model_error.meir import meir_of_problem
 from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden, hidden_by_plan
 from expdesign.chain.recordings.points import points_from_table
@@ -27,6 +24,8 @@ from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.record import evaluation_record
 from expdesign.planning.plan import Plan, completed, read_plan, require_whole_load, without_validation
 from expdesign.planning.problem import DesignProblem
+from expdesign.report.design_texts import evaluated
+from expdesign.report.said import Said
 
 BEYOND = 1e-9
 """m or rad beyond a limit that are the rounding of a file."""
@@ -49,38 +48,13 @@ class EvaluationResult(Result):
     remarks: tuple[str, ...]
 
     @property
-    def summary(self) -> str:
-        """DUIR, FEIR and total."""
-        values = self.criteria["value"]
-        return ", ".join(f"{name} {values[name]:.4g}" for name in ("duir", "feir", "total")) + " tolerances"
-
-    @property
-    def lines(self) -> list[str]:
-        """Every criterion, as a table as wide as the terminal, and what is accepted."""
-        shown, record = Table("criterion", "value", "unit", "better"), self.record
-        for name, criterion in self.problem.criteria.items():
-            text = "not identifiable" if record[name] is None else f"{record[name]:.6g}"
-            shown.add_row(criterion.title, text, criterion.unit, "larger" if criterion.maximise else "smaller")
-        console = Console(soft_wrap=True)
-        with console.capture() as table:
-            console.print(shown)
-        accuracy = [] if self.accuracy is None else [self.accuracy.sentence]
-        return [*table.get().splitlines(), *sentences(self.acceptance), *accuracy]
-
-    @property
-    def notes(self) -> list[str]:
-        """What is doubtful about the plan."""
-        return [f"expdesign: {remark}" for remark in self.remarks]
-
-    @property
-    def record(self) -> dict[str, Any]:
-        """The document of `evaluate --json` (file-formats.md, evaluate --json)."""
+    def said(self) -> Said:
         record = evaluation_record(self.assessment, self.problem.further)
         record["acceptance"] = acceptance_record(self.acceptance)
         if meir_of_problem(self.problem) is not None:
             record["hidden"] = None if self.hidden is None else self.hidden.record
             record["accuracy"] = None if self.accuracy is None else self.accuracy.record
-        return record
+        return evaluated(self.problem.criteria, record, self.acceptance, self.remarks)
 
     @property
     def acceptance(self) -> Decision:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
+from typing import TYPE_CHECKING, ClassVar, Literal, get_args
 
 import pandas as pd
 
@@ -16,7 +16,6 @@ from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.instrument import instrument_findings
 from expdesign.assurance.plausibility.interpretations import unexplained
 from expdesign.assurance.plausibility.recordings import recordings_findings
-from expdesign.counted import counted
 from expdesign.errors import ArgumentError
 from expdesign.estimation.arm_options import ArmOptions, Further, Loss
 from expdesign.estimation.arm_outcome import calibrated_urdf
@@ -25,10 +24,10 @@ from expdesign.estimation.identify import identify as identify_recordings
 from expdesign.estimation.intervals import Intervals
 from expdesign.estimation.remarks import BeyondManufacture, Implausible
 from expdesign.mechanics.elastostatics.calibration import Calibration
-from expdesign.report.fit_texts import identification_lines, identification_warnings
+from expdesign.report.fit_texts import identified
 from expdesign.report.identification_report import identification_report
-from expdesign.report.identification_tables import identification_record
 from expdesign.report.page import Page
+from expdesign.report.said import Said
 from expdesign.report.stiffness import stiffness_unit
 
 if TYPE_CHECKING:  # most recordings are identified without targets, and need not wait for planning
@@ -54,23 +53,8 @@ class IdentificationResult(RecordedResult):
     accepted: bool = False
 
     @property
-    def summary(self) -> str:
-        """How many stiffnesses were identified, and how well the model fits."""
-        goodness = self.result.goodness
-        text = f"{counted(len(self.result.robot.actuators), 'actuator')} of {self.result.robot.name}"
-        if goodness.p_value is None:
-            return text
-        return f"{text}, chi2 {self.result.fit.chi2:.4g} for {goodness.dof}, p = {goodness.p_value:.3g}"
-
-    @property
-    def lines(self) -> list[str]:
-        """What was identified, how well it fits, and what is accepted."""
-        return [*identification_lines(self.result), *([] if self.at_targets is None else self.at_targets.lines)]
-
-    @property
-    def notes(self) -> list[str]:
-        """What is doubtful."""
-        return identification_warnings(self.result)
+    def said(self) -> Said:
+        return identified(self.result, None if self.at_targets is None else self.at_targets.said)
 
     @property
     def refused(self) -> bool:
@@ -116,11 +100,6 @@ class IdentificationResult(RecordedResult):
         if self.result.arm is None or self.result.geometry is None or not self._written:
             return None
         return calibrated_urdf(self.result.arm, self.result.recordings)
-
-    @property
-    def record(self) -> dict[str, Any]:
-        """The content of `identification.json` (file-formats.md, identification.json)."""
-        return identification_record(self.result) | ({} if self.at_targets is None else self.at_targets.record)
 
     def page(self) -> Page:
         at = self.at_targets

@@ -51,11 +51,6 @@ RobotInput = PathLike | Mapping[str, Any] | RobotSection | RobotFile
 ModelInput = PathLike | Model | Result
 TruthInput = ModelInput | RobotFile | RobotSection | Mapping[str, Any]
 TableInput = PathLike | pd.DataFrame | Result
-REFUTED = (
-    "warning: the model is refuted by its own recordings, and its standard deviations do not hold what it lacks: "
-    "`expdesign diagnose` looks for that, and writes a model with it"
-)
-"""What is said of whatever is computed with such a model."""
 
 
 def purpose_of(command: str, *inputs: object) -> Purpose:

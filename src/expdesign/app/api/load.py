@@ -21,6 +21,7 @@ from expdesign.io.yaml_reader import YamlDocument, read_text, read_yaml
 from expdesign.mechanics.robots.robot_file import robot_from_document
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
+from expdesign.report.said import Said
 
 Loaded = RobotFile | DesignProblem | Model | Recordings | pd.DataFrame
 
@@ -101,21 +102,20 @@ class SavedResult(Result):
 
     Attributes:
         folder: where the files lie.
-        record: content of its JSON file (`run.json`, `identification.json`, ...); empty where it has none.
+        written: content of its JSON file (`run.json`, `identification.json`, ...); empty where it has none.
         tables: content of its CSV files by their names without ending.
         model: the model that was identified, or None.
     """
 
     folder: Path
-    record: dict[str, Any]
+    written: dict[str, Any]
     tables: dict[str, pd.DataFrame]
     model: Model | None
 
     @property
-    def summary(self) -> str:
-        """The command, and what there is."""
+    def said(self) -> Said:
         held = [*self.tables, *(["model"] if self.model is not None else [])]
-        return f"{self.purpose.command} in {self.folder}: {', '.join(held)}"
+        return Said(f"{self.purpose.command} in {self.folder}: {', '.join(held)}", document=lambda: self.written)
 
     def as_table(self) -> pd.DataFrame | None:
         """The plan or sheet, or the only table."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import dataclass
-from typing import Any, ClassVar, get_args
+from typing import ClassVar, get_args
 
 import pandas as pd
 
@@ -17,13 +17,13 @@ from expdesign.app.parallel import Executors, each_of
 from expdesign.assurance.validation.repeated import Drawn, Elsewhere, Repeated, repeat
 from expdesign.assurance.validation.simulation import Repetitions, VirtualExperiment
 from expdesign.chain.models.model_file import Model
-from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
 from expdesign.mechanics.elastostatics.measurements import Distribution, LoadedRobot
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
-from expdesign.report.montecarlo_report import criteria_frame, montecarlo_report
+from expdesign.report.montecarlo_report import criteria_frame, montecarlo_report, montecarlo_said
 from expdesign.report.page import Page
+from expdesign.report.said import Said
 
 MOST_SAMPLES = 5_000_000
 """Repetitions at most, whose samples are all kept in memory."""
@@ -50,29 +50,8 @@ class MonteCarloResult(FolderResult):
         return criteria_frame(self.result, self.result.causes).set_index("criterion")
 
     @property
-    def summary(self) -> str:
-        """DUIR, FEIR and total as they came out and as predicted, and how many comparisons differ."""
-        lines = [
-            f"{row.Index}: {row.rms:.5g} ± {row.standard_error:.2g} tolerances, predicted {row.predicted:.5g}"
-            for row in self.criteria.itertuples()
-        ]
-        record = self.record
-        lines.append(
-            f"{record['beyond_three']} of {counted(record['comparisons'], 'comparison')} "
-            f"{'differs' if record['beyond_three'] == 1 else 'differ'} by more than three standard errors "
-            f"(largest {record['largest_z']:.2f})"
-        )
-        return "\n".join(lines)
-
-    @property
-    def notes(self) -> list[str]:
-        """What is doubtful about the plan."""
-        return [f"expdesign: {remark}" for remark in self.remarks]
-
-    @property
-    def record(self) -> dict[str, Any]:
-        """The content of `montecarlo.json`."""
-        return self.result.record()
+    def said(self) -> Said:
+        return montecarlo_said(self.result, self.remarks)
 
     def page(self) -> Page:
         return montecarlo_report(self.result, *self.purpose.inputs[1:2])
@@ -115,7 +94,7 @@ def montecarlo(
 
     Example:
         >>> xd.montecarlo("configs/bipod.yaml", "plan.csv", samples=2000).summary.splitlines()[-1]
-        '0 of 9 comparisons differ by more than three standard errors (largest 1.13)'
+        'The prediction holds: all 9 comparisons lie within three standard errors of the simulation (largest 1.13).'
 
     Command:
         expdesign montecarlo configs/hexapod-h1.yaml results/mine/plan.csv --out results/mine-montecarlo

@@ -19,13 +19,14 @@ from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.reader import recordings_from_table, require_measured
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.recordings.references import reference_names
-from expdesign.counted import counted
 from expdesign.errors import ArgumentError, NotIdentifiableError
 from expdesign.estimation.goodness import StatementOfFit
 from expdesign.io.table import Table
 from expdesign.planning.plan import Plan, plan_frame, read_plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sequential import identified_so_far, next_measurements, recorded_knowledge, require_readings_of
+from expdesign.report.design_texts import next_said
+from expdesign.report.said import Said
 
 MOST = 24
 """Measurements that are added at most in order to reach an accuracy."""
@@ -54,28 +55,8 @@ class NextResult(TableResult):
     accuracy: float | None = None
 
     @property
-    def summary(self) -> str:
-        """How many measurements there are."""
-        return f"{counted(len(self.frame), 'further measurement')}"
-
-    @property
-    def lines(self) -> list[str]:
-        """The error to expect now and with each further measurement, and whether that is enough."""
-        lines, totals, wanted = [], self.totals, 1.0 if self.accuracy is None else self.accuracy
-        if self.fit is not None and self.fit.refuted:
-            lines.append(f"{self.fit.sentence()} More of them will not help until `expdesign diagnose` has found why.")
-        if self.undetermined is not None:
-            lines.append(f"so far: {self.undetermined}")
-        if totals[0] <= wanted:
-            lines.append(f"already within {wanted:g} tolerances: no further measurement is needed")
-        for index, total in enumerate(totals):
-            when = f"with {index} more" if index else "expected total error now"
-            lines.append(f"{when}: {f'{total:.4g} tolerances' if np.isfinite(total) else 'not determined'}")
-        if self.accuracy is not None and totals[-1] > self.accuracy:
-            count = len(self.after)
-            enough = f"{'is' if count == 1 else 'are'} not enough for {self.accuracy:g} tolerances"
-            lines.append(f"{count} more {enough}")
-        return lines
+    def said(self) -> Said:
+        return next_said(self.totals, self.fit, self.undetermined, self.accuracy)
 
     @property
     def totals(self) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
-from expdesign.app.api.inputs import REFUTED, TableInput, TruthInput, named_arguments, purpose_of, table_of, truth_of
+from expdesign.app.api.inputs import TableInput, TruthInput, named_arguments, purpose_of, table_of, truth_of
 from expdesign.app.api.result import TableResult
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.models.model_file import Model
@@ -22,7 +22,6 @@ from expdesign.chain.recordings.recordings import (
     LoadedPoints,
     measured_names,
 )
-from expdesign.counted import counted
 from expdesign.estimation.compensation.prediction import (
     Prediction,
     in_file_order,
@@ -32,6 +31,8 @@ from expdesign.estimation.compensation.prediction import (
 from expdesign.estimation.compensation.prediction import predict as predict_points
 from expdesign.io.table import Table
 from expdesign.mechanics.robots.robot import Robot
+from expdesign.report.recording_texts import predicted
+from expdesign.report.said import Said
 
 
 @dataclass(frozen=True, repr=False)
@@ -55,23 +56,9 @@ class PredictionResult(TableResult):
     refuted: bool = False
 
     @property
-    def summary(self) -> str:
-        """How many points there are, and at how many the model extrapolates."""
-        text = f"{counted(len(self.text), 'point')} predicted"
-        return f"{text}, {self.beyond} of them beyond what was calibrated" if self.beyond else text
-
-    @property
-    def notes(self) -> list[str]:
-        """How many points there are, and what their standard deviations contain."""
-        return [f"{self.summary}; {self.contains}", *([REFUTED] if self.refuted else [])]
-
-    @property
-    def contains(self) -> str:
-        """What the standard deviations contain, in words."""
-        ratio = "" if self.birge_ratio == 1.0 else f", multiplied by {self.birge_ratio:.3g} as its residuals ask for"
-        if self.readings:
-            return f"standard deviations are of readings: those of the model{ratio}, and the noise of a reading"
-        return f"standard deviations are of the model{ratio}; argument `readings` adds the noise of a reading"
+    def said(self) -> Said:
+        rows, ratio = len(self.text), self.birge_ratio
+        return predicted(rows, self.beyond, ratio, readings=self.readings, refuted=self.refuted)
 
 
 @named_arguments

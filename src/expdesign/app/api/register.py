@@ -26,14 +26,13 @@ from expdesign.chain.recordings.registered_deflections import (
     suspicion,
 )
 from expdesign.chain.recordings.states import RecordedState, matched
-from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
-from expdesign.io.output import plain
 from expdesign.io.table import Table
 from expdesign.io.units import Unit, unit_of
 from expdesign.mechanics.robots.orientation import rotation_matrix
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.report import words
+from expdesign.report.recording_texts import registered
+from expdesign.report.said import Said
 
 
 @dataclass(frozen=True, repr=False)
@@ -58,51 +57,9 @@ class RegistrationResult(RecordedTable):
     unmeasured: tuple[int, ...] = ()
 
     @property
-    def marker_fit(self) -> str:
-        """How the unloaded points fit the robot's markers, in words; empty where these are not known."""
-        fits = {one.markers for one in self.found if one.markers is not None}
-        if not fits:
-            return ""
-        rms, worst = np.sqrt(np.mean([fit.rms**2 for fit in fits])), max(fits, key=lambda fit: fit.size)
-        return (
-            f"points fit the robot's `markers` to {words.size(float(rms), 'm')} (RMS); the worst, {worst.worst}, is "
-            f"{words.size(worst.size, 'm')} off"
-        )
-
-    @property
-    def summary(self) -> str:
-        """How many rows there are."""
-        return f"{counted(len(self.text), 'row')} registered"
-
-    @property
-    def lines(self) -> list[str]:
-        """How many rows there are, and how well the points were measured."""
-        lines = [self.summary]
-        if self.estimated is not None:
-            size = words.size(self.estimated, "m")
-            lines.append(f"standard deviation of a coordinate, estimated from the residuals: {size}")
-        return [*lines, *([self.marker_fit] if self.marker_fit else [])]
-
-    @property
-    def notes(self) -> list[str]:
-        """Points that moved otherwise than the others, and rows without points."""
-        notes = [f"warning: {text}" for text in self.suspicions]
-        if self.unmeasured:
-            notes.append(f"no points for row {', '.join(map(str, self.unmeasured))} of the plan: left out")
-        return notes
-
-    @property
-    def record(self) -> dict[str, Any]:
-        """The covariance of every deflection, and what the registrations leave over."""
-        record: dict[str, Any] = {
-            "covariance": self.covariance,
-            "estimated_deviation_m": self.estimated,
-            "residual_rms_m": [np.sqrt((one.residuals**2).mean()) for one in self.found],
-            "points": [one.points for one in self.found],
-            "suspicions": self.suspicions,
-        }
-        record = plain(record)
-        return record
+    def said(self) -> Said:
+        parts = (self.found, self.covariance, self.estimated, self.suspicions, self.unmeasured)
+        return registered(len(self.text), *parts)
 
 
 @named_arguments

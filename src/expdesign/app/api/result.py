@@ -5,7 +5,7 @@ command prints stands in it as well (`lines`, `notes`), so that a notebook can s
 """
 
 import html
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -19,6 +19,7 @@ from expdesign.io.excel import is_excel_name, workbook
 from expdesign.io.output import csv_text, encoded, json_text, output_file, output_folder, write_bytes, write_file
 from expdesign.io.tables_in_units import in_units
 from expdesign.io.written import Purpose
+from expdesign.report.said import Said
 
 if TYPE_CHECKING:
     from expdesign.report.page import Page
@@ -39,19 +40,29 @@ class Result(Copied):
     purpose: Purpose = field(default=Purpose(""), kw_only=True, compare=False)
 
     @property
+    def said(self) -> Said:
+        """What the result says; made in `report`."""
+        return Said(self.purpose.command)
+
+    @property
     def summary(self) -> str:
         """The result in one line."""
-        return self.purpose.command
+        return self.said.summary
 
     @property
     def lines(self) -> list[str]:
         """What the command prints."""
-        return self.summary.splitlines()
+        return self.said.lines
 
     @property
-    def notes(self) -> Sequence[str]:
+    def notes(self) -> list[str]:
         """What the command says beside its results, on standard error."""
-        return ()
+        return list(self.said.notes)
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """What the command writes as JSON (file-formats.md); empty where it writes none."""
+        return dict(self.said.document())
 
     @property
     def refused(self) -> bool:
@@ -154,11 +165,7 @@ class RowsResult(Result):
 
 @dataclass(frozen=True, repr=False)
 class TableResult(RowsResult):
-    """A result that is kept as one table, beside which the command prints nothing where it has nothing to add."""
-
-    @property
-    def lines(self) -> list[str]:
-        return []
+    """A result that is kept as one table."""
 
     def save(self, file: PathLike, units: str | None = None, *, force: bool = False) -> Path:
         """Write the rows and return the path of the file.
@@ -179,11 +186,6 @@ class TableResult(RowsResult):
 @dataclass(frozen=True, repr=False)
 class RecordedTable(TableResult):
     """A table with a record of how its rows came about."""
-
-    @property
-    def record(self) -> dict[str, Any]:
-        """What does not fit into rows: covariances, residuals."""
-        raise NotImplementedError
 
     def save_record(self, file: PathLike, *, force: bool = False) -> Path:
         """Write `record`.

@@ -15,10 +15,9 @@ from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import purpose_of
 from expdesign.app.api.result import PAGE, FolderResult, PathLike
 from expdesign.assurance.acceptance.planned import recommended_acceptance
-from expdesign.assurance.acceptance.said import acceptance_record, sentences
+from expdesign.assurance.acceptance.said import acceptance_record
 from expdesign.assurance.model_error.statement import AccuracyStatement, hidden_by_plan
 from expdesign.assurance.model_error.unseen import Unseen, unseen_by
-from expdesign.counted import counted
 from expdesign.errors import ArgumentError, InputError
 from expdesign.io.output import csv_text, output_folder, write_file
 from expdesign.planning.front import Front
@@ -37,7 +36,9 @@ from expdesign.planning.result import (
 from expdesign.planning.search import BY_HAND, Progress, search
 from expdesign.planning.spending import spent, what_ends
 from expdesign.report.design_report import design_report
+from expdesign.report.design_texts import run_said
 from expdesign.report.page import Page
+from expdesign.report.said import Said
 
 
 @dataclass(frozen=True, repr=False)
@@ -47,7 +48,7 @@ class RunResult(FolderResult):
     Attributes:
         problem: what was searched.
         front: what was found.
-        record: the content of `run.json` (file-formats.md, run.json).
+        written: the content of `run.json` (file-formats.md, run.json).
         unseen: the physics of which the recommended plan hides most; None where all of it shows, or was not looked for.
     """
 
@@ -62,35 +63,12 @@ class RunResult(FolderResult):
     }
     problem: DesignProblem
     front: Front
-    record: dict[str, Any]
+    written: dict[str, Any]
     unseen: Unseen | None = None
 
     @property
-    def summary(self) -> str:
-        """How many designs there are, and the criteria of the recommended one."""
-        front = self.front
-        best = {name: float(values[front.recommended]) for name, values in front.criteria.items()}
-        return (
-            f"{counted(len(front), 'design')} on the front; recommended design {front.recommended + 1}: "
-            f"DUIR {best['duir']:.4g}, FEIR {best['feir']:.4g}, total {best['total']:.4g} tolerances."
-        )
-
-    @property
-    def lines(self) -> list[str]:
-        """The summary, what is accepted of the recommended design, and what is not known of it."""
-        lines = [
-            self.summary,
-            f"The search ended because {self.front.ended}.",
-            *([self.record["plan_ended"]] if "plan_ended" in self.record else []),
-            *sentences(recommended_acceptance(self.problem, self.front)),
-        ]
-        if "accuracy" in self.record:
-            lines.append(self.record["accuracy"]["sentence"])
-        if self.unseen is not None:
-            lines.append(self.unseen.sentence)
-        if self.record["duir_lower_bound"] is None:
-            lines.append(f"no lower bound of DUIR: {self.record['duir_lower_bound_certified_on']}")
-        return lines
+    def said(self) -> Said:
+        return run_said(self.front, self.written, recommended_acceptance(self.problem, self.front))
 
     def as_table(self) -> pd.DataFrame:
         """The recommended plan."""
@@ -135,7 +113,7 @@ class RunResult(FolderResult):
         return plan_of(self.problem, self.front.decisions[design])
 
     def page(self) -> Page:
-        return design_report(self.problem, self.front, self.record)
+        return design_report(self.problem, self.front, self.written)
 
     def save_plan(self, folder: PathLike, *, force: bool = False) -> None:
         """Write the plans alone, without what takes longer."""
@@ -203,8 +181,8 @@ def run(
     unseen = None if limit.bounding() else unseen_by(problem, front.decisions[front.recommended])
     result = replace(_result(problem, front, duir, total, limit.ended), purpose=purpose, unseen=unseen)
     if unseen is not None:
-        result.record["unseen"] = unseen.record
-    result.record["wall_s"] = time.perf_counter() - started
+        result.written["unseen"] = unseen.record
+    result.written["wall_s"] = time.perf_counter() - started
     return result
 
 

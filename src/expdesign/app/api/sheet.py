@@ -22,7 +22,8 @@ from expdesign.io.tables_in_units import in_units
 from expdesign.planning.laboratory_sheet import Costs, Steps, in_plan_order, ordered
 from expdesign.planning.plan import Plan, plan_columns, read_plan
 from expdesign.planning.problem import DesignProblem
-from expdesign.report.laboratory_sheet import rounded, sheet_page
+from expdesign.report.laboratory_sheet import rounded, sheet_instructions, sheet_page, sheet_said
+from expdesign.report.said import Said
 
 _FILL = "FFF8DC"
 
@@ -51,26 +52,13 @@ class SheetResult(RowsResult, FolderResult):
     robot_file: str = ""
 
     @property
-    def summary(self) -> str:
-        """What is measured, and how long it takes."""
-        references = int(self.steps.reference.sum())
-        text = f"{len(self.text)} readings, {references} of them without load; {self.steps.pose_changes} poses to set, "
-        text += f"{self.steps.load_changes} changes of the load"
-        text += " (no order needs less)." if self.steps.exact else "."
-        if self.minutes is not None:
-            text += f" Time: {self.minutes:.4g} min; row by row as planned {self.minutes_in_plan_order:.4g} min."
-        return text
+    def said(self) -> Said:
+        return sheet_said(self.steps, self.minutes, self.minutes_in_plan_order)
 
     @property
     def instructions(self) -> list[str]:
         """What to do with the sheet."""
-        return [
-            "Readings: what the instrument shows, from any zero that stays the same within a series; a loaded row is "
-            "counted from the unloaded row before it in its series. Rows left empty are ignored.",
-            "Columns s...: standard deviation of a deflection, as planned; correct them where the instrument says "
-            "otherwise. Columns time and temperature may stay empty.",
-            f"Afterwards: expdesign identify {shlex.quote(self.robot_file or 'ROBOT.yaml')} sheet.xlsx --out results",
-        ]
+        return sheet_instructions(self.robot_file)
 
     def files(self, folder: Path = Path(), units: str | None = None) -> dict[str, Any]:
         """The sheet as a table, as a workbook and as a page for printing."""

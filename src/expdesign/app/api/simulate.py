@@ -37,7 +37,6 @@ from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES, measured_names
 from expdesign.chain.recordings.references import reference_names
-from expdesign.counted import counted
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import require_history, require_regular_points
 from expdesign.io.nearest import nearest
@@ -48,6 +47,8 @@ from expdesign.mechanics.robots.robot_file import require_same_robot
 from expdesign.planning.plan import completed, read_plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.synthetic import simulated_deflections, simulated_poses
+from expdesign.report.recording_texts import simulated
+from expdesign.report.said import Said
 
 
 @dataclass(frozen=True, repr=False)
@@ -64,14 +65,8 @@ class SimulationResult(TableResult):
     noise: bool
 
     @property
-    def summary(self) -> str:
-        """How many rows there are."""
-        return f"{counted(len(self.text), 'row')} simulated"
-
-    @property
-    def notes(self) -> list[str]:
-        """How many rows there are, and of which seed."""
-        return [f"{self.summary} (seed {self.seed}{'' if self.noise else ', no noise'})"]
+    def said(self) -> Said:
+        return simulated(len(self.text), self.seed, noise=self.noise)
 
 
 @named_arguments

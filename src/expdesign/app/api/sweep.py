@@ -22,6 +22,7 @@ from expdesign.io.output import json_text, require_writable
 from expdesign.io.written import claim, require_free_names
 from expdesign.io.yaml_reader import YamlDocument, yaml_text
 from expdesign.planning.problem_file import problem_from_document
+from expdesign.report.said import Said
 
 CONFIG = "config.yaml"
 """In the folder of a run: its configuration, as resolved, so that it can be run and judged there."""
@@ -43,21 +44,10 @@ class SweepResult(Result):
     table: pd.DataFrame
 
     @property
-    def summary(self) -> str:
-        """How many runs there are, and how many have no result."""
-        return f"{counted(len(self.table), 'run')} in {self.folder}, {self.failed} of them without a result"
-
-    @property
-    def lines(self) -> list[str]:
-        """The table's path."""
-        return [str(self.folder / TABLE)]
-
-    @property
-    def notes(self) -> list[str]:
-        """How many runs have no result."""
-        if not self.failed:
-            return []
-        return [f"{self.failed} of {len(self.table)} runs have no result; the column `message` says why."]
+    def said(self) -> Said:
+        text = f"{counted(len(self.table), 'run')} in {self.folder}, {self.failed} of them without a result"
+        why = f"{self.failed} of {len(self.table)} runs have no result; the column `message` says why."
+        return Said(text, [str(self.folder / TABLE)], [why] if self.failed else [])
 
     @property
     def failed(self) -> int:
@@ -128,7 +118,7 @@ def run_files(config: dict[str, Any]) -> tuple[dict[str, str], float]:
     started = time.perf_counter()
     try:
         result = run(problem_from_document(YamlDocument(CONFIG, Path(), config)))
-        del result.record["wall_s"]
+        del result.written["wall_s"]
         files = result.files()
     except ExpdesignError as error:
         files = {FAILURE: json_text({"message": error.message})}

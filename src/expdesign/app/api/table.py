@@ -25,6 +25,8 @@ from expdesign.io.nearest import nearest
 from expdesign.io.table import Table
 from expdesign.io.units import measured_column
 from expdesign.mechanics.robots.robot import Robot
+from expdesign.report.compensation_texts import tabulated
+from expdesign.report.said import Said
 
 MOST_NODES = 50_000
 """Nodes at most where nothing is said."""
@@ -53,15 +55,8 @@ class CorrectionTableResult(FolderResult):
     model: Model
 
     @property
-    def summary(self) -> str:
-        """How many nodes there are, over what, and how well the table interpolates."""
-        table = self.table
-        lines = [f"{len(table.values)} nodes ({' x '.join(map(str, table.grid.counts))}) over {', '.join(self.axes)}"]
-        lines += [
-            f"{name}: interpolation within {stated:.2g} (found {found:.2g} at {table.checks} points)"
-            for name, stated, found in zip(self.outputs, table.stated, table.found, strict=True)
-        ]
-        return "\n".join(lines)
+    def said(self) -> Said:
+        return tabulated(self.table, self.axes, self.outputs, self.model.source, self.held)
 
     @property
     def frame(self) -> pd.DataFrame:
@@ -76,25 +71,6 @@ class CorrectionTableResult(FolderResult):
     def interpolated(self, points: FloatArray) -> FloatArray:
         """What the table says at points (N, d) within its range, shape (N, o)."""
         return self.table.grid.interpolate(self.table.values, points)
-
-    @property
-    def record(self) -> dict[str, Any]:
-        """Ranges, nodes and errors."""
-        grid, table = self.table.grid, self.table
-        rows = zip(self.axes, grid.low, grid.high, grid.counts, strict=True)
-        errors = zip(self.outputs, table.stated, table.bound, table.found, strict=True)
-        return {
-            "model": self.model.source,
-            "version": version("expdesign"),
-            "axes": {name: {"low": float(a), "high": float(b), "nodes": int(n)} for name, a, b, n in rows},
-            "held": self.held,
-            "nodes": len(table.values),
-            "interpolation_error": {
-                name: {"stated": float(stated), "bound": float(bound), "found": float(found)}
-                for name, stated, bound, found in errors
-            },
-            "checked_at": table.checks,
-        }
 
     @property
     def c_source(self) -> str:

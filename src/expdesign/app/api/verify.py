@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, get_args
+from typing import ClassVar, get_args
 
 import numpy as np
 
@@ -37,7 +37,8 @@ from expdesign.estimation.compensation.target_loads import TargetLoads
 from expdesign.estimation.coverage import STANDARD, Coverage
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.page import Page
-from expdesign.report.verification_report import statement, verification_report
+from expdesign.report.said import Said
+from expdesign.report.verification_report import verification_report, verified
 
 SAME = 1e-6
 """Relative difference below which standard deviations are those that `compensate` wrote."""
@@ -73,36 +74,17 @@ class VerificationResult(FolderResult):
         return self.result.statement.p_value
 
     @property
-    def summary(self) -> str:
-        """The verdict."""
-        return f"verdict {self.result.verdict} for {self.model.chain.robot.name}"
-
-    @property
-    def lines(self) -> list[str]:
-        """The verdict, and what it rests on."""
-        return [f"verdict: {self.result.verdict}", *statement(self.result)]
+    def said(self) -> Said:
+        robot = self.model.chain.robot
+        axes = tuple(robot.coordinates.deflection[axis] for axis in self.check.axes)
+        record = verification_record(self.result, robot, axes, self.about, self.hashes)
+        record |= {"frame": self.check.frame} if self.check.frame == "instrument" else {}
+        return verified(self.result, robot.name, self.about, {"certificate": certificate_number(record)} | record)
 
     @property
     def refused(self) -> bool:
         """Whether the robot fails."""
         return self.result.verdict == "fail"
-
-    @property
-    def notes(self) -> list[str]:
-        """Texts of the certificate that nobody has given."""
-        stated = ("remarks", "robot", "load")  # known from the model and the recordings otherwise
-        empty = [name for name, text in self.about.model_dump().items() if not text and name not in stated]
-        return [f"left to be filled in by hand: {', '.join(empty)}"] if empty else []
-
-    @property
-    def record(self) -> dict[str, Any]:
-        """The content of `verification.json`."""
-        robot = self.model.chain.robot
-        axes = tuple(robot.coordinates.deflection[axis] for axis in self.check.axes)
-        record = verification_record(self.result, robot, axes, self.about, self.hashes)
-        if self.check.frame == "instrument":
-            record["frame"] = self.check.frame
-        return {"certificate": certificate_number(record)} | record
 
     def page(self) -> Page:
         """The certificate."""

@@ -1,0 +1,100 @@
+"""Sentences about commands that compensate deflections: for targets one by one, and as a table for a controller."""
+
+from collections.abc import Sequence
+from importlib.metadata import version
+
+import numpy as np
+
+from expdesign.estimation.compensation.compensate import Corrections
+from expdesign.estimation.compensation.correction_table import CorrectionTable
+from expdesign.report import words
+from expdesign.report.said import REFUTED, Said
+
+MOST_LINES = 20
+"""Targets of which a terminal shows a line each; of more, those with the largest corrections."""
+
+
+def compensated(
+    corrections: Corrections, sequence: list[int], translations: int, scope: Sequence[str], *, refuted: bool
+) -> Said:
+    """What `compensate` says: corrections and U, a line for each target, and which errors of the load were applied.
+
+    Args:
+        corrections: of N targets.
+        sequence: their numbers, N.
+        translations: number of leading axes that are lengths.
+        scope: which errors of the load were applied at the targets, in words.
+        refuted: whether the recordings of the model refute it.
+    """
+    summary = _largest(corrections, translations)
+    lines = [*_table(corrections, sequence, translations), summary, *scope]
+    return Said(summary, lines, [REFUTED] if refuted else [])
+
+
+def tabulated(
+    table: CorrectionTable, axes: Sequence[str], outputs: Sequence[str], source: str, held: dict[str, float]
+) -> Said:
+    """What `table` says: how many nodes there are, over what, and how well the table interpolates.
+
+    Args:
+        table: nodes, values and the error of interpolation.
+        axes: coordinates that vary.
+        outputs: corrected coordinates.
+        source: file of the model.
+        held: coordinates with one value in the whole table.
+    """
+    grid = table.grid
+    lines = [f"{len(table.values)} nodes ({' x '.join(map(str, grid.counts))}) over {', '.join(axes)}"]
+    errors = list(zip(outputs, table.stated, table.bound, table.found, strict=True))
+    lines += [
+        f"{name}: interpolation within {stated:.2g} (found {found:.2g} at {table.checks} points)"
+        for name, stated, _, found in errors
+    ]
+    rows = zip(axes, grid.low, grid.high, grid.counts, strict=True)
+    record = {
+        "model": source,
+        "version": version("expdesign"),
+        "axes": {name: {"low": float(a), "high": float(b), "nodes": int(n)} for name, a, b, n in rows},
+        "held": held,
+        "nodes": len(table.values),
+        "interpolation_error": {
+            name: {"stated": float(stated), "bound": float(bound), "found": float(found)}
+            for name, stated, bound, found in errors
+        },
+        "checked_at": table.checks,
+    }
+    return Said("\n".join(lines), document=lambda: record)
+
+
+def _table(corrections: Corrections, sequence: list[int], translations: int) -> list[str]:
+    """A table of the corrections, rows in the order of the targets."""
+    count = len(sequence)
+    chosen = np.arange(count)
+    if count > MOST_LINES:
+        chosen = np.sort(np.argsort(-corrections.translation, kind="stable")[:MOST_LINES])
+    rows = [["target", "correction", "", "U (k = 2)", "", "beyond what was calibrated"]]
+    for row in chosen:
+        size, known = _sizes(corrections, translations, [int(row)])
+        beyond = "; ".join(map(str, corrections.beyond[row])) or "-"
+        rows.append([str(sequence[row]), *size, *[""] * (2 - len(size)), *known, *[""] * (2 - len(known)), beyond])
+    widths = [max(len(row[column]) for row in rows) for column in range(5)]
+    lines = ["  ".join([*(cell.rjust(w) for cell, w in zip(row, widths, strict=False)), row[5]]) for row in rows]
+    return lines + ([f"({count - MOST_LINES} smaller corrections are in the file)"] if count > MOST_LINES else [])
+
+
+def _largest(corrections: Corrections, translations: int) -> str:
+    """The largest correction and the largest uncertainty."""
+    size, known = _sizes(corrections, translations, list(range(len(corrections.translation))))
+    text = f"largest correction {', '.join(size)}; expected U {', '.join(known)}"
+    outside = sum(bool(row) for row in corrections.beyond)
+    return text + (f"; {outside} of {len(corrections.beyond)} targets beyond what was calibrated" if outside else "")
+
+
+def _sizes(corrections: Corrections, translations: int, rows: list[int]) -> tuple[list[str], list[str]]:
+    """The largest corrections and U of some rows: of lengths, and of angles where there are some."""
+    expanded = corrections.expanded[rows]
+    pairs = [(corrections.translation[rows], expanded[:, :translations], "m")]
+    if expanded.shape[1] > translations:
+        pairs.append((corrections.rotation[rows], expanded[:, translations:], "rad"))
+    size, known = zip(*((words.size(a.max(), unit), words.size(b.max(), unit)) for a, b, unit in pairs), strict=True)
+    return list(size), list(known)
