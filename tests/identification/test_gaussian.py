@@ -181,16 +181,14 @@ def test_draws_have_the_stated_errors() -> None:
     assert (np.abs(squares.mean(axis=1) - np.diag(BASE.error)) > 4.0 * standard).all()
 
 
-def test_size_by_evidence_is_where_its_slope_vanishes() -> None:
+def test_slope_of_the_evidence_by_a_size_is_its_squares_less_what_is_determined() -> None:
     readings = READINGS + 3.0 * C[:, 0]
-    size = 1.0
-    for _ in range(400):
-        size *= Gaussian((STIFFNESS, Term("physics", C, root=np.array([size]))), readings).size_of("physics")
-    ends = [
-        Gaussian((STIFFNESS, Term("physics", C, root=np.array([size * f]))), readings).log_evidence
-        for f in (0.99, 1.0, 1.01)
-    ]
-    assert ends[1] > max(ends[0], ends[2])
+    low, middle, high = (
+        Gaussian((STIFFNESS, Term("physics", C, root=np.array([0.7 * np.exp(step)]))), readings)
+        for step in (-1e-4, 0.0, 1e-4)
+    )
+    slope = float((middle.standardised("physics") ** 2).sum()) - middle.determined("physics")
+    assert slope == pytest.approx((high.log_evidence - low.log_evidence) / 2e-4, rel=1e-6)
 
 
 def test_unknown_noise_is_the_mean_square_that_is_left() -> None:

@@ -1,7 +1,7 @@
 """Simulated arms: pinocchio is the machine, joints yield under the links' weight, and nothing is as drawn.
 
-Zeros are off by 1 mrad, frames by 0.3 mm and 0.5 mrad, stiffnesses by 20 % (standard deviations); an instrument at an
-unknown place reads markers at unknown places with 30 µm of noise.
+Zeros are off by 1 mrad, frames by 0.3 mm and 0.5 mrad (unless they are as drawn), stiffnesses by 20 % (standard
+deviations); an instrument at an unknown place reads markers at unknown places with 30 µm of noise.
 """
 
 from __future__ import annotations
@@ -59,6 +59,13 @@ KINDS = {
             ("0 0.1149 0", "0 0 1", 1.96, 7000.0), ("0 0 -0.1157", "0 1 0", 0.202, 7000.0),
         ], "0 0.0922 0", [-2.5, -2.4, -2.0, -2.5, -2.5, -2.8], [2.5, -0.7, 2.0, 2.5, 2.5, 2.8],
     ),
+    "UR10e": _arm(
+        [
+            ("0 0 0.1807", "0 0 1", 7.369, 45000.0), ("0 0.176 0", "0 1 0", 13.051, 45000.0),
+            ("0.6127 -0.137 0", "0 1 0", 3.989, 22000.0), ("0.57155 0 0", "0 1 0", 2.1, 7000.0),
+            ("0 0.13515 0", "0 0 1", 1.98, 7000.0), ("0 0 -0.11985", "0 1 0", 0.615, 7000.0),
+        ], "0 0.11655 0", [-2.5, -2.4, -2.0, -2.5, -2.5, -2.8], [2.5, -0.7, 2.0, 2.5, 2.5, 2.8],
+    ),
     "IRB 120": _arm(
         [
             ("0 0 0.19", "0 0 1", 6.2, 20000.0), ("0 0 0.1", "0 1 0", 4.0, 20000.0),
@@ -80,28 +87,35 @@ KINDS = {
 
 
 class Machine:
-    """An arm of a kind with errors of its own and an instrument that reads so many markers."""
+    """An arm of a kind with errors of its own, those of its frames included, and an instrument that reads markers."""
 
-    def __init__(self, kind: Kind, markers: int, random: np.random.Generator) -> None:
+    def __init__(self, kind: Kind, markers: int, random: np.random.Generator, *, frames: bool = True) -> None:
         n = len(kind.joints)
         places = random.normal(0.0, 0.02, (markers, 3)) + PLACES[:markers]
-        sizes = [np.full(n, ZERO), np.tile([LENGTH] * 3 + [ANGLE] * 3, n), np.full(n, SOFTNESS)]
+        made = frames * np.tile([LENGTH] * 3 + [ANGLE] * 3, n)
+        sizes = [np.full(n, ZERO), made, np.full(n, SOFTNESS)]
         drawn = random.standard_normal(8 * n + 6 + places.size)[: 8 * n]  # instrument and places are as they are
-        self._zeros, frames, softness = np.split(np.concatenate(sizes) * drawn, [n, 7 * n])
+        self._zeros, placed, softness = np.split(np.concatenate(sizes) * drawn, [n, 7 * n])
         self._compliance, self._places = np.exp(softness) / kind.stiffness, places
         self._model = pin.buildModelFromXML(kind.urdf)
         self._model.gravity.linear = GRAVITY
-        numbers = [self._model.getJointId(name) for name in kind.joints]
-        for number, error in zip(numbers, frames.reshape(n, 6), strict=True):
+        self._numbers = numbers = [self._model.getJointId(name) for name in kind.joints]
+        for number, error in zip(numbers, placed.reshape(n, 6), strict=True):
             placement = self._model.jointPlacements[number].copy()
             self._model.jointPlacements[number] = placement * pin.SE3(pin.rpy.rpyToMatrix(error[3:]), error[:3])
         self._columns = [self._model.joints[number].idx_q for number in numbers]
         self._data, self._tip = self._model.createData(), self._model.getFrameId("flange", pin.FrameType.BODY)
 
-    def readings(self, commands: Array) -> Array:
-        """Positions of every marker at commands (N, n) in the instrument's axes, (N, markers, 3), without noise."""
+    def readings(self, commands: Array, payloads: Array | None = None) -> Array:
+        """Positions of every marker at commands (N, n) in the instrument's axes, (N, markers, 3), without noise.
+
+        `payloads` (N,) are masses (kg) at the origin of the flange.
+        """
         found = []
-        for command in commands:
+        bare, last = self._model.inertias[self._numbers[-1]].copy(), self._model.frames[self._tip].placement
+        for command, payload in zip(commands, np.zeros(len(commands)) if payloads is None else payloads, strict=True):
+            carried = pin.Inertia(float(payload), last.translation, np.zeros((3, 3)))
+            self._model.inertias[self._numbers[-1]] = bare + carried if payload else bare
             standing, q = np.zeros(self._model.nq), np.zeros(self._model.nq)
             standing[self._columns] = command + self._zeros
             q[:] = standing
@@ -111,4 +125,5 @@ class Machine:
             pin.framesForwardKinematics(self._model, self._data, q)
             pose = STAND.actInv(self._data.oMf[self._tip])
             found.append(self._places @ pose.rotation.T + pose.translation)
+        self._model.inertias[self._numbers[-1]] = bare
         return np.array(found)

@@ -62,12 +62,12 @@ def simulated(kind: str, design: str, seed: int, folder: Path) -> Rows:
     file.write_text(arm.urdf, encoding="utf-8")
     robot = {"name": kind, "kind": "serial", "urdf": str(file), "base_link": ENDS[0], "tip_link": ENDS[1]}
     lines = [
-        {"marker": f"{ENDS[1]} {number}", "split": "test" if test else "train"}
-        | {f"{name}_rad": value for name, value in zip(arm.joints, command, strict=True)}
+        {"marker": f"{ENDS[1]} {place}", "split": "test" if test else "train"}
+        | {f"q{number}_rad": value for number, value in enumerate(command, start=1)}
         | dict(zip(("px_m", "py_m", "pz_m"), position, strict=True))
         | dict.fromkeys(("spx_m", "spy_m", "spz_m"), NOISE)
         for command, seen, test in zip(commands, read, held, strict=True)
-        for number, position in enumerate(seen)
+        for place, position in enumerate(seen)
     ]
     count = range(1, 1 + len(lines))
     return Rows(

@@ -12,7 +12,7 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.estimation.evidence import Priors, with_evidence
+from expdesign.estimation.groups import Priors, with_groups
 
 _MILLI = 1e-3
 _SEED = 0
@@ -111,10 +111,9 @@ def nominal_start(chain: Chain, recordings: Recordings) -> FloatArray:
     if len(own):
         spreads = np.array([plain.parameters[index].spread for index in own])
         free = np.full(len(own), -1, dtype=np.int64)
-        wide = Priors(np.zeros(len(own)), np.minimum(spreads, 1e3), free, *(bound[own] for bound in plain.bounds()))
-        start = np.concatenate(
-            [start[: plain.compliances], with_evidence(linearised, wide, start[own], least=1.0, most=1.0).values]
-        )
+        low, high = plain.bounds()
+        wide = Priors(np.zeros(len(own)), np.minimum(spreads, 1e3), free, low[own], high[own])
+        start = np.concatenate([start[: plain.compliances], with_groups(linearised, wide, start[own]).values])
     return start
 
 

@@ -35,15 +35,17 @@ from expdesign.estimation.accuracy import Accuracies, accuracies, nominal_readin
 from expdesign.estimation.arm_noise import ArmNoise, Settled
 from expdesign.estimation.arm_options import ArmOptions, Further
 from expdesign.estimation.arm_problem import (
+    GROUPS,
     ArmProblem,
+    Level,
     beyond_manufacture,
     blind_poses,
     chosen_set,
+    levels_of,
     priors_of,
     sizes_of,
 )
 from expdesign.estimation.coverage import HeldOutRows, held_out_rows
-from expdesign.estimation.evidence import Priors, inverse
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.left_over import LeftOver, left_over
 from expdesign.estimation.noise_level import NoiseLevel
@@ -73,6 +75,7 @@ class ArmCalibration:
         told_apart: parameters that the rows determine one by one, shape (p,).
         accuracy: before and after.
         left: what the fit leaves of the fitted rows.
+        levels: sizes of the groups of errors, by evidence.
     """
 
     fitted: BoolArray
@@ -89,6 +92,7 @@ class ArmCalibration:
     told_apart: BoolArray
     accuracy: Accuracies
     left: LeftOver
+    levels: list[Level]
 
 
 def calibrate(
@@ -114,17 +118,16 @@ def calibrate(
     chain = Chain(robot, effects, reading=reading)
     problem = ArmProblem(chain, train, row_data(train, robot), np.arange(len(chain.parameters)))
     sizes, kinds = sizes_of(chain, options)
-    minimal = chosen_set(problem, sizes, options, compliances=calibration != "geometric")
+    compliances = calibration != "geometric" and "compliances" not in options.hold
+    minimal = chosen_set(problem, sizes, options, compliances=compliances)
     problem = replace(problem, live=minimal.kept)
-    priors = priors_of(chain, minimal.widened(sizes), kinds, minimal.kept)
+    priors, groups = priors_of(chain, minimal.widened(sizes), kinds, minimal.kept, options)
     found = ArmNoise(problem, priors, options).settled(_start(chain, calibration))
     beforehand = np.zeros(len(sizes))
-    factors = np.where(priors.group >= 0, found.solution.factors[np.maximum(priors.group, 0)], 1.0)
-    beforehand[minimal.kept] = priors.deviation * factors
-    worse = np.ones(len(sizes))
-    for kind, factor in zip(kinds[minimal.kept], factors, strict=True):
-        worse[(kinds == kind) & (kind >= 0)] = factor
-    fit = _fit(problem, found, beforehand)
+    beforehand[minimal.kept] = priors.deviations(found.solution.factors)
+    levels = {GROUPS.index(name): factor for name, factor in zip(groups, found.solution.factors, strict=True)}
+    worse = np.array([max(levels.get(kind, 1.0), 1.0) for kind in kinds.tolist()])
+    fit = _fit(problem, found)
     labels = labels_of(chain)
     told = (np.sqrt(np.diag(fit.covariance)) <= options.determined * beforehand) & _among(minimal.kept, len(sizes))
     typical = np.where(np.isfinite(sizes), sizes, 1e-3)
@@ -143,10 +146,11 @@ def calibrate(
         minimal=minimal,
         redundant=redundancies(minimal, labels, typical),
         beforehand=beforehand,
-        sizes=sizes * np.maximum(worse, 1.0),
+        sizes=sizes * worse,
         told_apart=told,
-        accuracy=_accuracy(errors, recordings, problem, found, priors, options),
+        accuracy=_accuracy(errors, recordings, problem, found, options),
         left=left_over(of_fitted, train.axes, fit.residuals, train.deflections[:, :3]),
+        levels=levels_of(sizes, kinds, minimal.kept, found.solution),
     )
 
 
@@ -211,7 +215,7 @@ def _start(chain: Chain, calibration: Calibration) -> FloatArray:
     return start
 
 
-def _fit(problem: ArmProblem, found: Settled, beforehand: FloatArray) -> Fit:
+def _fit(problem: ArmProblem, found: Settled) -> Fit:
     """The fit with the covariance of what was identified; what stays as drawn has none."""
     chain, train, live = problem.chain, problem.train, problem.live
     values = found.start.copy()
@@ -221,11 +225,13 @@ def _fit(problem: ArmProblem, found: Settled, beforehand: FloatArray) -> Fit:
     residuals = np.where(seen, (train.deflections - predicted[:, train.axes]) / deviations, 0.0)
     sensitivities = np.where(seen[..., None], slopes[:, train.axes] / deviations[..., None], 0.0)
     # Held is not known: what depends on it is as uncertain as it is.
-    spreads = beforehand.copy()
-    spreads[chain.compliances : chain.base] = chain.reading.released(spreads[chain.compliances : chain.base])
+    priors, frames = found.solution.priors, slice(chain.compliances, chain.base)
+    spreads = np.full(len(values), np.inf)
+    spreads[live] = priors.deviation
+    spreads[frames] = chain.reading.released(spreads[frames])
+    priors = replace(priors, deviation=spreads[live])
     covariance = np.zeros((len(values), len(values)))
-    matrix = found.solution.slopes
-    covariance[np.ix_(live, live)] = inverse(matrix.T @ matrix, 1.0 / spreads[live] ** 2)[0]
+    covariance[np.ix_(live, live)] = priors.covariance(found.solution.factors, found.solution.slopes)
     return Fit(
         chain=chain,
         values=values,
@@ -264,7 +270,6 @@ def _accuracy(
     recordings: Recordings,
     problem: ArmProblem,
     found: Settled,
-    priors: Priors,
     options: ArmOptions,
 ) -> Accuracies:
     """Of `_errors`; left-out folds where no rows are marked `test`."""
@@ -274,6 +279,6 @@ def _accuracy(
         seen = problem.seen
         folds = np.repeat(pose_folds(problem.train, options.folds)[:, None], seen.shape[1], axis=1)[seen]
         left_out = np.full(seen.shape, np.nan)
-        left_out[seen] = found.solution.left_out(folds, priors) * found.effective[seen]
+        left_out[seen] = found.solution.left_out(folds) * found.effective[seen]
     judged = recordings.test & problem.chain.reading.predictable(problem.chain.robot, recordings)
     return accuracies(before, after, ~recordings.test, judged, left_out, recordings.axes)

@@ -15,8 +15,8 @@ from expdesign.chain.recordings.recordings import Remark
 from expdesign.errors import NotIdentifiableError
 from expdesign.estimation.arm_options import ArmOptions, Loss
 from expdesign.estimation.arm_problem import ArmProblem
-from expdesign.estimation.evidence import Priors, Sized, with_evidence
 from expdesign.estimation.goodness import FIT, p_value_of
+from expdesign.estimation.groups import Priors, Sized, with_groups
 from expdesign.estimation.noise_level import NoiseGroup, NoiseLevel, axis_groups
 from expdesign.estimation.remarks import GenerousNoise, NoiseBeyondStated
 
@@ -200,13 +200,11 @@ class ArmNoise:
 
     def _solve(self, start: FloatArray, deviations: FloatArray, weights: FloatArray, *, known: bool = True) -> Sized:
         effective = deviations / np.sqrt(weights)[:, None]
-        return with_evidence(
+        return with_groups(
             lambda values: self.problem.linearised(values, effective, start),
             self.priors,
             start[self.problem.live],
             known_noise=known,
-            least=self.options.least,
-            most=self.options.most,
         )
 
     def _whitened(self, found: Sized, start: FloatArray, deviations: FloatArray) -> FloatArray:

@@ -9,14 +9,17 @@ Further = Literal["masses", "tool", "harmonics", "drift"]
 errors of joints that repeat once and twice a turn; wandering of instrument against base over the time of the campaign.
 """
 
+Held = Literal["zeros", "lengths", "angles", "compliances"]
+"""Groups of parameters that can be held at the drawing."""
+
 
 @dataclass(frozen=True)
 class ArmOptions:
     """Options of the identification of arms from absolute readings.
 
     The sizes are standard deviations with which zeros and frames of an arm are made, before anything is measured. They
-    are multiplied by one factor for each kind (zeros, lengths, angles), which the rows decide by their evidence
-    (MacKay, Neural Computation 4, 1992, 415), between `least` and `most`.
+    are multiplied by one factor for each group (zeros, lengths, angles, compliances, harmonics, masses), which the rows
+    decide by their evidence (`groups.py`).
 
     Attributes:
         length: m, of the frames of joints: the limit for 400 to 1000 mm in ISO 2768-1, class m.
@@ -24,8 +27,8 @@ class ArmOptions:
         zero: rad, of the zeros of revolute joints: mastering by marks reaches some tenths of a degree.
         zero_length: m, of the zeros of prismatic joints.
         compliance: of a joint, in units of the robot file's, whose order of magnitude is all that is taken as known.
-        least, most: bounds of the factors. Not less than a tenth, so that an interval never says that an arm is made
-            exactly as drawn; ten times is a robot whose drawings are of another one.
+        spread: standard deviation of the logarithm of a factor beforehand: ten times better or worse is usual.
+        hold: groups that stay at the drawing.
         beyond: deviations in manufacture, as above, from which a correction is none: the drawing is of another machine,
             or the correction holds something else.
         loss: of a row whose residual is large: `squares`, `huber` (linear beyond 1.345 standard deviations, 95 %
@@ -48,8 +51,8 @@ class ArmOptions:
     zero: float = 1e-2
     zero_length: float = 2e-3
     compliance: float = 3.0
-    least: float = 0.1
-    most: float = 10.0
+    spread: float = 2.3
+    hold: tuple[Held, ...] = ()
     beyond: float = 5.0
     loss: Loss = "squares"
     freedom: float = 4.0

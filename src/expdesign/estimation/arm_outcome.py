@@ -22,7 +22,7 @@ class Corrected:
         label: for people; name: in model files.
         unit: `m` or `rad`.
         value, low, high: true minus nominal, with the 95 % interval.
-        status: `told apart`, `hardly shown` (it stays near the drawing), or `stands in others`.
+        status: `told apart`, `hardly shown` (it stays near the drawing), `stands in others`, or `held` (on request).
         note: which others, or empty.
     """
 
@@ -50,6 +50,7 @@ def corrections(found: ArmCalibration, geometry: Intervals | None) -> list[Corre
             interval = (float(geometry.estimate[own]), float(geometry.low[own]), float(geometry.high[own]))
             unit = effect.parameters[own].name.rpartition("_")[2]
             status = "stands in others" if label in notes else status
+            status = "held" if index not in found.minimal.kept and label not in notes else status
             name = effect.parameters[own].name
             listed.append(Corrected(label, name, unit, *interval, status, notes.get(label, "")))
     return listed

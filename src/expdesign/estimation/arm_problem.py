@@ -10,18 +10,58 @@ from expdesign.chain.effect import Effect
 from expdesign.chain.effects.instrument.frame import FrameWander
 from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
 from expdesign.chain.effects.joints.readings import JointHarmonics
+from expdesign.chain.effects.links.links import LinkMassError
 from expdesign.chain.effects.load.payload import UnknownTool
 from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.row import RowData, row_data
 from expdesign.estimation.arm_options import ArmOptions
-from expdesign.estimation.evidence import Priors
+from expdesign.estimation.groups import Priors, Sized
 from expdesign.estimation.remarks import BeyondManufacture, BlindPoses
 from expdesign.mechanics.minimal_set import MinimalSet, minimal_set
 
-_ZEROS, _LENGTHS, _ANGLES, _HARMONICS, _SHIFTS, _TURNS = range(6)
+GROUPS = ("zeros", "lengths", "angles", "compliances", "harmonics", "masses", "shifts", "turns")
+"""Errors of one kind, which have one variance."""
+_ZEROS, _LENGTHS, _ANGLES, _COMPLIANCES, _HARMONICS, _MASSES, _SHIFTS, _TURNS = range(len(GROUPS))
+_UNITS = ("rad", "m", "rad", "relative", "rad", "relative", "m", "rad")
 _MANY = 60
 """Rows from which poses at random tell apart whatever poses can."""
 _SEED = 1
+
+
+@dataclass(frozen=True)
+class Level:
+    """The size of one group of errors, as the rows decided it.
+
+    Attributes:
+        name: of the group (`GROUPS`).
+        unit: `rad`, `m` or `relative` (of compliances and masses).
+        made: standard deviation with which such things are made.
+        size: the one that the rows ask for; 0 where the group is held.
+        count: parameters that were identified.
+        determined: how many of them the rows determine, the rest being at the drawing.
+    """
+
+    name: str
+    unit: str
+    made: float
+    size: float
+    count: int
+    determined: float
+
+
+def levels_of(sizes: FloatArray, kinds: IntArray, live: IntArray, solution: Sized) -> list[Level]:
+    """Of all groups of a chain's parameters with sizes and kinds (p,), of which those `live` were fitted."""
+    levels, present = [], np.unique(kinds[live][kinds[live] >= 0]).tolist()
+    for kind in np.unique(kinds[kinds >= 0]).tolist():
+        own, count = kinds == kind, int((kinds[live] == kind).sum())
+        made = float(np.median(sizes[own]))
+        if not count:
+            levels.append(Level(GROUPS[kind], _UNITS[kind], made, 0.0, 0, 0.0))
+            continue
+        number = present.index(kind)
+        size, shown = made * float(solution.factors[number]), float(solution.determined[number])
+        levels.append(Level(GROUPS[kind], _UNITS[kind], made, size, count, shown))
+    return levels
 
 
 @dataclass(frozen=True)
@@ -54,7 +94,7 @@ def sizes_of(chain: Chain, options: ArmOptions) -> tuple[FloatArray, IntArray]:
     """Standard deviations beforehand (p,), and the kind of every parameter, −1 for those without a factor."""
     sizes = np.array([parameter.spread for parameter in chain.parameters])
     kinds = np.full(len(sizes), -1, dtype=np.int64)
-    sizes[: chain.compliances] = options.compliance
+    sizes[: chain.compliances], kinds[: chain.compliances] = options.compliance, _COMPLIANCES
     for effect, part in zip(chain.effects, chain.slices, strict=True):
         if not isinstance(effect, CalibratedGeometryError):
             sizes[part], kinds[part] = _further_sizes(effect, options)
@@ -78,13 +118,15 @@ def _further_sizes(effect: Effect, options: ArmOptions) -> tuple[FloatArray, Int
         sizes = np.array([options.tool_mass if "mass" in name else options.tool_moment for name in names])
     elif isinstance(effect, JointHarmonics):
         kinds[:] = _HARMONICS
+    elif isinstance(effect, LinkMassError):
+        kinds[:] = _MASSES
     elif isinstance(effect, FrameWander):
         kinds = np.array([_SHIFTS if name.startswith("shift") else _TURNS for name in names])
     return sizes, kinds
 
 
 def chosen_set(problem: ArmProblem, sizes: FloatArray, options: ArmOptions, *, compliances: bool) -> MinimalSet:
-    """A minimal complete set: instrument and markers, then zeros, lengths and angles along the chain.
+    """A minimal complete set: instrument and markers, then zeros, lengths and angles along the chain, unless held.
 
     It is that of rigid kinematics, since sag tells parameters apart by less than it is known. Compliances and what is
     identified on request, of which each has a meaning of its own and a deviation beforehand, are all kept.
@@ -101,7 +143,8 @@ def chosen_set(problem: ArmProblem, sizes: FloatArray, options: ArmOptions, *, c
     geometry = np.concatenate([every[:0], *(every[p] for e, p in parts if isinstance(e, CalibratedGeometryError))])
     further = np.concatenate([every[:0], *(every[p] for e, p in parts if not isinstance(e, CalibratedGeometryError))])
     rank = [(_ANGLES if n.endswith("_rad") else _LENGTHS) if "_offset_" not in n else _ZEROS for n in names]
-    order = np.concatenate([kept, *(geometry[[rank[i] == kind for i in geometry]] for kind in range(3))]).astype(int)
+    free = [kind for kind in range(3) if GROUPS[kind] not in options.hold]
+    order = np.concatenate([kept, *(geometry[[rank[i] == kind for i in geometry]] for kind in free)]).astype(int)
     found = minimal_set(slopes * scale, order, options.redundant)
     units = found.combinations * scale[found.kept] / scale[found.dropped][:, None]
     found = replace(found, combinations=units)
@@ -157,11 +200,13 @@ def beyond_manufacture(
     )]  # fmt: skip
 
 
-def priors_of(chain: Chain, sizes: FloatArray, kinds: IntArray, live: IntArray) -> Priors:
-    """What is known beforehand of the parameters `live`, from deviations and kinds (p,) of all."""
+def priors_of(
+    chain: Chain, sizes: FloatArray, kinds: IntArray, live: IntArray, options: ArmOptions
+) -> tuple[Priors, tuple[str, ...]]:
+    """What is known beforehand of the parameters `live`, from deviations and kinds (p,) of all; names of the groups."""
     mean = np.array([parameter.neutral for parameter in chain.parameters])
     low, high = chain.bounds()
-    groups = kinds[live]
-    for number, kind in enumerate(np.unique(groups[groups >= 0])):
-        groups = np.where(groups == kind, number, groups)
-    return Priors(mean[live], sizes[live], groups, low[live], high[live])
+    present = np.unique(kinds[live][kinds[live] >= 0])
+    groups = np.where(kinds[live] >= 0, np.searchsorted(present, kinds[live]), -1)
+    priors = Priors(mean[live], sizes[live], groups, low[live], high[live], options.spread)
+    return priors, tuple(GROUPS[kind] for kind in present)

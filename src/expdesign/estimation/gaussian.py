@@ -337,14 +337,13 @@ class Gaussian:
         own = self._factorised.inverse[self._standard(name)]
         return float(len(own) - (own**2).sum())
 
-    def size_of(self, name: str) -> float:
-        """Factor on the prior of a proper term that the fixed point of its evidence asks for, √(|u|²/γ).
+    def standardised(self, name: str) -> FloatArray:
+        """Posterior mean u = L⁻¹·(w − m) of a proper term in units of its prior, shape (f,).
 
-        γ is `determined`; the factor is 1 where the evidence prefers the prior as it is (MacKay, Neural Computation 4,
-        1992, 415, section 4).
+        The log evidence changes by |u|² − `determined` with the logarithm of a factor on the prior's root.
         """
-        own = self._factorised.inverse[self._standard(name)] @ self._factorised.reduced
-        return float(np.sqrt(own @ own / max(self.determined(name), 1e-12)))
+        found: FloatArray = self._factorised.inverse[self._standard(name)] @ self._factorised.reduced
+        return found
 
     def _standard(self, name: str) -> slice:
         """Where the standardised parameters u of a proper term stand."""

@@ -24,7 +24,9 @@ def arm_sections(result: Identification) -> list[PageSection]:
     """Accuracy before and after, corrected parameters, origins of the joints and frames."""
     found = result.arm
     assert found is not None
-    sections = [PageSection("accuracy", "Accuracy before and after", [_accuracy_table(found)])]
+    levels = levels_line(found)
+    said = [] if levels is None else [Sentences([f"{words.sentence(levels)}."])]
+    sections = [PageSection("accuracy", "Accuracy before and after", [_accuracy_table(found), *said])]
     further = [f"{words.sentence(line)}." for line in further_lines(found)]
     sections += [PageSection("further", "Beside geometry and compliances", [Sentences(further)])] if further else []
     listed = corrections(found, result.geometry)
@@ -33,6 +35,22 @@ def arm_sections(result: Identification) -> list[PageSection]:
         sections.append(PageSection("geometry", "Geometry", blocks))
     frames = _frame_table(result, found)
     return [*sections, *([] if frames is None else [PageSection("frames", "Tool and base frames", [frames])])]
+
+
+def levels_line(found: ArmCalibration) -> str | None:
+    """Standard deviations of the groups of errors that the rows ask for, beside those with which arms are made."""
+    parts = [
+        f"{level.name} held at the drawing"
+        if not level.count
+        else f"{level.name} {_level(level.size, level.unit)} (made to {_level(level.made, level.unit)}; "
+        f"{level.determined:.1f} of {level.count} determined)"
+        for level in found.levels
+    ]
+    return f"size of the errors by group, estimated: {', '.join(parts)}" if parts else None
+
+
+def _level(size: float, unit: str) -> str:
+    return f"{100.0 * size:.2g} %" if unit == "relative" else words.size(size, unit)
 
 
 def accuracy_lines(found: ArmCalibration) -> list[str]:
@@ -79,10 +97,12 @@ def geometry_line(result: Identification) -> str | None:
     if not listed:
         return None
     told = sum(each.status == "told apart" for each in listed)
+    held = sum(each.status == "held" for each in listed)
     others = sum(each.status == "stands in others" for each in listed)
     return (
         f"{told} of {len(listed)} parameters of the geometry told apart; {others} cannot be told from others, which "
-        f"stand for them, {len(listed) - told - others} hardly show and stay near the drawing"
+        f"stand for them, {len(listed) - told - others - held} hardly show and stay near the drawing"
+        + (f", {held} are held there" if held else "")
     )
 
 
@@ -100,6 +120,7 @@ def arm_record(result: Identification) -> dict[str, Any] | None:
             {"rows": rows, "of": kind, "before": _figures(pair.before), "after": _figures(pair.after)}
             for (rows, kind), pair in found.accuracy.items()
         ],
+        "groups": [vars(level) for level in found.levels],
         "parameters": [
             {
                 "name": each.name, "of": each.label, "unit": each.unit,

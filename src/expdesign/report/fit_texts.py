@@ -10,7 +10,7 @@ from expdesign.estimation.goodness import StatementOfFit
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.remarks import BeyondManufacture, IdleActuators, Implausible
 from expdesign.report import words
-from expdesign.report.arm_section import accuracy_lines, further_lines, geometry_line
+from expdesign.report.arm_section import accuracy_lines, further_lines, geometry_line, levels_line
 from expdesign.report.identification_tables import identification_record, rms
 from expdesign.report.remark_texts import sentences
 from expdesign.report.said import Said
@@ -134,7 +134,9 @@ def identified(result: Identification, at_targets: Said | None = None) -> Said:
 def _geometry(result: Identification) -> list[str]:
     if result.arm is not None:
         line = geometry_line(result)
-        return [*([line] if line else []), *further_lines(result.arm), *accuracy_lines(result.arm)]
+        levels = levels_line(result.arm)
+        first = [each for each in (line, levels) if each is not None]
+        return [*first, *further_lines(result.arm), *accuracy_lines(result.arm)]
     if result.geometry is None:
         return []
     deviation = (result.geometry.high - result.geometry.low) / 4.0

@@ -17,7 +17,7 @@ from expdesign.assurance.plausibility.instrument import instrument_findings
 from expdesign.assurance.plausibility.interpretations import unexplained
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.errors import ArgumentError
-from expdesign.estimation.arm_options import ArmOptions, Further, Loss
+from expdesign.estimation.arm_options import ArmOptions, Further, Held, Loss
 from expdesign.estimation.arm_outcome import calibrated_urdf
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.identify import identify as identify_recordings
@@ -136,6 +136,19 @@ def require_prior(prior: float | None) -> None:
         raise ArgumentError(f"{prior:g} % is not a standard deviation", argument="prior", remedy="Give e.g. 30.")
 
 
+def _require_parts(names: Collection[str], known: Collection[str], argument: str, what: str, *, shown: bool) -> None:
+    """Raise an `InputError` where parts of an arm are named that there are not, or that no recordings have `shown`."""
+    unknown = [name for name in names if name not in known]
+    if isinstance(names, str) or unknown:
+        named = names if isinstance(names, str) else unknown[0]
+        raise ArgumentError(
+            f"`{named}` cannot be {what}", argument=argument, remedy=f"List some of {', '.join(known)}."
+        )
+    if names and not shown:
+        cause = f"{', '.join(known)} show in positions or poses of an arm"
+        raise ArgumentError(cause, argument=argument, remedy="Leave it out.")
+
+
 @named_arguments
 def identify(
     robot: RobotInput,
@@ -149,6 +162,7 @@ def identify(
     other_robot: bool = False,
     loss: Loss = "squares",
     further: Collection[Further] = (),
+    hold: Collection[Held] = (),
     accept: bool = False,
 ) -> IdentificationResult:
     """Identify the stiffness of every actuator, the geometry, or both from recordings.
@@ -170,6 +184,8 @@ def identify(
         further: further errors of an arm to identify from positions: `masses` (of links), `tool` (mass and first
             moments), `harmonics` (errors that repeat with every turn of a joint), `drift` (of the instrument against
             the base, over time).
+        hold: groups of an arm's parameters that stay at the drawing: `zeros`, `lengths`, `angles`, `compliances`; the
+            recordings decide how large the errors of all others are.
         accept: write corrections of an arm's geometry into `robot.urdf` even where they exceed manufacturing errors.
 
     Raises:
@@ -192,20 +208,16 @@ def identify(
     relative = None if prior is None else prior / 100.0
     require_known(frames, get_args(Frames), "frames", "knowledge of frames")
     require_known(loss, get_args(Loss), "loss", "loss")
-    unknown = [name for name in further if name not in get_args(Further)]
-    if isinstance(further, str) or unknown:
-        what = f"`{further if isinstance(further, str) else unknown[0]}` cannot be identified beside the rest"
-        raise ArgumentError(what, argument="further", remedy=f"List some of {', '.join(get_args(Further))}.")
-    if further and (not machine.robot.jointed or not measured.measurand.absolute):
-        what = "masses, tools, harmonics and drift show in positions or poses of an arm"
-        raise ArgumentError(what, argument="further", remedy="Leave it out.")
+    arm = machine.robot.jointed and measured.measurand.absolute
+    _require_parts(further, get_args(Further), "further", "identified beside the rest", shown=arm)
+    _require_parts(hold, get_args(Held), "hold", "held", shown=arm)
     result = identify_recordings(
         machine.robot,
         measured,
         prior=relative,
         calibration=calibration,
         frames_known=frames == "known",
-        options=ArmOptions(loss=loss, further=tuple(further)),
+        options=ArmOptions(loss=loss, further=tuple(further), hold=tuple(hold)),
         load_errors=None if problem is None else problem.load_errors,
         estimator="generalised" if problem is None else problem.estimator,
     )

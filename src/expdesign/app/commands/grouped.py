@@ -6,7 +6,7 @@ from typer.core import TyperCommand
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "Measurements": ("shared_reference", "frames", "frame", "unit", "std", "base_frame", "interpolate", "other_robot"),
-    "Arms": ("loss", "further", "accept"),
+    "Arms": ("loss", "further", "hold", "accept"),
     "Computing": ("seconds", "samples", "random", "generations", "seed", "nodes", "workers", "cluster"),
     "Results": ("out", "units", "record", "json", "force", "strict"),
 }

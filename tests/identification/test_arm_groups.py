@@ -1,0 +1,65 @@
+"""Sizes of the groups of an arm's errors, which positions decide; pinocchio is the machine (`tests/plant.py`)."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import expdesign as xd
+from expdesign.app.api.identify import IdentificationResult
+from expdesign.errors import InputError
+from expdesign.estimation.arm_options import Held
+from tests.plant import Faults, recordings, usual_faults
+
+ROBOT = Path("configs/robots/ur5.yaml")
+LOADS = ["fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm"]
+EVERYTHING = replace(usual_faults(4, tool=0.0), periodic=(0.0, 0.0))
+ZEROS = replace(EVERYTHING, placements=np.zeros((6, 6)))
+
+
+def identified(faults: Faults, *hold: Held) -> IdentificationResult:
+    """From 80 positions of three markers, noise of 30 µm, and 40 others that are held out."""
+    frame = recordings(faults, 120, 8, deviation=3e-5).drop(columns=LOADS)
+    return xd.identify(ROBOT, frame.assign(split=np.where(np.arange(120) < 80, "train", "test")), hold=hold)
+
+
+def level(found: IdentificationResult, name: str) -> float:
+    """Size of a group in that with which arms are made."""
+    (one,) = [each for each in found.result.arm.levels if each.name == name]
+    return one.size / one.made
+
+
+def test_a_group_in_which_nothing_is_wrong_stays_at_the_drawing() -> None:
+    wrong, right = identified(EVERYTHING), identified(ZEROS)
+    for name in ("lengths", "angles"):
+        assert level(right, name) < 0.05
+        assert level(wrong, name) > 0.1
+    assert level(right, "zeros") == pytest.approx(0.1, abs=0.08)  # 1 mrad of 10
+    assert level(right, "compliances") == pytest.approx(0.2 / 3.0, abs=0.08)
+    assert any(line.startswith("size of the errors by group") for line in right.lines)
+
+
+def test_a_held_group_is_as_drawn_and_says_so() -> None:
+    found = identified(ZEROS, "lengths", "angles")
+    frame = found.geometry
+    assert frame is not None
+    held = np.array(["offset" not in name for name in frame.index])
+    assert (frame["estimate"].to_numpy()[held] == 0.0).all()
+    assert (frame["estimate"].to_numpy()[~held] != 0.0).sum() >= 4
+    record = found.record["arm"]
+    assert {each["status"] for each in record["parameters"] if "offset" not in each["name"]} == {"held"}
+    assert [each["size"] for each in record["groups"] if each["name"] in ("lengths", "angles")] == [0.0, 0.0]
+    accuracy = found.result.arm.accuracy["held out", "position"]
+    assert accuracy.after.rms < 6e-5
+    assert accuracy.before.rms > 5e-4
+
+
+def test_compliances_are_held_at_the_robot_file() -> None:
+    found = identified(replace(ZEROS, softness=np.ones(6)), "compliances")
+    np.testing.assert_allclose(found.result.fit.values[:6], 1.0)
+
+
+def test_what_cannot_be_held_is_refused() -> None:
+    with pytest.raises(InputError, match="`masses` cannot be held"):
+        xd.identify(ROBOT, recordings(ZEROS, 9, 8), hold=["masses"])  # type: ignore[list-item]
