@@ -1,6 +1,7 @@
 """What is known of parameters where some of them are held."""
 
 import numpy as np
+import pytest
 
 from expdesign.chain.models.estimable import Estimable
 
@@ -21,3 +22,15 @@ def test_held_parameters_leave_the_conditional_covariance() -> None:
     )
     np.testing.assert_array_equal(found, found.T)
     assert not found[held].any()
+
+
+def test_what_several_parameters_have_in_common_may_be_anything_and_their_differences_are_known() -> None:
+    """Two parameters of which the readings show the difference alone, with 0.5: (3, 1) is 4 deviations from none."""
+    along = np.array([[1.0], [1.0]]) / np.sqrt(2.0)
+    known = Estimable(0.25 * np.array([[0.25, -0.25], [-0.25, 0.25]]) * 4.0, along, np.ones(2))
+    both, first = np.arange(2), np.array([0])
+    assert known.distance(both, np.array([3.0, 1.0])) == pytest.approx(2.0)
+    assert known.distance(both, np.array([3.0, 3.0])) == pytest.approx(0.0, abs=1e-12)
+    assert known.distance(first, np.array([3.0])) == 0.0
+    alone = Estimable.from_covariance(np.diag([0.25, np.inf]))
+    assert alone.distance(both, np.array([3.0, 1e6])) == pytest.approx(6.0)

@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 
 from expdesign.chain.chain import Chain
-from expdesign.chain.component import PLATFORM
+from expdesign.chain.component import ALL_JOINTS, PLATFORM
+from expdesign.chain.effects.joints.bearings import JointCompliance
 from expdesign.chain.effects.load.payload import UnknownTool
+from expdesign.chain.models.estimable import Estimable
+from expdesign.diagnosis.findings import reported
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.possible import at_limits
@@ -42,7 +45,7 @@ def many() -> NamedModel:
     assert len(effects) == names.most_effects == MOST_EFFECTS
     parts = [each.effect.neutral() + 1e-7 for each in names.library]
     found = names.model(names.library, np.zeros(len(names.sample.counts), dtype=bool), parts)
-    return replace(found, fit=replace(found.fit, covariance=1e-12 * found.fit.covariance))
+    return replace(found, fit=found.fit.known_as(found.fit.estimable.scaled(1e-12)))
 
 
 def test_without_effects_chi_squared_decides() -> None:
@@ -82,8 +85,27 @@ def test_many_effects_explain_only_a_mismatch_of_which_an_imitation_would_leave_
 def test_an_effect_that_may_have_any_size_is_no_explanation(one: NamedModel, variance: float) -> None:
     covariance = one.fit.covariance.copy()
     covariance[-1, -1] *= variance
-    loose = replace(one, fit=replace(one.fit, covariance=covariance))
+    loose = replace(one, fit=replace(one.fit, subspace=Estimable.from_covariance(covariance)))
     assert "how large" in doubted(loose, (800.0, 200), (200.0, 199), GOOD, known_noise=True)
+
+
+@pytest.mark.parametrize(("shown", "said"), [(1e-6, ""), (1e-3, "how large")])
+def test_bearings_of_which_those_that_are_loaded_do_not_yield_are_no_explanation(
+    one: NamedModel, shown: float, said: str
+) -> None:
+    """All joints tilt, and the moments of the rows reach all but the last: what it does is open, whatever it is."""
+    arm = six_axis()
+    bearings = JointCompliance(arm, ALL_JOINTS)
+    chain = Chain(arm, (bearings,))
+    values = np.concatenate([np.ones(chain.compliances), np.full(5, 1e-5), [2.5e-5]])
+    covariance = np.diag(np.concatenate([np.full(chain.compliances, 1e-4), np.full(5, shown**2), [np.inf]]))
+    fitted = replace(one.fit, chain=chain, values=values, covariance=covariance, subspace=None)
+    model = replace(one, candidates=(replace(one.candidates[0], effect=bearings),), fit=fitted)
+    assert said in doubted(model, (800.0, 200), (200.0, 199), GOOD, known_noise=True)
+    assert bool(said) == bool(doubted(model, (800.0, 200), (200.0, 199), GOOD, known_noise=True))
+    sentence = bearings.sentence(reported(bearings, fitted, chain.slices[0], 1.0))
+    assert sentence.endswith("and undetermined µrad per N·m.")
+    assert "1e+06" not in sentence
 
 
 def test_a_value_that_no_machine_has_is_no_explanation(one: NamedModel) -> None:

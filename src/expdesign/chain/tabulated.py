@@ -9,6 +9,9 @@ from expdesign.chain.declaration import Parameter
 from expdesign.chain.effect import Effect, Values
 from expdesign.mechanics.robots.robot import Robot
 
+ENDLESS = (-1e300, 1e300)
+"""Interval of what nothing determines and no limit bounds: JSON has no infinite numbers."""
+
 
 class _Alone(float):
     """A number in a sentence: `{tau_s.best:1e3 .3g}` writes it in thousandths."""
@@ -22,14 +25,22 @@ class _Alone(float):
 class _Interval:
     """An estimate with its interval in a sentence.
 
-    `{gap:1e6 .3g}` is `12 (10 to 14)` in millionths, `{ratio:100 .1f %}` is `12.0 % (10.0 to 14.0 %)`.
+    `{gap:1e6 .3g}` is `12 (10 to 14)` in millionths, `{ratio:100 .1f %}` is `12.0 % (10.0 to 14.0 %)`. An interval that
+    is all that is `possible` says nothing of the value.
     """
 
     best: _Alone
     low: _Alone
     high: _Alone
+    possible: tuple[float, float]
+
+    @property
+    def undetermined(self) -> bool:
+        return (self.low, self.high) == self.possible
 
     def __format__(self, spec: str) -> str:
+        if self.undetermined:
+            return "undetermined"
         spec, percent, _ = spec.partition(" %")
         return f"{self.best:{spec}}{percent} ({self.low:{spec}} to {self.high:{spec}}{percent})"
 
@@ -38,7 +49,7 @@ class _Listed(tuple[_Interval, ...]):
     """All values in a sentence, without their intervals: `{all:1e3 .2f}`."""
 
     def __format__(self, spec: str) -> str:
-        return ", ".join(format(each.best, spec) for each in self)
+        return ", ".join(format(each if each.undetermined else each.best, spec) for each in self)
 
 
 class TabulatedEffect(Effect):
@@ -87,7 +98,11 @@ class TabulatedEffect(Effect):
     def said(self, text: str, values: Values) -> str:
         """A text like `says` with what it names filled in."""
         force, motion = self.units
-        known = {name: _Interval(*map(_Alone, value)) for name, value in values.items()}
+        limits = {p.name: (max(p.low, ENDLESS[0]), min(p.high, ENDLESS[1])) for p in self.parameters}
+        known = {
+            name: _Interval(_Alone(best), _Alone(low), _Alone(high), limits.get(name, ENDLESS))
+            for name, (best, low, high) in values.items()
+        }
         plain = {name.removesuffix(f"_{force}").removesuffix(f"_{motion}"): value for name, value in known.items()}
         return text.format(
             component=self.component,

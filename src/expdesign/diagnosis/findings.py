@@ -8,6 +8,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.effect import Effect
+from expdesign.chain.tabulated import ENDLESS
 from expdesign.diagnosis.confirmation import Gain, Stability
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.names import NamedModel
@@ -16,8 +17,6 @@ from expdesign.diagnosis.standing import standing
 from expdesign.diagnosis.statement import Dispersion
 from expdesign.estimation.coverage import NORMAL_95
 from expdesign.estimation.fit import Data, Fit
-
-_UNBOUNDED = 1e300
 
 
 @dataclass(frozen=True)
@@ -135,11 +134,11 @@ def reported(effect: Effect, fitted: Fit, part: slice, scale: float) -> dict[str
     known = np.isfinite(covariance.diagonal())
     bounds = {parameter.name: (parameter.low, parameter.high) for parameter in effect.parameters}
     for row, name in enumerate(expressions):
-        lowest, highest = bounds.get(name, (-_UNBOUNDED, _UNBOUNDED))
+        lowest, highest = bounds.get(name, ENDLESS)
         slope = jacobian[row]
         estimate = float(values[row, 0])
         if np.any(slope[~known] != 0.0):
-            result[name] = (estimate, max(lowest, -_UNBOUNDED), min(highest, _UNBOUNDED))
+            result[name] = (estimate, max(lowest, ENDLESS[0]), min(highest, ENDLESS[1]))
             continue
         used = np.where(known, slope, 0.0)
         variance = float(used[known] @ covariance[np.ix_(known, known)] @ used[known])

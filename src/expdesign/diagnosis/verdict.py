@@ -87,17 +87,14 @@ def undetermined(model: NamedModel) -> str:
     """The key of an effect whose parameters together differ from none by less than they are known; empty without one.
 
     An effect takes away what it does by its size. One that may have any size, none included, while others beside it
-    make up for that, is a direction in which something else was bent. (Wald 1943: dᵀ·C⁻¹·d.)
+    make up for that, is a direction in which something else was bent. What several axes have in common may be any
+    spring's: the differences count then.
     """
     for candidate, part in zip(model.candidates, model.fit.chain.slices, strict=True):
         effect = candidate.effect
         free = np.array([not parameter.shape for parameter in effect.parameters])
+        chosen = np.arange(part.start, part.stop)[free]
         away = (model.fit.values[part] - effect.neutral())[free]
-        covariance = model.fit.covariance[part, part][np.ix_(free, free)]
-        if not np.isfinite(covariance).all():
-            shows = len(away) > 1  # what several axes have in common may be any spring's, and they differ nevertheless
-        else:
-            shows = away @ np.linalg.pinv(covariance) @ away >= OPTIONS.noticeable**2
-        if not shows:
+        if model.fit.estimable.distance(chosen, away) < OPTIONS.noticeable:
             return effect.key
     return ""

@@ -79,6 +79,19 @@ class Estimable:
         found: FloatArray = np.where(outside > _SHARE * whole, np.inf, deviation)
         return found
 
+    def distance(self, chosen: IntArray, away: FloatArray) -> float:
+        """√(dᵀ·C⁻¹·d) of steps d (m,) of the chosen parameters (m,), in their estimable combinations alone.
+
+        0 where the readings determine none (Wald 1943).
+        """
+        units = self.resolution[chosen]
+        hidden = self.directions[chosen] / units[:, None]
+        across, sizes, _ = np.linalg.svd(hidden)
+        shown = across[:, int((sizes > _SHARE).sum()) :].T / units
+        covariance = shown @ self.generalised[np.ix_(chosen, chosen)] @ shown.T
+        step = shown @ away
+        return float(np.sqrt(max(float(step @ np.linalg.pinv(covariance, hermitian=True) @ step), 0.0)))
+
     def given(self, chosen: IntArray) -> "Estimable":
         """Of all parameters where the chosen ones (m,) are as they are: P − P_c·P_cc⁻¹·P_cᵀ."""
         scale = np.sqrt(np.diag(self.generalised)[chosen])
