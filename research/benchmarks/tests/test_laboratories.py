@@ -51,9 +51,26 @@ def test_a_laboratory_goes_from_a_plan_to_a_certificate() -> None:
 def test_series_are_numbered_anew_and_outcomes_kept(tmp_path: Path) -> None:
     frame = pd.DataFrame({"sequence": [1, 2, 3], "series": [1, 1, 2]})
     assert [in_series(frame, each)["series"].tolist() for each in SERIES] == [[1, 1, 2], [1, 2, 3], [1, 1, 1]]
-    kept = [Outcome("one", SERIES[0], 9, 3, 1.5, "", "modelled", 1.0, 0.95, 0.0, 1.2)]
+    kept = [Outcome("one", SERIES[0], 9, 3, 1.5, "", "modelled", 1.0, 0.95, 0.0, 1.2, "identify", 1.001)]
     write_outcomes(tmp_path / "kept.csv", kept)
     assert read_outcomes(tmp_path / "kept.csv") == kept
-    text = real_sets.page([*kept, replace(kept[0], inside=0.5)])
-    assert "Gone to the end: 2 of 2; 90 to 98 % of held-out readings inside: 1 of 2." in text
+    text = real_sets.page([*kept, replace(kept[0], inside=0.5), replace(kept[0], written=1.03)])
+    assert "Gone to the end: 3 of 3; 90 to 98 % of held-out readings inside: 2 of 3; " in text
+    assert "as the report says, to 2%: 2 of 3." in text
     assert real_sets.main([str(tmp_path / "nowhere"), "--out", str(tmp_path / "x")]) == 2
+
+
+def test_rows_that_share_half_of_their_variance_are_made_independent() -> None:
+    generator = np.random.default_rng(1)
+    groups = pd.Series(np.repeat(np.arange(20_000), 4))
+    own, common = generator.standard_normal(80_000), np.repeat(generator.standard_normal(20_000), 4)
+    found = real_sets.decorrelated(pd.DataFrame({"dx_m": (own + common) / np.sqrt(2.0)}), groups)["dx_m"]
+    rows = found.to_numpy().reshape(-1, 4)
+    np.testing.assert_allclose(rows.T @ rows / len(rows), np.eye(4), atol=0.03)
+
+
+def test_orientations_are_compared_as_rotations() -> None:
+    """At a turn of nearly 90° about y the angles about x and z may be off by 0.5 rad, and the rotation hardly is."""
+    turns = ["measured_rx_rad", "measured_ry_rad", "measured_rz_rad"]
+    there, here = (pd.DataFrame([row], columns=turns) for row in ([0.5, 1.57, 0.5], [0.0, 1.57, 0.0]))
+    assert np.abs(real_sets.differences(there, here).to_numpy()).max() < 1e-3

@@ -3,8 +3,6 @@
 The recordings are others' and not part of the project; without them these tests are skipped.
 """
 
-from pathlib import Path
-
 import pytest
 
 from expdesign.chain.readings.choice import reading_of
@@ -17,17 +15,16 @@ from expdesign.report.identification_tables import rms
 from research.benchmarks.real_sets import CASES, VARIABLE, Case, recordings_folder
 
 ROOT = recordings_folder()
-PAGES = Path(__file__).parents[3] / "results" / "real"
 present = pytest.mark.skipif(not ROOT.is_dir(), reason=f"no recordings in {ROOT} (set {VARIABLE})")
 
 
 @present
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
-def test_every_file_is_read_and_its_licence_is_stated(case: Case) -> None:
+def test_every_file_is_read_and_its_licence_lies_beside_it(case: Case) -> None:
     robot = read_robot(ROOT / case.folder / case.robot)
     recordings = read_recordings(ROOT / case.folder / f"{case.file}.csv", robot)
     assert recordings.test.any()
-    assert "icence" in (PAGES / f"{case.name}.html").read_text(encoding="utf-8")
+    assert "icens" in (ROOT / case.folder / "LICENSE").read_text(encoding="utf-8")
 
 
 @present

@@ -86,16 +86,19 @@ def plain_as(name: str) -> str | None:
 
 
 def meant(name: str) -> str | None:
-    """The known column whose name this is but for marks and the unit (`dxm`, `x`), or None."""
+    """The known column whose name this is but for marks and the unit (`dxm`, `x`, `J1`), or None.
+
+    Joints of a URDF may have any name, which its columns have with their unit: `j1_rad` is none in other letters.
+    """
     compact = _compact(name)
-    joint = re.fullmatch(r"(?:q|j|joint|axis|achse|gelenk)([1-9]\d*)(?:rad)?", compact)
-    return f"q{joint.group(1)}_rad" if joint else _without_marks().get(compact)
+    joint = re.fullmatch(r"q([1-9]\d*)(?:rad)?|(?:j|joint|axis|achse|gelenk)([1-9]\d*)", compact)
+    return f"q{joint.group(1) or joint.group(2)}_rad" if joint else _without_marks().get(compact)
 
 
 def synonym(name: str) -> str | None:
     """The known column that another word stands for (`Masse`, `Seq`), or None."""
     compact = _compact(name)
-    own = meant(name)
+    own = meant(name.removesuffix("_rad"))
     return own or next((known for known, words in _SYNONYMS.items() if compact in words), None)
 
 
