@@ -138,7 +138,7 @@ def test_a_tool_that_is_farther_away_than_the_arm_reaches_is_no_explanation(one:
 @pytest.mark.parametrize("verdict", ["unexplained", "explained", "consistent"])
 def test_where_something_is_unexplained_it_is_not_said_that_nothing_speaks_against_the_model(verdict: str) -> None:
     estimated = StatementOfFit(None, 200, None, origin="residuals")
-    made = SimpleNamespace(verdict=verdict, before=estimated, after=replace(estimated), widening=NONE)
+    made = SimpleNamespace(verdict=verdict, before=estimated, after=replace(estimated), widening=NONE, loads=None)
     base, found = diagnosed_fit_sentences(cast(Diagnosis, made))
     assert ("what the diagnosis found speaks against the model that was found" in found) == (verdict == "unexplained")
     assert ("what the diagnosis found" in base) == (verdict != "consistent")

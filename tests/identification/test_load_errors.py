@@ -129,22 +129,23 @@ def test_a_diagnosis_reads_the_errors_that_the_recordings_declare() -> None:
     assert [one.name for one in found.budget.contributions][1:] == ["mass", "com"]
 
 
-def test_a_diagnosed_model_is_as_uncertain_as_its_declared_load_errors_leave_it() -> None:
-    """Where nothing is missing it is the model of least squares that weigh the noise alone, load errors in both."""
-    case, frame = simulated(LARGE, seed=4)
-    diagnosed = xd.diagnose(HEXAPOD["robot"], frame, targets=case)
-    assert diagnosed.record["verdict"] == "consistent"
-    recorded = xd.identify(HEXAPOD["robot"], frame).result.recordings
-    weighted = identify(case.loaded.robot, recorded, load_errors=case.load_errors, estimator="weighted")
-    np.testing.assert_allclose(diagnosed.result.known.covariance, weighted.fit.covariance, rtol=1e-4, atol=1e-9)
-    np.testing.assert_allclose(diagnosed.model.covariance, diagnosed.result.known.covariance, rtol=1e-9, atol=1e-12)
+@pytest.mark.parametrize("estimator", ["generalised", "weighted"])
+def test_a_diagnosis_that_misses_nothing_is_the_identification(estimator: str) -> None:
+    """One model has one estimate, one covariance, one statement of fit and one U."""
+    _, frame = simulated(LARGE, seed=4)
     case = problem(
-        HEXAPOD, {"experiment.measurements": 6, "experiment.load_error": LARGE, "experiment.estimator": "weighted"}
+        HEXAPOD,
+        {"experiment.measurements": 6, "experiment.load_error": LARGE, "experiment.estimator": estimator},
     )
-    identified = xd.identify(HEXAPOD["robot"], frame, targets=case).acceptance
-    assert identified is not None
-    assert diagnosed.acceptance is not None
-    np.testing.assert_allclose(diagnosed.acceptance.budget.expanded, identified.budget.expanded, rtol=1e-4)
+    diagnosed, identified = (way(HEXAPOD["robot"], frame, targets=case) for way in (xd.diagnose, xd.identify))
+    assert diagnosed.record["verdict"] == "consistent"
+    known, fit = diagnosed.result.known, identified.result.fit
+    np.testing.assert_allclose(known.values, fit.values, rtol=1e-7)
+    np.testing.assert_allclose(known.covariance, fit.covariance, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(diagnosed.model.covariance, known.covariance, rtol=1e-9, atol=1e-12)
+    assert diagnosed.record["load_errors"]["estimator"] == estimator
+    assert diagnosed.result.after.chi2 == pytest.approx(identified.result.goodness.chi2, rel=1e-6)
+    np.testing.assert_allclose(diagnosed.acceptance.budget.expanded, identified.acceptance.budget.expanded, rtol=1e-6)
 
 
 def test_the_next_measurement_follows_a_fit_that_weighs_the_load_errors() -> None:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from expdesign.arrays import BoolArray
+from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.naming import LAW
 from expdesign.chain.recordings.recordings import Recordings
@@ -27,11 +27,13 @@ from expdesign.diagnosis.relinearised import relinearised
 from expdesign.diagnosis.remarks import Averaged
 from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, Diagnosis, Method
 from expdesign.diagnosis.stages import Report, Stage, unheard
-from expdesign.diagnosis.statement import dispersion, tested
+from expdesign.diagnosis.statement import dispersion, statement, tested
 from expdesign.diagnosis.verdict import doubt, fits, verdict_with, verdict_without, within_noise
-from expdesign.estimation.fit import Fit
-from expdesign.estimation.load_errors import DeclaredLoadErrors
+from expdesign.estimation.fit import Data, Fit, fit
+from expdesign.estimation.load_errors import DeclaredLoadErrors, Estimator, load_columns
 from expdesign.estimation.noise_level import NoiseLevel
+from expdesign.estimation.weighed import Fittable, weighed
+from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.robots.robot import Robot
 
 
@@ -41,6 +43,7 @@ def diagnose(
     *,
     without: frozenset[str] = frozenset(),
     load_errors: DeclaredLoadErrors | None = None,
+    estimator: Estimator = "generalised",
     interruptible: bool = False,
     report: Report = unheard,
 ) -> Diagnosis:
@@ -50,8 +53,9 @@ def diagnose(
         robot: the robot.
         recordings: what was measured.
         without: identifiers of physics that the library shall not offer.
-        load_errors: of the recorded loads; where they account for the misfit of the base model, nothing is missing. The
-            covariance of what is predicted contains them.
+        load_errors: of the recorded loads, a part of the noise while physics is sought: where they account for the
+            misfit of the base model, nothing is missing.
+        estimator: how they count in the model that is found (`estimation/weighed.py`).
         interruptible: whether a `KeyboardInterrupt` ends the search with the best model so far, once there is one.
         report: progress callback.
 
@@ -73,7 +77,43 @@ def diagnose(
         if not interruptible:
             raise
         found = _so_far(frame, doing[0])
-    return replace(found, load_errors=load_errors)
+    return _with_loads(frame, found, estimator)
+
+
+def _with_loads(frame: Frame, result: Diagnosis, estimator: Estimator) -> Diagnosis:
+    """The diagnosis whose predictive model takes the errors of the loads in the size that the rows ask for.
+
+    Laws and groups stay as they were fitted, with errors of the declared size: their own sizes were learnt with these.
+    """
+    if frame.load_errors is None:
+        return result
+    model = result.predictive
+    sample = frame.names.sample.restricted(~model.outliers)
+    plain = sample.whitening.weighing(None)
+    learnt = result.method.name != ONE_AT_A_TIME
+
+    def of(whitening: Whitening) -> Data:
+        return replace(sample, whitening=whitening)
+
+    def solve(whitening: Whitening) -> Fit:
+        return model.fit if learnt else fit(model.fit.chain, of(whitening), model.fit.values)
+
+    def linearised(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return of(Whitening(np.ones_like(plain.deviations))).residuals_with_sensitivities(model.fit.chain, values)
+
+    knowledge = model.fit.chain.knowledge()
+    what = Fittable(model.fit.chain, frame.recordings, solve, linearised, knowledge, sample.counts)
+    weights = np.ones(1) if learnt else None
+    found, loads = weighed(what, plain, frame.load_errors, "generalised" if learnt else estimator, weights)
+    sized = of(plain.weighing(load_columns(loads.effects, loads.sizes)))
+    judged = model.fit if learnt else fit(found.chain, sized, found.values)
+    predictive = replace(model, fit=found)
+    changed = replace(result, predictive=predictive, loads=loads, judged=judged)
+    if result.model is not model:
+        return changed
+    after = statement(judged, sized, frame.noise)
+    alone = not model.candidates and not model.outliers.any() and not learnt
+    return replace(changed, model=predictive, before=after if alone else result.before, after=after)
 
 
 def _so_far(frame: Frame, doing: str) -> Diagnosis:

@@ -1,7 +1,7 @@
 """What is known before effects are sought: the rows, their noise, the base model, and what may be named."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,7 +24,7 @@ from expdesign.estimation.estimability import require_regular_rows
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.goodness import FIT, StatementOfFit
 from expdesign.estimation.identify import fitted_rows
-from expdesign.estimation.load_errors import DeclaredLoadErrors
+from expdesign.estimation.load_errors import DeclaredLoadErrors, load_columns
 from expdesign.estimation.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
 from expdesign.estimation.remarks import GenerousNoise
 from expdesign.estimation.whitening import Whitening
@@ -44,7 +44,8 @@ class Frame:
         entries: named physics.
         names: the same, and every model of them that was fitted.
         remarks: what is wrong with the noise that was stated.
-        load_errors: of the recorded loads, that are known beforehand.
+        load_errors: of the recorded loads, that the noise of the rows contains in their declared size; None where none
+            are declared, the noise is what the model leaves over, or positions show an arm's geometry.
     """
 
     robot: Robot
@@ -60,7 +61,7 @@ class Frame:
 
     def stated(self, fit: Fit, sample: Data) -> StatementOfFit:
         """Whether a model accounts for the rows of a sample that count."""
-        return statement(fit, sample, self.noise, self.load_errors)
+        return statement(fit, sample, self.noise)
 
     @cached_property
     def before(self) -> StatementOfFit:
@@ -116,6 +117,10 @@ def framed(
         noise = _noise(robot, recordings, sample_with)
     sample = sample_with(noise.deviations)
     base = fit(sample.chain(robot), sample)
+    weighed = load_errors if noise.known and not (recordings.measurand.absolute and robot.jointed) else None
+    if weighed is not None:
+        sample = _weighing(sample, base, weighed)
+        base = fit(base.chain, sample)
     kind.require_determined(robot, recordings, base, sample.idle)
     report(Stage.LIBRARY, "")
     known = frozenset() if identified is None else identified.physics
@@ -126,7 +131,14 @@ def framed(
     names = Names(robot, sample, entries, known_noise=noise.known, report=report)
     predictable = recordings.test & sample.reading.predictable(robot, recordings)
     judged = predictable if predictable.any() else recordings.test
-    return Frame(robot, recordings, noise, kind, base, judged, entries, names, generous, load_errors)
+    return Frame(robot, recordings, noise, kind, base, judged, entries, names, generous, weighed)
+
+
+def _weighing(sample: Data, base: Fit, errors: DeclaredLoadErrors) -> Data:
+    """The rows with errors of their loads in the covariance, as the base model carries them to the readings."""
+    effects = errors.effects(base.chain, base.values, sample.recordings)
+    columns = load_columns(effects, np.ones(len(effects)))
+    return replace(sample, whitening=sample.whitening.weighing(columns))
 
 
 def _sampler(

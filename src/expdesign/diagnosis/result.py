@@ -16,13 +16,12 @@ from expdesign.diagnosis.locate import Location
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.relinearised import AGREES
 from expdesign.diagnosis.remarks import WrittenOtherwise
-from expdesign.diagnosis.statement import NONE, Widening, explained_by_loads, widened, widening
+from expdesign.diagnosis.statement import NONE, Widening, widened, widening
 from expdesign.estimation.coverage import reading_deviations
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.goodness import StatementOfFit
-from expdesign.estimation.load_errors import DeclaredLoadErrors
 from expdesign.estimation.noise_level import NoiseLevel
-from expdesign.estimation.propagated import Propagated
+from expdesign.estimation.weighed import WeighedLoads
 from expdesign.mechanics.robots.robot import Robot
 
 ONE_AT_A_TIME, TOGETHER, LAWS = "one effect at a time", "all effects at once", "laws at ports"
@@ -60,7 +59,8 @@ class Diagnosis:
         inexact: share of what named physics does to predictions that is not known; laws have it in their fit.
         left_out: by what blocks that were left out widen the predictions of a model of groups.
         stability: how often nine tenths of the rows name the same; None where nothing, or laws are named.
-        load_errors: of the recorded loads; None where none are declared.
+        loads: errors of the recorded loads, as the predictive model weighs them; None where none are declared.
+        judged: the predictive model with these errors as large as they are, by which it is judged; None likewise.
         written_difference: of the fitted rows as the written model predicts them from what is said here, RMS in
             standard deviations of a reading; 0 where nothing was written.
         ended: what was being done when somebody ended the diagnosis, whose model is the best so far; empty otherwise.
@@ -87,7 +87,8 @@ class Diagnosis:
     stability: Stability | None = None
     ended: str = ""
     written_difference: float = 0.0
-    load_errors: DeclaredLoadErrors | None = None
+    loads: WeighedLoads | None = None
+    judged: Fit | None = None
 
     @property
     def refuted(self) -> bool:
@@ -97,27 +98,9 @@ class Diagnosis:
     @cached_property
     def widening(self) -> Widening:
         """By what the recordings widen what the predictive model predicts."""
-        fit, sample = self.predictive.fit, self.names.sample.restricted(~self.predictive.outliers)
-        known, explained, counts = self.noise.known, 0.0, sample.counts
-        if self.propagated is not None and self.load_errors is not None:
-            whitening = sample.whitening.rows(counts)
-            explained = explained_by_loads(
-                fit.seen_by(counts), self.recordings.rows(counts), whitening, self.load_errors
-            )
-        return widening(fit, sample, known_noise=known, left_out=self.left_out, explained=explained)
-
-    @cached_property
-    def propagated(self) -> Propagated | None:
-        """What declared errors of the recorded loads do to the predictive model, whose fit weighs the noise alone.
-
-        None without any, where the noise is what the model leaves over, and for absolute readings of an arm.
-        """
-        fit, counts = self.predictive.fit, self.names.sample.counts & ~self.predictive.outliers
-        if self.load_errors is None or not self.noise.known or isinstance(fit.chain, ChainBeside):
-            return None
-        effects = self.load_errors.effects(fit.chain, fit.values, self.recordings.rows(counts))
-        whitening = self.names.sample.whitening.rows(counts)
-        return Propagated.of(fit.seen_by(counts), whitening, effects, [1.0] * len(effects))
+        sample = self.names.sample.restricted(~self.predictive.outliers)
+        fit = self.judged or self.predictive.fit
+        return widening(fit, sample, known_noise=self.noise.known, left_out=self.left_out)
 
     @property
     def known(self) -> Fit:
@@ -127,12 +110,13 @@ class Diagnosis:
         for other readings are made in the frames of `identify`: of what instrument and markers stand for, zeros and
         frames are as they were found, and these are as uncertain as that leaves them.
         """
-        found = widened(self.predictive.fit, self.widening)
+        found = self.predictive.fit
+        if self.loads is not None:
+            whole = found.estimable.generalised + self.loads.excess
+            found = found.known_as(replace(found.estimable, generalised=whole))
+        found = widened(found, self.widening)
         if self.inexact:
             found = with_share(found, self.inexact)
-        if self.propagated is not None:
-            whole = found.estimable.generalised + self.propagated.covariance()
-            found = found.known_as(replace(found.estimable, generalised=whole))
         chain = found.chain
         if not isinstance(chain, ChainBeside):
             return found

@@ -12,13 +12,10 @@ from math import sqrt
 
 import numpy as np
 
-from expdesign.arrays import FloatArray, as_matrix
-from expdesign.chain.recordings.recordings import Recordings
-from expdesign.estimation.fit import Data, Fit
+from expdesign.arrays import FloatArray
+from expdesign.estimation.fit import Data, Fit, linear_fit
 from expdesign.estimation.goodness import StatementOfFit, noise_ratio, squares_of, statement_of_fit
-from expdesign.estimation.load_errors import DeclaredLoadErrors, load_columns
 from expdesign.estimation.noise_level import NoiseLevel
-from expdesign.estimation.whitening import Whitening
 
 _STRONGEST = 0.98
 _FEWEST = 20
@@ -59,32 +56,24 @@ def dispersion(residuals: FloatArray, sample: Data) -> Dispersion:
     return Dispersion(mean_square, float(np.clip(correlation, 0.0, _STRONGEST)), len(rows))
 
 
-def statement(
-    fit: Fit, sample: Data, noise: NoiseLevel, load_errors: DeclaredLoadErrors | None = None
-) -> StatementOfFit:
-    """Whether a model accounts for the rows that count, `noise` being that of all rows."""
+def statement(fit: Fit, sample: Data, noise: NoiseLevel) -> StatementOfFit:
+    """Whether a model accounts for the rows that count, `noise` being that of all rows.
+
+    Where errors of their loads are weighed, χ² with exact loads is that of the model linear about its estimate.
+    """
     counts, recordings = sample.counts, sample.recordings
     columns = recordings.components(fit.chain.robot.coordinates)
     whitening = sample.whitening.rows(counts)
     of_rows = replace(noise, deviations=noise.deviations[counts])
     seen, rows = fit.seen_by(counts), recordings.rows(counts)
-    if load_errors is None or not noise.known:
-        return statement_of_fit(seen, rows, of_rows, whitening, columns)
-    explained = explained_by_loads(seen, rows, whitening, load_errors)
-    return statement_of_fit(seen, rows, of_rows, whitening, columns, squares_of(seen)[0], explained)
+    exact = None if whitening.loads is None else squares_of(_with_exact_loads(fit, sample).seen_by(counts))[0]
+    return statement_of_fit(seen, rows, of_rows, whitening, columns, exact)
 
 
-def explained_by_loads(fit: Fit, recorded: Recordings, whitening: Whitening, errors: DeclaredLoadErrors) -> float:
-    """By how much χ² falls where the loads of these rows may have their declared errors (theory.md 5.6).
-
-    With the covariance P of the fit, (Gᵀr)ᵀ·(I + Gᵀ(I − S·P·Sᵀ)·G)⁻¹·(Gᵀr).
-    """
-    effects = errors.effects(fit.chain, fit.values, recorded)
-    columns = as_matrix(whitening.apply(load_columns(effects, np.ones(len(effects))).as_shared.shared))
-    seen = as_matrix(fit.sensitivities).T @ columns
-    curvature = columns.T @ columns - seen.T @ (fit.estimable.generalised / fit.inflation) @ seen
-    gradient = columns.T @ fit.residuals.ravel()
-    return float(gradient @ np.linalg.solve(np.eye(len(gradient)) + curvature, gradient))
+def _with_exact_loads(fit: Fit, sample: Data) -> Fit:
+    plain = replace(sample, whitening=sample.whitening.weighing(None))
+    residuals, sensitivities = plain.residuals_with_sensitivities(fit.chain, fit.values)
+    return linear_fit(fit.chain, fit.values, residuals, sensitivities, fit.chain.knowledge())
 
 
 def tested(fit: Fit, sample: Data) -> tuple[float, int]:
@@ -114,9 +103,7 @@ class Widening:
 NONE = Widening()
 
 
-def widening(
-    fit: Fit, sample: Data, *, known_noise: bool, left_out: Widening = NONE, explained: float = 0.0
-) -> Widening:
+def widening(fit: Fit, sample: Data, *, known_noise: bool, left_out: Widening = NONE) -> Widening:
     """The widening that the rows which count ask for.
 
     Args:
@@ -125,10 +112,8 @@ def widening(
         known_noise: whether the standard deviations of the readings are stated.
         left_out: what blocks ask for that were left out, where that is known: readings of a machine with many small
             errors scatter about its predictions as these do, and not as fitted ones.
-        explained: part of χ² that declared load errors account for.
     """
     value, dof = tested(fit, sample)
-    value -= explained
     ratio = noise_ratio(value, dof) if known_noise else sqrt(value / dof)
     spread = dispersion(fit.residuals, sample)
     alike = sqrt((1.0 + spread.correlation) / (1.0 - spread.correlation))

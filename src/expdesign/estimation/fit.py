@@ -82,10 +82,18 @@ class Data:
 
     def whiten(self, values: FloatArray) -> FloatArray:
         """Whitened values (N, k, ...), zero for rows that do not count."""
-        found = self.whitening.apply(values)
+        found = self._weighing.apply(values)
         if self.marked is not None:
             found = found * self.marked.reshape(-1, *(1,) * (found.ndim - 1))
         return found if self.shared is None else self.shared.among(found, self.kept)
+
+    @cached_property
+    def _weighing(self) -> Whitening:
+        """The whitening, in which rows that do not count share no error of the loads with those that do."""
+        loads = self.whitening.loads
+        if loads is None or self.marked is None or self.marked.all():
+            return self.whitening
+        return self.whitening.weighing(loads.among(self.marked))
 
     def chain(self, robot: Robot, effects: Sequence[Effect] = ()) -> Chain:
         """The chain of a robot that such readings are compared with, with effects beside the base model."""

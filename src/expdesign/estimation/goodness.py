@@ -274,7 +274,6 @@ def statement_of_fit(
     whitening: Whitening,
     columns: tuple[str, ...],
     exact: float | None = None,
-    explained: float = 0.0,
 ) -> StatementOfFit:
     """The statement that these recordings allow.
 
@@ -285,10 +284,8 @@ def statement_of_fit(
         whitening: of the same rows.
         columns: of what the instrument reads, whether it was measured or not.
         exact: χ² where the recorded loads are taken as exact; None where no errors of them are declared.
-        explained: part of the squares of `fit` that declared load errors account for, where it does not weigh them.
     """
     value, dof = squares_of(fit)
-    value -= explained
     exact = exact if noise.known else None
     p_value = p_value_of(value, dof) if noise.known and dof > 0 else None
     lack = _lack_of_fit(value, dof, recordings, noise)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from expdesign.arrays import FloatArray, as_matrix
+from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.recordings.recordings import Recordings
@@ -48,6 +48,7 @@ class Fittable:
         solve: the fit with a whitening.
         linearised: residuals (N, k) and sensitivities (N, k, p) at parameters (p,), not whitened.
         prior: mean and standard deviation of the parameters (p,), infinite where there is none; None without any.
+        counts: which of the rows count, shape (N,), in recordings of which others stay for their history; None for all.
     """
 
     chain: Chain
@@ -55,6 +56,15 @@ class Fittable:
     solve: Callable[[Whitening], Fit]
     linearised: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
     prior: tuple[FloatArray, FloatArray] | None = None
+    counts: BoolArray | None = None
+
+    def effects(self, errors: DeclaredLoadErrors, values: FloatArray) -> tuple[LoadEffect, ...]:
+        """What declared errors do to the readings at parameters (p,), nothing in rows that do not count."""
+        found = errors.effects(self.chain, values, self.train)
+        if self.counts is None:
+            return found
+        apart = self.counts[:, None, None]
+        return tuple(replace(effect, moved=effect.moved * apart) for effect in found)
 
 
 @dataclass(frozen=True)
@@ -134,10 +144,10 @@ def weighed(
     """
     fit = fitted.solve(noise)
     if estimator == "weighted":
-        effects = errors.effects(fitted.chain, fit.values, fitted.train)
+        effects = fitted.effects(errors, fit.values)
         return fit, _posterior(fitted, fit, noise, effects, (np.zeros(len(effects)), np.ones(len(effects))), estimator)
     for _ in range(_ROUNDS):
-        effects = errors.effects(fitted.chain, fit.values, fitted.train)
+        effects = fitted.effects(errors, fit.values)
         if weights is None:
             scales = _scales(fitted, fit.values, noise, effects)
         else:

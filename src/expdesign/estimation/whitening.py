@@ -35,6 +35,11 @@ class LoadColumns:
         """Of some rows."""
         return LoadColumns(self.shared[chosen], self.own[chosen])
 
+    def among(self, counts: BoolArray) -> "LoadColumns":
+        """The same of the rows that count (N,), and nothing of others."""
+        apart = counts[:, None, None]
+        return LoadColumns(self.shared * apart, self.own * apart)
+
     @property
     def as_shared(self) -> "LoadColumns":
         """The same, with errors of single rows as columns of their own."""

@@ -51,6 +51,7 @@ def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[
             "written_difference": _finite(diagnosis.written_difference),
         },
         "stability": None if stable is None else {"refits": stable.refits, "same": stable.same},
+        "load_errors": None if diagnosis.loads is None else diagnosis.loads.record,
         "caveats": sentences(diagnosis.caveats),
         "next_experiment": next_experiment,
         "considered": diagnosis.names.log.entries,

@@ -56,6 +56,8 @@ def diagnosed_fit_sentences(result: "Diagnosis") -> list[str]:
         texts.append(result.before.worst.sentence)
     if result.after is not result.before:
         texts.append(_diagnosed(result.after, "the model that was found", against=result.verdict == "unexplained"))
+    if result.loads is not None:
+        texts.append(result.loads.sentence)
     factor = result.widening.parameters
     if factor > 1.0 and f"{factor:.3g}" != "1":
         noise = "estimated" if result.before.verdict == "noise estimated" else "stated"

@@ -16,7 +16,11 @@ from expdesign.assurance.acceptance.left_out import decided_by, left_out_by
 from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.model_error.recorded import Shown
 from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden
+from expdesign.estimation.fit import Fit
 from expdesign.estimation.identify import Identification
+from expdesign.estimation.load_errors import load_columns
+from expdesign.estimation.propagated import Propagated
+from expdesign.estimation.weighed import WeighedLoads
 from expdesign.planning.criteria.targets import GivenVariances
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.blocks import PageSection
@@ -87,7 +91,7 @@ class AtTargets:
         """An identified robot; not decided where it is refuted."""
         noise, recorded = result.noise, result.recordings.rows(result.fitted)
         degrees = min((group.dof for group in noise.groups), default=float("inf"))
-        loads = None if result.loads is None else result.loads.propagated.scaled(float(np.sqrt(result.fit.inflation)))
+        loads = _moved(result.loads, result.fit)
         model = FittedModel(result.fit, recorded, result.whitening, float(degrees), loads)
         return cls(problem, model, result.goodness.refuted)
 
@@ -96,9 +100,13 @@ class AtTargets:
         """The model that a diagnosis found; nothing is decided where it is no explanation of the recordings."""
         sample = result.names.sample.restricted(~result.predictive.outliers)
         counts, recorded = sample.counts, result.recordings.rows(sample.counts)
-        whitening = sample.whitening.rows(counts)
+        whitening, known = sample.whitening, result.known
+        if result.loads is not None:
+            weighs = result.loads.weights.any()
+            whitening = whitening.weighing(load_columns(result.loads.effects, result.loads.weights) if weighs else None)
         degrees = float("inf") if result.noise.known else float(max(result.after.dof, 1))
-        model = FittedModel(result.known.seen_by(counts), recorded, whitening, degrees, result.propagated)
+        loads = _moved(result.loads, known)
+        model = FittedModel(known.seen_by(counts), recorded, whitening.rows(counts), degrees, loads)
         remedy = "record what separates the explanations, or look at the place that is named"
         return cls(problem, model, result.refuted, remedy)
 
@@ -119,6 +127,11 @@ class AtTargets:
         found = (shown or Shown(self.problem, self.model.recordings, self.model.whitening)).hidden()
         accuracy = _accuracy(self.problem, self.decision.budget, found)
         return StatedAtTargets(self.problem.source, self.decision, found, accuracy)
+
+
+def _moved(loads: WeighedLoads | None, known: Fit) -> Propagated | None:
+    """What errors of the loads do to the parameters, as the covariance of a model contains it."""
+    return None if loads is None else loads.propagated.scaled(float(np.sqrt(known.inflation)))
 
 
 def _accuracy(problem: DesignProblem, budget: UncertaintyBudget, hidden: WhatIsHidden) -> AccuracyStatement | None:

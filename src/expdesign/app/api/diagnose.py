@@ -212,6 +212,7 @@ def diagnose(
         measured,
         without=frozenset(without),
         load_errors=declared_load_errors(machine.robot, measured, None if problem is None else problem.load_errors),
+        estimator="generalised" if problem is None else problem.estimator,
         interruptible=interruptible,
         report=report,
     )
