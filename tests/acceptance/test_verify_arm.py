@@ -75,9 +75,19 @@ def test_an_arm_passes_with_its_commands_and_fails_without(identified: xd.Identi
 
 def test_another_arm_is_not_what_the_model_predicts(identified: xd.IdentificationResult) -> None:
     other = replace(FAULTS, zeros=FAULTS.zeros + 1e-3)
-    found = xd.verify(identified, checked(identified, other), config=configuration(20)).result
+    verified = xd.verify(identified, checked(identified, other), config=configuration(20))
+    found = verified.result
     assert found.verdict == "fail"
     assert not found.consistent
+    assert "give `--frame instrument`" in verified.said.notes[-1]
+    good = xd.verify(identified, checked(identified, FAULTS), config=configuration(20))
+    assert not any("--frame" in note for note in good.said.notes)
+
+
+def test_targets_in_a_base_whose_turn_no_reading_shows_say_so(identified: xd.IdentificationResult) -> None:
+    """U of a target is of the tip as seen from joint 1 as drawn; the instrument's frame needs no such word."""
+    said = [xd.compensate(identified, configuration(20), frame=frame).said for frame in ("base", "instrument")]
+    assert ["as drawn" in "".join(one.lines) for one in said] == [True, False]
 
 
 def test_an_orientation_has_three_angles(identified: xd.IdentificationResult) -> None:

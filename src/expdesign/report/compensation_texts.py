@@ -10,6 +10,12 @@ from expdesign.estimation.compensation.correction_table import CorrectionTable
 from expdesign.report import words
 from expdesign.report.said import REFUTED, Said
 
+BASE_AS_DRAWN = (
+    "targets are in O, whose turn about joint 1 rests on that joint's zero as drawn: no reading shows it, and U does "
+    "not contain it; targets that the identified instrument reads need `--frame instrument`"
+)
+"""What is said of poses in the base frame where the instrument's frame was identified."""
+
 MOST_LINES = 20
 """Targets of which a terminal shows a line each; of more, those with the largest corrections."""
 

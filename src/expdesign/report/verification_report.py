@@ -34,7 +34,15 @@ _MARKS = {"conforms": "✓", "does not conform": "✗"}
 _TONES = {"pass": "good", "fail": "bad"}
 
 
-def verified(result: Verification, robot: str, about: About, record: Mapping[str, Any]) -> Said:
+_IN_BASE = (
+    "The measured poses are taken as poses in O, whose turn about joint 1 no reading of the model shows. If the "
+    "identified instrument read them, give `--frame instrument`, to `compensate` and to `verify`."
+)
+
+
+def verified(
+    result: Verification, robot: str, about: About, record: Mapping[str, Any], *, base_as_drawn: bool = False
+) -> Said:
     """What `verify` says: the verdict, what it rests on, and texts of the certificate that nobody has given.
 
     Args:
@@ -42,11 +50,14 @@ def verified(result: Verification, robot: str, about: About, record: Mapping[str
         robot: its name.
         about: texts of the certificate.
         record: the content of `verification.json`.
+        base_as_drawn: whether the poses are in a base frame whose turn no reading shows.
     """
     stated = ("remarks", "robot", "load")  # known from the model and the recordings otherwise
     empty = [name for name, text in about.model_dump().items() if not text and name not in stated]
     lines = [f"verdict: {result.verdict}", *statement(result)]
     notes = [f"left to be filled in by hand: {', '.join(empty)}"] if empty else []
+    if base_as_drawn and not result.consistent:
+        notes.append(_IN_BASE)
     return Said(f"verdict {result.verdict} for {robot}", lines, notes, lambda: record)
 
 

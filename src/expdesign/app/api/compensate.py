@@ -29,7 +29,7 @@ from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.coordinates import SPATIAL
-from expdesign.estimation.compensation.arm_targets import ArmTargets, arm_targets, poses_of
+from expdesign.estimation.compensation.arm_targets import ArmTargets, arm_targets, base_as_drawn, poses_of
 from expdesign.estimation.compensation.compensate import Compensation, Corrections, compensate_arm, corrections_of
 from expdesign.estimation.compensation.compensate import compensate as commands_for
 from expdesign.estimation.compensation.prediction import after_campaign, in_file_order, require_history
@@ -37,7 +37,7 @@ from expdesign.estimation.compensation.target_loads import TargetLoads, said_of_
 from expdesign.io.output import csv_text
 from expdesign.io.table import Table, parse_table
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.report.compensation_texts import compensated
+from expdesign.report.compensation_texts import BASE_AS_DRAWN, compensated
 from expdesign.report.said import Said
 
 if TYPE_CHECKING:  # most commands are found without a configuration, and need not wait for planning
@@ -138,6 +138,8 @@ def compensate(
     if points is not stated:
         after = f"row {points.sequence[0]}"
         scope.append(f"all targets are taken after the campaign ({after}): the model drifts along `sequence`")
+    if base_as_drawn(identified, frame):
+        scope.append(BASE_AS_DRAWN)
     return CompensationResult(text, found, corrections, sequence, robot, refuted, scope, purpose=purpose)
 
 

@@ -31,7 +31,7 @@ from expdesign.assurance.acceptance.verification import Verification, verificati
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import Frame
 from expdesign.errors import ArgumentError, InputError
-from expdesign.estimation.compensation.arm_targets import instrument_of
+from expdesign.estimation.compensation.arm_targets import base_as_drawn, instrument_of
 from expdesign.estimation.compensation.prediction import after_campaign, require_history, require_regular_points
 from expdesign.estimation.compensation.target_loads import TargetLoads
 from expdesign.estimation.coverage import STANDARD, Coverage
@@ -79,7 +79,9 @@ class VerificationResult(FolderResult):
         axes = tuple(robot.coordinates.deflection[axis] for axis in self.check.axes)
         record = verification_record(self.result, robot, axes, self.about, self.hashes)
         record |= {"frame": self.check.frame} if self.check.frame == "instrument" else {}
-        return verified(self.result, robot.name, self.about, {"certificate": certificate_number(record)} | record)
+        record = {"certificate": certificate_number(record)} | record
+        drawn = base_as_drawn(self.model, self.check.frame)
+        return verified(self.result, robot.name, self.about, record, base_as_drawn=drawn)
 
     @property
     def refused(self) -> bool:

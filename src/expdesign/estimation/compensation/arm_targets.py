@@ -95,6 +95,15 @@ def poses_of(positions: FloatArray, rotations: FloatArray) -> FloatArray:
     return np.hstack([positions, [angles_of_matrix(rotation) for rotation in rotations]])
 
 
+def base_as_drawn(model: Model, frame: Frame) -> bool:
+    """Whether poses are in a base frame whose turn no reading shows.
+
+    Where the instrument stands was identified, with joint 1's zero as drawn: the two are one rotation.
+    """
+    reading = model.chain.reading
+    return frame == "base" and isinstance(reading, MarkerPosition) and not reading.fixed and reading.instrument is None
+
+
 def instrument_of(model: Model) -> tuple[FloatArray, FloatArray]:
     """Place (3,) and orientation (3, 3) of the instrument in the base frame; raises an `InputError` without one."""
     reading = model.chain.reading
