@@ -14,9 +14,9 @@ from expdesign.app.api.at_targets import AtTargets
 from expdesign.assurance.acceptance import decision as decision_module
 from expdesign.assurance.acceptance.any_axis import any_beyond
 from expdesign.assurance.acceptance.decision import Decision
-from expdesign.assurance.acceptance.left_out import LeftOutOptions, left_out_by, left_out_risk
+from expdesign.assurance.acceptance.hidden_risk import LeftOutOptions, left_out_by, left_out_risk
 from expdesign.assurance.acceptance.said import acceptance_record, sentences
-from expdesign.assurance.model_error.left_out import offsets
+from expdesign.assurance.model_error.physics import offsets
 from expdesign.assurance.model_error.recorded import Shown
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.diagnosis.inexact import with_share

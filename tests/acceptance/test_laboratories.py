@@ -16,7 +16,7 @@ import pytest
 
 from expdesign.app.api.at_targets import AtTargets
 from expdesign.assurance.acceptance.decision import Decision
-from expdesign.assurance.model_error.left_out import target_points
+from expdesign.assurance.model_error.physics import target_points
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import component_from_text
 from expdesign.chain.effect import Effect

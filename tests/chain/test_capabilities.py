@@ -42,7 +42,7 @@ ELSEWHERE = ("axis", "one", "part")
 
 COMPARED = {
     "assurance/plausibility/instrument.py": "scale and jumps of an instrument show in positions alone",
-    "assurance/model_error/left_out.py": "a deflection is the motion of the platform where nothing acts on the reading",
+    "assurance/model_error/physics.py": "a deflection is the motion of the platform where nothing acts on the reading",
     "estimation/identify.py": "all three components of a position are translations",
 }
 """Modules that compare a reading with another, and why."""

@@ -1,5 +1,6 @@
 """Design problems and random plans for the tests of MEIR."""
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -29,8 +30,8 @@ def problem(name: str) -> DesignProblem:
 
 @cache
 def impact(name: str) -> Meir:
-    """MEIR of some physics, whose functions are quick to make."""
-    return Meir(problem(name), Assumptions(physics=frozenset(FEW[name])))
+    """MEIR of some physics, whose functions are quick to make; errors of the loads are not weighed."""
+    return Meir(replace(problem(name), estimator="weighted"), Assumptions(physics=frozenset(FEW[name])))
 
 
 def plans(name: str, count: int, measurements: int = 6, seed: int = 0) -> tuple[FloatArray, FloatArray]:

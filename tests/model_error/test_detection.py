@@ -5,14 +5,15 @@ directions; the base model is fitted to its noisy readings, and the remaining re
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.stats import chi2
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.model_error.left_out import Omitted, plan_points
 from expdesign.assurance.model_error.meir import VISIBLE, Meir
+from expdesign.assurance.model_error.physics import Omitted, plan_points
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import row_data
@@ -123,7 +124,7 @@ def finite_over_first_order(
 
 def check(name: str, physics: tuple[str, ...] | None, count: int) -> list[tuple[str, float, float]]:
     """Detection rates, and errors in standard errors, of `count` effects of one robot."""
-    case = problem(name)
+    case = replace(problem(name), estimator="weighted")
     meir = Meir(case, Assumptions(physics=None if physics is None else frozenset(physics)))
     configurations, loads = plans(name, 1, seed=11)
     found = meir.hidden(assessed(meir, configurations, loads))
@@ -151,7 +152,10 @@ def check(name: str, physics: tuple[str, ...] | None, count: int) -> list[tuple[
         values, noticed = just_noticed(index)
         rate, mean, deviation = simulate(case, entry, values, configurations[0], loads[0], seed=index)
         taken = np.linalg.pinv(base[0], rcond=1e-9) @ (directions[0][:, columns] / meir.deviations[columns] @ noticed)
-        predicted = meir.errors[0][:, n_p:][:, columns] @ noticed - meir.errors[0][:, :n_p] @ taken
+        targets = case.targets
+        share = np.sqrt(targets.weights / targets.weights.sum()).repeat(targets.importance.shape[1])
+        errors = (share[:, None] * meir.errors)[targets.importance.ravel() > 0.0]
+        predicted = errors[:, n_p:][:, columns] @ noticed - errors[:, :n_p] @ taken
         scale = np.linalg.norm(predicted)
         away = np.abs(mean - predicted) / (deviation + 1e-12 * scale)
         results.append((" / ".join(entry.key), float(rate), float(away.max())))

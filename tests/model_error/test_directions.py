@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from expdesign.assurance.model_error.left_out import (
+from expdesign.assurance.model_error.physics import (
     Directions,
     left_out,
     offsets,

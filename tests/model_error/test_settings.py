@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from expdesign.assurance.model_error.left_out import left_out, sampled_points
 from expdesign.assurance.model_error.meir import Meir
+from expdesign.assurance.model_error.physics import left_out, sampled_points
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.declaration import TYPICAL, Declaration, Size
 from expdesign.chain.effect import Effect
@@ -58,7 +58,7 @@ def test_physics_that_declares_nothing_is_as_large_as_its_parameters_are_typical
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     others = [kind for kind in KINDS if kind.physics in ("leg_coupling", "leg_backlash")]
-    monkeypatch.setattr("expdesign.assurance.model_error.left_out.effect_classes", lambda: [*others, _Nameless])
+    monkeypatch.setattr("expdesign.assurance.model_error.physics.effect_classes", lambda: [*others, _Nameless])
     monkeypatch.setattr("expdesign.assurance.model_error.settings.effect_classes", lambda: [*others, _Nameless])
     found = Meir(problem("bipod"), Assumptions())
     sizes = dict(zip([entry.key[0] for entry in found.physics], found.deviations, strict=True))

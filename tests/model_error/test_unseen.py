@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 
 import expdesign
-from expdesign.assurance.model_error.left_out import offsets
 from expdesign.assurance.model_error.meir import Meir
-from expdesign.assurance.model_error.unseen import SHARE, hidden_shares, unseen_by
+from expdesign.assurance.model_error.physics import offsets, plan_points
+from expdesign.assurance.model_error.unseen import SHARE, unseen_by
+from expdesign.chain.row import row_data
 from expdesign.planning.criteria.criterion import known_criteria
 from tests.design.problems import BIPOD, problem
 
@@ -27,9 +28,13 @@ def test_what_stays_hidden_is_what_normal_equations_say() -> None:
     case = problem(BIPOD, SPRINGS | {"experiment.measurements": 4})
     meir = Meir(case)
     assessment = case.assessed(plan_at(case, 4)[None])
-    found = hidden_shares(meir, assessment)[0]
-    base, physics = (each[0] for each in meir.whitened(assessment))
-    measurements, covariance = assessment.measurements, np.eye(len(base))
+    found = np.sqrt(meir.hidden(assessment).axes[0])
+    measurements = assessment.measurements
+    base = assessment.white(measurements.observation)[0] * meir.compliance
+    assert assessment.states is not None
+    points = plan_points(case.loaded, *(each[0] for each in assessment.states))
+    physics = assessment.white(meir.directions.at(row_data(points, case.loaded.robot))[None])[0] * meir.deviations
+    covariance = np.eye(len(base))
     errors = measurements.compliance @ measurements.load_errors
     for source, shared in zip(measurements.sources, assessment.shared, strict=True):
         white = assessment.white(errors[..., source])[0]
@@ -67,7 +72,7 @@ def test_a_plan_at_one_pose_is_told_what_it_cannot_see_and_the_fewest_further_me
 
     def hidden(decisions: Any) -> float:
         configurations, loads = case.space.decode(decisions[None])
-        return float(hidden_shares(Meir(case), case.assess(configurations, loads))[0, index].max())
+        return float(np.sqrt(Meir(case).hidden(case.assess(configurations, loads)).axes[0, index].max()))
 
     assert hidden(checked.decisions) <= SHARE < hidden(checked.decisions[:-1])
     total = known_criteria()["total"].values(checked.problem.assessed(checked.decisions[None]))[0]

@@ -262,16 +262,29 @@ class Gaussian:
 
     def bias(self, term: Term, values: FloatArray) -> FloatArray:
         """(T_h − T·K·B_h)·w_h: error at the targets by a term h with given values (f, ...), in the model or not."""
-        found: FloatArray = self._unexplained(term) @ values
+        found: FloatArray = self.unexplained(term) @ values
         return found
 
     def mean_square(self, term: Term) -> FloatArray:
         """Mean square errors at the targets by a term at its prior size, in the model or not, shape (T, T)."""
-        through = self._unexplained(term) @ term.prior_root
+        through = self.unexplained(term) @ term.prior_root
         return self._infinite(through @ through.T)
 
-    def _unexplained(self, term: Term) -> FloatArray:
-        """T_h − T·K·B_h, shape (T, f)."""
+    def joined(self, term: Term) -> tuple[float, FloatArray, FloatArray]:
+        """What the readings say of a term that joins the model, and of the error at the targets while it is left out.
+
+        Returns:
+            By how much the log evidence rises; the posterior mean of the error, shape (T,); and a root of its
+            covariance beyond that of the model, shape (T, f).
+        """
+        scaled = term.columns @ term.prior_root
+        left = left_of(scaled.T @ self.projection(scaled))
+        size = left.T @ (scaled.T @ self.projected)
+        missed = self.unexplained(term) @ term.prior_root @ left
+        return float(np.linalg.slogdet(left)[1] + 0.5 * size @ size), missed @ size, missed
+
+    def unexplained(self, term: Term) -> FloatArray:
+        """T_h − T·K·B_h, error at the targets per unit of a term that is left out, shape (T, f)."""
         found: FloatArray = term.targets(len(self.at_targets)) - self.at_targets @ (self.gain @ term.columns)
         return found
 
@@ -298,6 +311,12 @@ class Gaussian:
         """Q·r, shape (M,): for flat terms alone the residuals."""
         factorised = self._factorised
         found: FloatArray = self.readings - self.columns @ self._means - factorised.orthogonal @ factorised.reduced
+        return found
+
+    def projection(self, columns: FloatArray) -> FloatArray:
+        """Q·B of columns (M, f)."""
+        orthogonal = self._factorised.orthogonal
+        found: FloatArray = columns - orthogonal @ (orthogonal.T @ columns)
         return found
 
     @cached_property
@@ -421,6 +440,13 @@ def _estimable_basis(columns: FloatArray) -> tuple[FloatArray, FloatArray, float
     kept: BoolArray = singular > RANK_TOLERANCE * max(singular[0], 1e-300)
     basis = units[:, None] * right.T
     return basis[:, kept], basis[:, ~kept], float(np.log(units[shown]).sum())
+
+
+def left_of(information: FloatArray) -> FloatArray:
+    """Root of (I + V)⁻¹, what readings with information V leave of unit normal parameters, shape (..., f, f)."""
+    values, axes = np.linalg.eigh(information)
+    root: FloatArray = axes / np.sqrt(1.0 + np.maximum(values, 0.0))[..., None, :]
+    return root
 
 
 @dataclass(frozen=True)

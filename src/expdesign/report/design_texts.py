@@ -98,7 +98,7 @@ def vocabulary(problem: DesignProblem, front: Front) -> PageSection:
         text = "Variance of the attained position due to noise: at the first target, and over the targets (m²)."
         items.insert(7, (" ".join(words.criterion(name) for name in tests), text))
     if "meir" in front.criteria:
-        text = "The largest error at the targets that physics beyond the model could cause before the plan shows it."
+        text = "The error at the targets that physics beyond the model still causes where the plan does not show it."
         items.insert(6, ("MEIR", text))
     return PageSection("words", "What the words mean", (Definitions(items),))
 

@@ -1,4 +1,4 @@
-"""What physics beyond the model could do at the targets without being noticed: figure, table and sentences of MEIR."""
+"""What physics beyond the model still does at the targets when the readings are known: figure, table and sentences."""
 
 from collections.abc import Callable
 from typing import Any
@@ -100,7 +100,7 @@ def hidden_figure(physics: tuple[HiddenPhysics, ...]) -> Figure:
     shown = by_component(physics)[: SHOWN.hidden_bars]
     traces = []
     for limit, name, shade in (
-        ("detection", "as large as goes unnoticed", "noise"),
+        ("detection", "as far as the readings leave it open", "noise"),
         ("prior", "as large as machines are assumed to have it", "load"),
     ):
         some = [each for each in shown if (each.limited_by == "detection") == (limit == "detection")]
@@ -120,7 +120,7 @@ def hidden_figure(physics: tuple[HiddenPhysics, ...]) -> Figure:
     order = {"categoryorder": "array", "categoryarray": [_label(each) for each in shown]}
     return chart(
         "hidden-bars", "What could stay hidden", [trace for trace in traces if len(trace["x"])],
-        "How far off the targets each effect alone could be after compensation without showing in the residuals. "
+        "How far off the targets each effect alone still puts the robot after compensation (standard deviation). "
         "Dashed: the tolerance is used up. An effect without a diamond in sight is noticed only when it is larger than "
         "shown.",
         "Bars of the hidden error per physics and component. The table has the same numbers.",
@@ -164,8 +164,9 @@ def hidden_table(
         "Hidden error": lambda row: words.number(row.error),
     }
     caption = (
-        "Every effect considered, with the parameter of its worst combination that is largest against its prior size: "
-        "the size that is hidden, the size from which it is noticed with the required power, and the size at which the "
+        "Every effect considered, with the parameter that is largest against its prior size in the combination that "
+        "adds most: the size that stays hidden (standard deviation), the size from which it is noticed with the "
+        "required power, and the size at which the "
         "effect alone uses up the tolerance."
     )
     if noticing is not None:

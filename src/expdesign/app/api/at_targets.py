@@ -12,7 +12,7 @@ import numpy as np
 from expdesign.assurance.acceptance.budget import NOISE, UncertaintyBudget
 from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.acceptance.fitted import FittedModel
-from expdesign.assurance.acceptance.left_out import decided_by, left_out_by
+from expdesign.assurance.acceptance.hidden_risk import decided_by, left_out_by
 from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.model_error.recorded import Shown
 from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden

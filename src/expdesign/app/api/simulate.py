@@ -27,7 +27,7 @@ from expdesign.app.api.inputs import (
 )
 from expdesign.app.api.result import TableResult, filled
 from expdesign.arrays import FloatArray
-from expdesign.assurance.model_error.left_out import sizes_at_targets
+from expdesign.assurance.model_error.physics import sizes_at_targets
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import component_from_text
 from expdesign.chain.effect import Effect, Parameter

@@ -1,10 +1,13 @@
-"""MEIR: how far physics that the model leaves out may reach the position without being noticed (theory.md 21).
+"""MEIR: how far physics that the model leaves out may reach the position without showing (theory.md 21).
 
-With Ã the whitened base sensitivities of a plan and B̃_e those of an effect e in units of its prior sizes, the
-base model takes up u = Ã⁺B̃_e·x of an effect of size x; R_e·x with R_e = (I − ÃÃ⁺)B̃_e remains in the residuals, and the
-compensated robot misses target t by (T_e,t − A_t·Ã⁺B̃_e)·x. Then
+With Ã the base sensitivities of a plan, weighed by noise and load errors as the estimator does, and B̃_e those of an
+effect e in units of its prior sizes, the base model takes up u = Ã⁺B̃_e·x of an effect of size x ~ N(0, I);
+R_e·x with R_e = (I − ÃÃ⁺)B̃_e remains in the residuals, and the compensated robot misses target t by
+(T_e,t − A_t·Ã⁺B̃_e)·x. Of x the readings leave the covariance C_e = (I + R_eᵀR_e)⁻¹, so that what stays hidden is
 
-    MEIR_e² = max over x of Σ_t w_t·‖W_t^½·(T_e,t − A_t·Ã⁺B̃_e)·x‖²  subject to  ‖R_e·x‖² ≤ λ,  ‖x‖² ≤ 1.
+    MEIR_e² = Σ_t w_t·tr(W_t·(T_e,t − A_t·Ã⁺B̃_e)·C_e·(T_e,t − A_t·Ã⁺B̃_e)ᵀ),
+
+by which the mean square error at the targets rises where the model has the effect (`Gaussian.joined`).
 """
 
 from dataclasses import dataclass
@@ -14,7 +17,7 @@ from typing import Self
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.assurance.model_error.left_out import (
+from expdesign.assurance.model_error.physics import (
     Directions,
     Omitted,
     left_out,
@@ -25,10 +28,10 @@ from expdesign.assurance.model_error.left_out import (
     target_points,
 )
 from expdesign.assurance.model_error.settings import Assumptions
-from expdesign.assurance.model_error.two_ellipsoids import largest_along_axes
 from expdesign.chain.chain import Chain
 from expdesign.chain.row import RowData, row_data
 from expdesign.errors import InputError
+from expdesign.estimation.gaussian import left_of
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import Criterion
@@ -45,14 +48,20 @@ class Hidden:
     """What b designs hide, for E entries of left-out physics.
 
     Attributes:
-        squares: MEIR_e², shape (b, E); NaN where a design does not identify the base model.
-        sizes: x of the worst combination of each entry in units of the prior sizes, shape (b, D).
-        visible: ‖R_e·x‖²/λ of that combination, shape (b, E): 1 where it is just noticed, 0 where it never is.
+        axes: mean squares along every axis of every target, in tolerances², shape (b, E, t, n); NaN where a design
+            does not identify the base model.
+        squares: MEIR_e², shape (b, E).
+        sizes: x of the combination of each entry that adds most to it, at the standard deviation that stays hidden, in
+            units of the prior sizes, shape (b, D).
+        shown: ‖R_e·x‖², shape (b, E): 1 where the readings alone determine it, 0 where they do not show it.
+        visible: the same over λ: noticed with the required power where x grows by 1/√visible.
         freedom: degrees of freedom of the residuals, shape (b,).
     """
 
+    axes: FloatArray
     squares: FloatArray
     sizes: FloatArray
+    shown: FloatArray
     visible: FloatArray
     freedom: IntArray
 
@@ -125,15 +134,21 @@ class Meir(Criterion):
         return moved if axes is None else axes @ moved
 
     @cached_property
+    def _rows(self) -> FloatArray:
+        """S_t·[A_t·diag(1/apK), T_t], shape (t, n, n_p + D)."""
+        return np.concatenate([self.problem.targets.observation * self.compliance, self.motions], axis=2)
+
+    @cached_property
     def errors(self) -> FloatArray:
-        """√(w_t/Σw)·W_t^½·S_t·[A_t·diag(1/apK), T_t], in the blocks of `Targets.blocks`, shape (blocks, q, n_p + D)."""
-        targets = self.problem.targets
-        return targets.blocks(np.concatenate([targets.observation * self.compliance, self.motions], axis=2))
+        """The same of every axis of every target, in tolerances, shape (t·n, n_p + D)."""
+        weighted = np.sqrt(self.problem.targets.importance)[..., None] * self._rows
+        return weighted.reshape(-1, weighted.shape[-1])
 
     @cached_property
     def deviations(self) -> FloatArray:
         """Prior sizes of all columns, shape (D,)."""
-        springs, moved = np.split(self.errors.reshape(-1, self.errors.shape[-1]), [len(self.compliance)], axis=1)
+        rows = self.problem.targets.blocks(self._rows)
+        springs, moved = np.split(rows.reshape(-1, rows.shape[-1]), [len(self.compliance)], axis=1)
         sizes = sizes_at_targets(self.problem, springs)
         pairs = [(entry.effect, entry.effect.parameters[index]) for entry in self.physics for index in entry.free]
         columns = zip(pairs, moved.T, strict=True)
@@ -147,7 +162,8 @@ class Meir(Criterion):
         points = plan_points(self.problem.loaded, *flat)
         rows = self.directions.at(row_data(points, self.directions.base.robot))
         rows = rows.reshape(*configurations.shape[:2], *rows.shape[1:])
-        return assessment.whitened * self.compliance, assessment.white(rows) * self.deviations
+        base = assessment.weighed(assessment.measurements.observation) * self.compliance
+        return base, assessment.weighed(rows) * self.deviations
 
     def hidden_from(self, base: FloatArray, directions: FloatArray) -> Hidden:
         """What b sets of readings hide.
@@ -161,37 +177,41 @@ class Meir(Criterion):
         together = np.concatenate([base, directions], axis=2)
         finite: BoolArray = np.logical_and.reduce(np.isfinite(together), axis=(1, 2))
         base, directions = np.split(np.where(finite[:, None, None], together, 0.0), [parameters], axis=2)
-        by_base, by_physics = np.split(self.errors, [len(self.compliance)], axis=2)
-        by_base = np.pad(by_base, ((0, 0), (0, 0), (0, parameters - by_base.shape[2])))
+        by_base, by_physics = np.split(self.errors, [len(self.compliance)], axis=1)
+        by_base = np.pad(by_base, ((0, 0), (0, parameters - by_base.shape[1])))
         model = Information.of_measurements(base[:, None])
         orthogonal = base @ model.inverse
         seen_by_base = orthogonal.swapaxes(-1, -2) @ directions
         remaining = directions - orthogonal @ seen_by_base
-        missed = by_physics * self.deviations - by_base @ (model.inverse @ seen_by_base)[:, None]
-        scale = (directions**2).sum(axis=1)
-        start, entries = offsets(self.physics), (batch, len(self.physics))
-        squares, visible = np.zeros(entries), np.zeros(entries)
-        sizes = np.zeros((batch, directions.shape[2]))
+        missed = by_physics * self.deviations - by_base @ (model.inverse @ seen_by_base)
+        start, shape = offsets(self.physics), self.problem.targets.importance.shape
+        axes = np.zeros((batch, len(self.physics), *shape))
+        shown, sizes = np.zeros(axes.shape[:2]), np.zeros((batch, directions.shape[2]))
+        dof = np.ones(axes.shape[:2], dtype=np.int64)
         for width in np.unique(np.diff(start)):
             chosen = np.flatnonzero(np.diff(start) == width)
             columns = start[chosen][:, None] + np.arange(width)
             seen = remaining[:, :, columns].transpose(0, 2, 1, 3)  # (b, e, M, d)
-            values, axes = np.linalg.eigh(seen.swapaxes(-1, -2) @ seen)
-            shown = values > VISIBLE**2 * scale[:, columns].sum(axis=-1)[..., None]
-            # λ by how many directions are visible; where none is, it does not matter.
-            threshold = self.assumptions.noncentrality(np.maximum(np.arange(width + 1), 1))[shown.sum(axis=-1)]
-            values = np.where(shown, values, 0.0) / threshold[..., None]
-            forms = missed[..., columns].transpose(0, 1, 3, 2, 4) @ axes[:, None]  # (b, blocks, e, q, d)
-            shape = forms.shape[:3]
-            repeated = np.broadcast_to(values[:, None], (*shape, width))
-            solved = largest_along_axes(forms.reshape(-1, *forms.shape[3:]), repeated.reshape(-1, width))
-            best: IntArray = solved.value.reshape(shape).argmax(axis=1)
-            point = np.take_along_axis(solved.point.reshape(*shape, width), best[:, None, :, None], axis=1)[:, 0]
-            squares[:, chosen] = np.take_along_axis(solved.value.reshape(shape), best[:, None], axis=1)[:, 0]
-            visible[:, chosen] = (point**2 * values).sum(axis=-1)
-            sizes[:, columns] = (axes @ point[..., None])[..., 0]
-        squares[~(finite & model.estimable(by_base).all(axis=(1, 2)))] = np.nan
-        return Hidden(squares, sizes, visible, readings - model.rank)
+            information = seen.swapaxes(-1, -2) @ seen
+            rounding = VISIBLE**2 * (directions**2).sum(axis=1)[:, columns].sum(axis=-1)
+            visible = (np.linalg.eigvalsh(information) > rounding[..., None]).sum(axis=-1)
+            left = left_of(information)
+            root = missed[..., columns].transpose(0, 2, 1, 3) @ left  # (b, e, t·n, d)
+            axes[:, chosen] = (root**2).sum(axis=-1).reshape(batch, len(chosen), *shape)
+            most = np.linalg.eigh(root.swapaxes(-1, -2) @ root)[1][..., -1:]
+            sizes[:, columns] = (left @ most)[..., 0]
+            dof[:, chosen] = np.maximum(visible, 1)
+            shown[:, chosen] = np.where(visible, ((seen @ left @ most) ** 2).sum(axis=(-2, -1)), 0.0)
+        axes[~(finite & model.estimable(by_base[None]).all(axis=(1, 2)))] = np.nan
+        noticed = shown / self.assumptions.noncentrality(dof)
+        return Hidden(axes, self._aggregated(axes), sizes, shown, noticed, readings - model.rank)
+
+    def _aggregated(self, axes: FloatArray) -> FloatArray:
+        """Mean, or largest, over targets of what all axes (..., t, n) add up to."""
+        targets, squares = self.problem.targets, axes.sum(axis=-1)
+        return (
+            squares.max(axis=-1) if targets.aggregate == "max" else squares @ (targets.weights / targets.weights.sum())
+        )
 
     def hidden(self, assessment: Assessment) -> Hidden:
         """What the designs of an assessment by this problem hide."""

@@ -9,8 +9,8 @@ from collections.abc import Collection, Hashable, Sequence
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.model_error.left_out import Directions, left_out
 from expdesign.assurance.model_error.meir import Meir, meir_of_problem
+from expdesign.assurance.model_error.physics import Directions, left_out
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.assurance.model_error.statement import WhatIsHidden
 from expdesign.chain.chain import Chain

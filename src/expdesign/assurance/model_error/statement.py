@@ -1,7 +1,7 @@
 """What stays hidden, by effect, in sentences and in documents: the accuracy to expect at the targets, in three parts.
 
-Noise and load errors are random and add as squares (theory.md 6); what is hidden is a bias, of which the largest that
-goes unnoticed is stated beside them (theory.md 21). All are in tolerances.
+Noise and load errors add as squares (theory.md 6); what is hidden is stated beside them, of the effect of which the
+most is (theory.md 21). All are root mean squares in tolerances.
 """
 
 from dataclasses import dataclass
@@ -9,8 +9,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from expdesign.assurance.model_error.left_out import offsets
 from expdesign.assurance.model_error.meir import Hidden, Meir, meir_of_problem
+from expdesign.assurance.model_error.physics import offsets
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.targets import TargetVariances
 from expdesign.planning.problem import DesignProblem
@@ -24,10 +24,12 @@ class HiddenPhysics:
         physics, component, variant: the effect.
         phrase: a machine that has it, in words: `play in leg 3`.
         error: MEIR_e, the error at the targets in tolerances.
-        parameters: the worst combination of its parameters, by name with unit; shapes as they were assumed.
+        parameters: the combination of its parameters that adds most to it, at the standard deviation that stays
+            hidden, by name with unit; shapes as they were assumed.
         parameter: the one that is largest against its prior size.
-        noticed: by which factor that combination has to grow until it is noticed with the required power; 1 where it
-            just is, infinite where the readings do not show it at all.
+        noticed: by which factor that combination has to grow until it is noticed with the required power; infinite
+            where the readings do not show it at all.
+        shown: how far the readings determine that combination: 1 where its prior size does not matter.
     """
 
     physics: str
@@ -38,6 +40,7 @@ class HiddenPhysics:
     parameters: dict[str, float]
     parameter: str
     noticed: float
+    shown: float
 
     @property
     def tolerable(self) -> float:
@@ -46,8 +49,8 @@ class HiddenPhysics:
 
     @property
     def limited_by(self) -> str:
-        """What keeps the error from being larger: `detection`, `size` or both."""
-        return "size" if self.noticed > 1.0 + 1e-6 else "detection"
+        """What keeps the error from being larger: `detection` where readings say more of it than its prior `size`."""
+        return "detection" if self.shown > 0.5 else "size"
 
     @property
     def record(self) -> dict[str, Any]:
@@ -91,6 +94,7 @@ class WhatIsHidden:
                 parameters={p.name: float(v) for p, v in zip(entry.effect.parameters, values, strict=True)},
                 parameter=entry.effect.parameters[entry.free[largest]].name,
                 noticed=1.0 / float(np.sqrt(visible)) if visible > 0.0 else float("inf"),
+                shown=float(hidden.shown[0, index]),
             )
         return cls(tuple(worst.values()), int(hidden.freedom[0]), readings)
 
@@ -108,12 +112,16 @@ class WhatIsHidden:
                 f"With as many readings as unknowns, {readings} cannot show missing physics: {worst.phrase} of the "
                 f"assumed size would cost {worst.error:.3g} tolerances at the targets."
             )
-        text = f"The worst that {readings} could hide is {worst.phrase}: {worst.error:.3g} tolerances at the targets"
+        text = (
+            f"The worst that {readings} could hide is {worst.phrase}: {worst.error:.3g} tolerances at the targets "
+            "(standard deviation)"
+        )
         if worst.limited_by == "detection":
-            return f"{text}, at the largest size that goes unnoticed."
+            return f"{text}, as far as the readings leave it open."
         if worst.noticed == float("inf"):
             return f"{text}, at the assumed size; {readings} would not show it at any size."
-        return f"{text}, at the assumed size; {readings} would show it from {worst.noticed:.3g} times that size."
+        times = worst.noticed * float(np.sqrt(1.0 - worst.shown))
+        return f"{text}; {readings} would show it from {times:.3g} times the assumed size."
 
     @property
     def record(self) -> dict[str, Any]:
@@ -132,7 +140,7 @@ class AccuracyStatement:
 
     Attributes:
         noise, load_errors: DUIR and FEIR.
-        hidden: what may be hidden, of which the worst adds up to `hidden.meir`.
+        hidden: what may be hidden.
     """
 
     noise: float

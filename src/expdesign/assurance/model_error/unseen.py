@@ -1,13 +1,7 @@
 """Physics that a plan would not show, and the fewest further measurements that would.
 
-Before a measurement every effect that the robot can have is a term h of its prior size beside the robot and the errors
-of the load. What of it stays hidden is what the mean square error at the targets rises by where the model has it,
-
-    T·P_h·Tᵀ − T·P·Tᵀ = (T_h − T·K·B_h)·(S_h⁻¹ + B_hᵀ·Q·B_h)⁻¹·(T_h − T·K·B_h)ᵀ,
-
-all of what it does there where no residual shows it (Q·B_h = 0), and nothing where the readings determine it
-(theory.md 21). The effect with the largest root at an axis, in tolerances, is the worst. Further measurements are
-chosen one by one, each the best of those drawn.
+The effect of which the most stays hidden at any axis, in tolerances, is the worst (MEIR's mean squares, theory.md 21).
+Further measurements are chosen one by one, each the best of those drawn.
 """
 
 from copy import copy
@@ -16,14 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.model_error.left_out import Omitted, offsets
 from expdesign.assurance.model_error.meir import Meir
+from expdesign.assurance.model_error.physics import Omitted
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.component import Part
 from expdesign.counted import counted
 from expdesign.errors import InputError
-from expdesign.estimation.gaussian import Gaussian, Term
-from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import minutes_of_plan, planned
@@ -124,7 +116,7 @@ def unseen_by(problem: DesignProblem, decisions: FloatArray) -> Unseen | None:
     # What the declared errors of the load say, no term says again.
     told = bool(problem.loaded.sources)
     told_again = np.array([told and entry.effect.component.part is Part.PAYLOAD for entry in meir.physics])
-    shares, poor = hidden_shares(meir, assessment)[0], _poor(problem, decisions)
+    shares, poor = np.sqrt(meir.hidden(assessment).axes[0]), _poor(problem, decisions)
     worst = int(np.where(told_again, -1.0, shares.max(axis=(1, 2))).argmax())
     error = float(shares[worst].max())
     if told_again[worst] or (error <= SHARE and not poor):
@@ -134,44 +126,6 @@ def unseen_by(problem: DesignProblem, decisions: FloatArray) -> Unseen | None:
     name = problem.loaded.robot.coordinates.deflection[axis].rsplit("_", 1)[0]
     phrase = meir.physics[worst].effect.phrase
     return Unseen(phrase, error, int(target), name, poor, (problem, decisions), checked)
-
-
-def hidden_shares(meir: Meir, assessment: Assessment) -> FloatArray:
-    """Standard deviations that stay hidden of each entry of physics in b designs, in tolerances, (b, E, t, n)."""
-    targets = meir.problem.targets
-    size, shape = np.sqrt(targets.importance)[..., None], targets.importance.shape
-    at_targets = (size * targets.observation * meir.compliance).reshape(-1, len(meir.compliance))
-    moved = (size * meir.motions * meir.deviations).reshape(len(at_targets), -1)
-    base, physics = meir.whitened(assessment)
-    ends = offsets(meir.physics)
-    found = np.zeros((len(base), len(meir.physics), *shape))
-    for design in range(len(base)):
-        model = Gaussian.planned([Term("machine", base[design], at_targets), *_load_terms(assessment, design)])
-        plain = model.error.diagonal()
-        for index in range(len(meir.physics)):
-            part = slice(ends[index], ends[index + 1])
-            columns = physics[design][:, part]
-            if np.isfinite(columns).all():
-                term = Term("left out", columns, moved[:, part], np.ones(columns.shape[1]))
-                rise = model.beside(term).error.diagonal() - plain
-                found[design, index] = np.sqrt(np.maximum(np.nan_to_num(rise, nan=0.0), 0.0)).reshape(shape)
-    return found
-
-
-def _load_terms(assessment: Assessment, design: int) -> list[Term]:
-    """The declared errors of the load of a design, where its estimator weighs them; they act at no target."""
-    if assessment.estimator == "weighted":
-        return []
-    measurements, found = assessment.measurements, []
-    errors = measurements.compliance @ measurements.load_errors
-    for number, (source, shared) in enumerate(zip(measurements.sources, assessment.shared, strict=True)):
-        columns = errors[..., source]
-        if not shared:  # each measurement has its own
-            each = columns[..., None, :] * np.eye(assessment.count)[:, None, :, None]
-            columns = each.reshape(*columns.shape[:3], -1)
-        white = assessment.white(columns)[design]
-        found.append(Term(f"load error {number + 1}", white, None, np.ones(white.shape[1])))
-    return found
 
 
 def _poor(problem: DesignProblem, decisions: FloatArray) -> str:
@@ -196,7 +150,8 @@ def _checked(
         space.measurements = len(taken) + 1
         wider = replace(problem, space=space)
         designs = np.concatenate([np.repeat(taken[None], len(drawn), axis=0), drawn[:, None]], axis=1)
-        left = hidden_shares(Meir(wider, assumptions, (physics,)), wider.assessed(designs))[:, 0].max(axis=(1, 2))
+        axes = Meir(wider, assumptions, (physics,)).hidden(wider.assessed(designs)).axes[:, 0]
+        left = np.sqrt(axes.max(axis=(1, 2)))
         taken = designs[int(left.argmin())]
         if left.min() <= SHARE:
             return Extended(wider, taken, further, float(left.min()))

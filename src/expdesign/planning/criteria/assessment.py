@@ -95,6 +95,25 @@ class Assessment(TargetVariances):
         return rows.reshape(self.batch, self.count * len(self.noise.axes), columns.shape[-1])
 
     @cached_property
+    def _by_loads(self) -> FloatArray | None:
+        """What whitens the whitened readings of all measurements by their load errors too, (b, m·k, m·k); None where
+        these are not weighed.
+        """
+        if self.estimator == "weighted" or not self._load_errors:
+            return None
+        each = np.eye(self.count)[:, None, :, None]
+        errors = [
+            columns if common else (columns[..., None, :] * each).reshape(*columns.shape[:3], -1)
+            for columns, common in zip(self._load_errors, self.shared, strict=True)
+        ]
+        return inverse_root(one_and_gram(self.white(np.concatenate(errors, axis=-1))))
+
+    def weighed(self, columns: FloatArray) -> FloatArray:
+        """Whole deflections (b, m, n, d) as the estimator weighs them, by noise and load errors, shape (b, m·k, d)."""
+        white = self.white(columns)
+        return white if self._by_loads is None else self._by_loads @ white
+
+    @cached_property
     def _exists(self) -> BoolArray:
         """Whether the maps of all measurements exist, shape (b,)."""
         exists: BoolArray = np.logical_and.reduce(np.isfinite(plain(self.measurements.observation)), axis=(1, 2, 3))
