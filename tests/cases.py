@@ -24,9 +24,9 @@ from expdesign.mechanics.robots.orientation import Orientation
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.targets import Aggregate, Targets
-from expdesign.planning.options import SearchOptions
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
+from expdesign.planning.schema import SearchOptions
 from expdesign.planning.space import DesignSpace, PoseSet
 from expdesign.planning.variables import fixed
 from tests.oracle import Array

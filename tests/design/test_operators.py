@@ -7,7 +7,7 @@ import pytest
 from pymoo.core.population import Population
 
 from expdesign.planning.loop import InTurn, Settable
-from expdesign.planning.operators.state import State
+from expdesign.planning.operators.state import CHILDREN, State
 from expdesign.planning.optimality.exchange import Exchange
 from expdesign.planning.pymoo_problem import DesignPopulation
 from expdesign.planning.sampling import reachable_measurements, starting_designs
@@ -109,7 +109,7 @@ def test_most_children_have_the_ends_that_no_relaxation_knows() -> None:
     aims = state.ends().joined(state.along(3))
     counts = dict(zip(state.names, state.children(aims).tolist(), strict=False))
     assert counts["feir"] > max(counts["duir"], counts["total"])
-    assert (state.children(aims)[3:] == state.scaled(state.options.children[0])).all()
+    assert (state.children(aims)[3:] == state.scaled(CHILDREN[0])).all()
 
 
 def test_measurements_are_not_exchanged_for_variants_beyond_the_robots_limits() -> None:

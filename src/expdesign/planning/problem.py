@@ -22,7 +22,7 @@ from expdesign.planning.criteria.information import Information
 from expdesign.planning.criteria.targets import Targets
 from expdesign.planning.found_robot import FoundRobot
 from expdesign.planning.laboratory_sheet import Costs
-from expdesign.planning.options import SearchOptions
+from expdesign.planning.schema import SearchOptions
 from expdesign.planning.space import DesignSpace
 
 

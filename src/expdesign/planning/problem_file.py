@@ -34,10 +34,9 @@ from expdesign.planning.measurement_file import (
     tolerance_axes,
     with_reference_pose,
 )
-from expdesign.planning.options import SearchOptions
 from expdesign.planning.pose_settings import LEFT_OUT
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.schema import ExperimentSection, LoadSection, RunSection
+from expdesign.planning.schema import ExperimentSection, LoadSection, RunSection, SearchOptions
 from expdesign.planning.space import DesignSpace, PoseSet
 from expdesign.planning.tips import asked_tips, at_tips, pose_columns, pose_of, tip_number
 from expdesign.planning.variables import Choices, Interval, Quantity, fixed, steps_of

@@ -12,8 +12,12 @@ from expdesign.counted import counted
 from expdesign.errors import InfeasibleError, NotIdentifiableError
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
 from expdesign.planning.criteria.assessment import Assessment
-from expdesign.planning.options import START
 from expdesign.planning.problem import DesignProblem
+
+_BATCH, _BATCHES = 2000, 25
+"""Measurements drawn at a time, and how often at most until none is known that can be reached."""
+_TESTED = 100
+"""Random designs on which identifiability is tested."""
 
 
 def reachable_measurements(problem: DesignProblem, count: int, generator: np.random.Generator) -> FloatArray:
@@ -26,8 +30,8 @@ def reachable_measurements(problem: DesignProblem, count: int, generator: np.ran
     space = problem.space
     found: list[FloatArray] = []
     total = 0
-    for _ in range(START.batches):
-        decisions = space.sample(START.batch, generator)
+    for _ in range(_BATCHES):
+        decisions = space.sample(_BATCH, generator)
         kept = decisions[problem.reachable(decisions)]
         found.append(kept)
         total += len(kept)
@@ -36,7 +40,7 @@ def reachable_measurements(problem: DesignProblem, count: int, generator: np.ran
     if total == 0:
         found = [_descend(problem, generator)]
         if problem.constraints is not None and not problem.reachable(found[0]).all():
-            tried = space.sample(START.batch, generator)
+            tried = space.sample(_BATCH, generator)
             tried = tried[problem.loaded.robot.usable(space.decode(tried)[0])]
             tried = tried if len(tried) else found[0]
             binding = problem.constraints.binding(problem.loaded, *space.decode(tried))
@@ -127,7 +131,7 @@ def _descend(problem: DesignProblem, generator: np.random.Generator) -> FloatArr
         beyond = max(0.0, np.log10(min(condition, 1e300) / CONDITION_LIMIT))
         return max(float(robot.limit_excess(poses)), 0.0) + beyond
 
-    samples = space.sample(START.batch, generator)
+    samples = space.sample(_BATCH, generator)
     scores = np.array([excess(sample) for sample in samples])
     best = samples[np.argsort(scores, kind="stable")[:5]]
     bounds = list(zip(space.lower, space.upper, strict=True))
@@ -162,7 +166,7 @@ class Feasibility:
 
 def random_designs(problem: DesignProblem) -> FloatArray:
     """Designs whose every measurement can be reached, by the configuration's seed, shape (b, m, g)."""
-    return starting_designs(problem, START.tested, np.random.default_rng(problem.optimiser.seed))
+    return starting_designs(problem, _TESTED, np.random.default_rng(problem.optimiser.seed))
 
 
 def feasibility(problem: DesignProblem) -> Feasibility:
@@ -174,5 +178,5 @@ def feasibility(problem: DesignProblem) -> Feasibility:
     """
     identifying = require_identifiable(problem, random_designs(problem))
     generator = np.random.default_rng(problem.optimiser.seed)
-    reached = problem.reachable(problem.space.sample(START.batch, generator))
+    reached = problem.reachable(problem.space.sample(_BATCH, generator))
     return Feasibility(float(reached.mean()), identifying)

@@ -1,14 +1,15 @@
 """The run configuration as it stands in YAML (file-formats.md, Run configurations): keys, types and their meaning."""
 
+from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from expdesign.estimation.coverage import STANDARD, Coverage
 from expdesign.io.schema import LARGEST_COUNT, Count, NonNegative, Number, Positive, Section, invalid
-from expdesign.planning.options import Effort, SearchOptions
 from expdesign.planning.quantity_fields import GridAxis, QuantityField
 
+Effort = Literal["quick", "normal", "thorough"]
 Flag = Annotated[bool, Field(strict=True)]
 Vector = Annotated[list[Number], Field(min_length=3, max_length=3)]
 
@@ -375,6 +376,25 @@ class ModelErrorsSection(Section):
     power: Number = Field(
         default=0.8, description="Share of experiments 1 − β in which the test has to notice physics."
     )
+
+
+@dataclass(frozen=True)
+class SearchOptions:
+    """How the front is searched: the section `optimiser`, with its defaults.
+
+    Attributes:
+        population: designs that survive from generation to generation, and fewest that a front is thinned to.
+        generations: of the search at most; None where only `effort` ends it.
+        seed: of all random numbers.
+        polish: whether designs descend along exact gradients.
+        effort: what a further turn of all operators has to bring.
+    """
+
+    population: int = 100
+    generations: int | None = None
+    seed: int = 1
+    polish: bool = True
+    effort: Effort = "normal"
 
 
 class OptimiserSection(Section):

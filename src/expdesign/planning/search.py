@@ -39,12 +39,19 @@ from expdesign.planning.operators.state import Operator, State
 from expdesign.planning.operators.structures import Restarts
 from expdesign.planning.optimality.kktpm import kktpm
 from expdesign.planning.optimality.objectives import Pace, descended
-from expdesign.planning.options import EXPECTED_GAIN, START
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.pymoo_problem import DesignPopulation
 from expdesign.planning.sampling import require_identifiable, starting_designs
 from expdesign.planning.scalarisation import at_points, spans
+from expdesign.planning.schema import Effort
 from expdesign.planning.start import every_design, relaxed_designs, repeated_designs, structured_designs
+
+_EXPECTED_GAIN: dict[Effort, float] = {"quick": 5e-3, "normal": 1e-3, "thorough": 1e-4}
+"""Share of the hypervolume (or ten times that of `total`) that a further turn of all operators has to bring."""
+_GAP, _MOST_DESIGNS = 1e-3, 250
+"""Share of the hypervolume in the gaps between neighbours at which a front counts as drawn; designs of one at most."""
+_SETTLED = 1e-4
+"""KKT proximity below which a design is not descended from again (Deb & Abouhawwash 2016)."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +149,7 @@ def _searched(population: DesignPopulation, course: "_Course", start: FloatArray
         course.add("every design there is")
         course.why = "every design was evaluated"
         return 0.0
-    structured = structured_designs(problem, np.random.default_rng([options.seed, 3]), START.structured)
+    structured = structured_designs(problem, np.random.default_rng([options.seed, 3]), (40, 3))
     first = np.concatenate([relaxed_designs(problem), repeated_designs(problem), structured])
     relaxed = _evaluated(population, evaluator, first)
     state = State(population, np.random.default_rng([options.seed, 1]))
@@ -154,7 +161,7 @@ def _searched(population: DesignPopulation, course: "_Course", start: FloatArray
         state, operators_of(state), repair=Settable(problem), eliminate_duplicates=DefaultDuplicateElimination()
     )
     most = options.generations or MOST_GENERATIONS
-    termination = LittleGain(archive, mating, EXPECTED_GAIN[options.effort], most)
+    termination = LittleGain(archive, mating, _EXPECTED_GAIN[options.effort], most)
     algorithm = NSGA2(
         pop_size=options.population,
         sampling=Population.merge(sampled, relaxed),
@@ -349,7 +356,7 @@ def _chosen(problem: DesignProblem, values: FloatArray, count: int) -> IntArray:
     names = [criterion.name for criterion in problem.objectives]
     total = values[order, names.index("total") if "total" in names else -1]
     marked = [int(np.argmin(total)), knee(front[order])]
-    number = drawn_with(front[order], options.population, options.gap, options.most_designs)
+    number = drawn_with(front[order], options.population, _GAP, _MOST_DESIGNS)
     found: IntArray = order[spread(front[order], marked, number)]
     return found
 
@@ -367,7 +374,7 @@ _PACE = Pace(steps=30, tolerance=1e-8, inner=1e-7)
 def settle(population: DesignPopulation, chosen: FloatArray) -> None:
     """Pursue those of designs (d, m, g) that do not satisfy the optimality conditions to the end, in the archive."""
     problem, archive, objectives = population.design_problem, population.archive, population.wanted
-    space, enough = problem.space, problem.optimiser.settled
+    space, enough = problem.space, _SETTLED
     # In coarse steps, or held by other constraints, an optimum does not satisfy the conditions of a continuous one.
     coarse = bool((space.grid.steps > enough * (space.upper - space.lower)).any())
     smooth = objectives.smooth and problem.optimiser.polish

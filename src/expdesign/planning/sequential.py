@@ -21,7 +21,6 @@ from expdesign.planning.criteria.accuracy import Total, expected_total
 from expdesign.planning.criteria.information import RANK_TOLERANCE, Information
 from expdesign.planning.optimality.exchange import Exchange
 from expdesign.planning.optimality.objectives import Objectives, Pace, descended
-from expdesign.planning.options import NEXT
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import reachable_measurements
 from expdesign.planning.scalarisation import Aims
@@ -62,7 +61,7 @@ def next_measurements(
     Raises:
         InfeasibleError: no measurement is within the robot's limits.
     """
-    pool = reachable_measurements(problem, round(NEXT.candidates * _fewer(problem)), np.random.default_rng(seed))
+    pool = reachable_measurements(problem, round(4000 * _fewer(problem)), np.random.default_rng(seed))
     before = float(expected_total(known, problem.targets))
     decisions, _ = _added(problem, known, pool, count, accuracy)
     decisions = _improved(problem, known, decisions, pool)
@@ -73,7 +72,7 @@ def next_measurements(
 
 def _fewer(problem: DesignProblem) -> float:
     """Share of the usual number of candidates."""
-    return min(1.0, NEXT.few / len(problem.loaded.scale))
+    return min(1.0, 8 / len(problem.loaded.scale))
 
 
 def _added(
@@ -120,7 +119,7 @@ def _improved(problem: DesignProblem, known: Information, decisions: FloatArray,
     aims = Aims(np.zeros((1, 1)), np.ones((1, 1)))
     objectives, exchange = Objectives(here), Exchange(here, ("total",))
     best, least = decisions, np.inf
-    for _ in range(NEXT.rounds):
+    for _ in range(6):
         # Ends of ranges and other poses may be beyond the robot's limits, from which a descent may come back.
         tried = np.concatenate([exchange.singles(best[None], aims, pool, varied=varied) for varied in (False, True)])
         if objectives.smooth:
@@ -129,7 +128,7 @@ def _improved(problem: DesignProblem, known: Information, decisions: FloatArray,
         values = np.nan_to_num(objectives.values(here.assessed(tried))[:, 0], nan=np.inf)
         values[~problem.loaded.robot.usable(space.decode(tried)[0]).all(axis=1)] = np.inf
         reached = int(values.argmin())
-        if not values[reached] < (1.0 - NEXT.worth) * least:
+        if not values[reached] < (1.0 - 1e-4) * least:
             break
         best, least = tried[reached], float(values[reached])
     return best

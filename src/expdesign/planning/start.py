@@ -16,32 +16,37 @@ from expdesign.arrays import FloatArray
 from expdesign.planning.front import non_dominated
 from expdesign.planning.optimality.certificate import Certificate
 from expdesign.planning.optimality.exchange import Exchange, rounded
-from expdesign.planning.options import BRIEF, START
+from expdesign.planning.optimality.pool import BRIEF
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.pymoo_problem import DesignPopulation
 from expdesign.planning.sampling import extreme_measurements
 from expdesign.planning.scalarisation import Aims
 
+_LADDER, _ROUNDS = (0.0, 10.0), 2
+"""Factors s of the load errors for which the relaxation is rounded, and its rounds."""
+_ENUMERABLE, _TOGETHER = 40_000, 5000
+"""Designs of a finite space that are all looked at, and how many of them together."""
+
 
 def relaxed_designs(problem: DesignProblem) -> FloatArray:
     """Designs (d, m, g) rounded from optimal weights, the best few of many roundings for each factor."""
-    space, (rounds, draws, kept) = problem.space, problem.optimiser.roundings
+    space = problem.space
     found: list[FloatArray] = []
     known: FloatArray | None = None  # as designs of one measurement each
     # Where variables can be refined afterwards a short list will do.
-    listed = START.listed[0] if (~space.discrete).any() else START.listed[1]
-    for factor in START.ladder if problem.loaded.sources else START.ladder[:1]:
+    listed = 100 if (~space.discrete).any() else 2000
+    for factor in _LADDER if problem.loaded.sources else _LADDER[:1]:
         certificate = Certificate(problem, factor, BRIEF, tolerance=1e-3)
-        refined = list(certificate.refine(known, rounds))
+        refined = list(certificate.refine(known, _ROUNDS))
         if not refined:
             break
         last = refined[-1]
         known = last.shortlist[last.weights > 0.0][:, None]
         generator = np.random.default_rng([problem.optimiser.seed, int(100 * factor)])
         exchange = Exchange(problem, ("total",), factor)
-        plans = rounded(last.weights[:listed], space.measurements, draws, generator)
+        plans = rounded(last.weights[:listed], space.measurements, 400, generator)
         designs = last.shortlist[np.unique(np.sort(plans, axis=1), axis=0)]
-        best = np.argsort(exchange.scores(designs, _total(len(designs))), kind="stable")[:kept]
+        best = np.argsort(exchange.scores(designs, _total(len(designs))), kind="stable")[:8]
         better = exchange.singles(designs[best], _total(len(best)), last.shortlist[:listed])
         # Rounding to what can be set must not take a measurement at the robot's limits beyond them.
         found.append(problem.settable(np.concatenate([designs[best], better])))
@@ -58,10 +63,9 @@ def repeated_designs(problem: DesignProblem) -> FloatArray:
     if not problem.loaded.sources or problem.budget is not None or problem.constraints is not None:
         return np.zeros((0, space.measurements, space.decisions))
     generator = np.random.default_rng([problem.optimiser.seed, 2])
-    number, paired, kept = START.repeated
-    drawn = extreme_measurements(problem, number, 0.5, generator)
+    drawn = extreme_measurements(problem, 1000, 0.5, generator)
     aims = Aims(np.zeros((2, 2)), np.eye(2))
-    return problem.settable(Exchange(problem, ("feir", "total")).repeated(drawn, aims, kept, paired)[0])
+    return problem.settable(Exchange(problem, ("feir", "total")).repeated(drawn, aims, 4, 20)[0])
 
 
 def structured_designs(
@@ -115,15 +119,15 @@ def every_design(problem: DesignProblem) -> FloatArray | None:
         return None
     levels = [int(high) + 1 for high in space.upper]
     count, m = int(np.prod(levels, dtype=np.float64)), space.measurements
-    if comb(count + m - 1, m) > problem.optimiser.enumerable:
+    if comb(count + m - 1, m) > _ENUMERABLE:
         return None
     axes = np.meshgrid(*(np.arange(number, dtype=float) for number in levels), indexing="ij")
     measurements = np.stack([axis.ravel() for axis in axes], axis=1)
     measurements = measurements[problem.loaded.robot.usable(space.decode(measurements)[0])]
     plans = np.array(list(combinations_with_replacement(range(len(measurements)), m)), dtype=np.int64)
     population, best = DesignPopulation(problem), np.zeros((0, m, space.decisions))
-    for start in range(0, len(plans), START.together):
-        listed = np.unique(space.canonical(measurements[plans[start : start + START.together]]), axis=0)
+    for start in range(0, len(plans), _TOGETHER):
+        listed = np.unique(space.canonical(measurements[plans[start : start + _TOGETHER]]), axis=0)
         designs = np.concatenate([best, listed])
         values, violations = population.objectives(designs)
         feasible = (violations <= 0.0).all(axis=1)

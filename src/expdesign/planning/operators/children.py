@@ -5,7 +5,7 @@ in which every direction along the front has parents of its own (MOEA/D, Zhang &
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.planning.operators.state import State
+from expdesign.planning.operators.state import AIMS, BRIEF_STEPS, State
 from expdesign.planning.optimality.exchange import variants
 from expdesign.planning.scalarisation import Aims
 
@@ -16,9 +16,9 @@ class Children:
     name = "children"
 
     def propose(self, state: State) -> FloatArray:
-        aims = state.aims(state.options.aims)
+        aims = state.aims(AIMS)
         of = np.repeat(np.arange(len(aims)), state.children(aims))
-        return state.descended(bred(state, aims, of), aims[of], state.options.brief)
+        return state.descended(bred(state, aims, of), aims[of], BRIEF_STEPS)
 
 
 _KINDS = 5

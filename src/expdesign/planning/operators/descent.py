@@ -1,7 +1,7 @@
 """Descents from the best designs that are known towards points along the front (Pascoletti & Serafini 1984)."""
 
 from expdesign.arrays import FloatArray
-from expdesign.planning.operators.state import State
+from expdesign.planning.operators.state import ALONG_STEPS, State
 
 
 class FrontDescent:
@@ -10,6 +10,5 @@ class FrontDescent:
     name = "descent"
 
     def propose(self, state: State) -> FloatArray:
-        points, steps = state.options.along
-        aims = state.aims(points)
-        return state.descended(state.best(aims), aims, steps)
+        aims = state.aims(24)
+        return state.descended(state.best(aims), aims, ALONG_STEPS)

@@ -12,11 +12,13 @@ import math
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.planning.operators.state import State
+from expdesign.planning.operators.state import AIMS, BRIEF_STEPS, LIBRARY, State
 from expdesign.planning.optimality.exchange import variants
-from expdesign.planning.options import EXCHANGE
 from expdesign.planning.sampling import extreme_measurements, reachable_measurements
 from expdesign.planning.scalarisation import Aims, achieved
+
+_POSES = 40
+"""Drawn at random, and of good designs, to which whole settings are moved."""
 
 
 class SingleExchange:
@@ -25,12 +27,12 @@ class SingleExchange:
     name = "exchange"
 
     def propose(self, state: State) -> FloatArray:
-        aims = state.aims(state.options.aims)
+        aims = state.aims(AIMS)
         parents = state.best(aims)
         found, of = [], []
         if state.sums and len(state.library):
             # From anywhere too for what everything else hangs on; for points along the front in turn.
-            random = np.flatnonzero(aims.single | (state.generator.random(len(aims)) < state.options.chances[0]))
+            random = np.flatnonzero(aims.single | (state.generator.random(len(aims)) < 0.3))
             own = np.concatenate([np.arange(len(aims)), random])
             found.append(self._by_sums(state, parents, aims[own], len(random)))
             of.append(own)
@@ -44,7 +46,7 @@ class SingleExchange:
         both = np.concatenate([designs.reshape(len(designs), math.prod(designs.shape[1:])), places[:, None]], axis=1)
         first = np.sort(np.unique(both, axis=0, return_index=True)[1])
         designs, places = designs[first], places[first]
-        return state.descended(designs, aims[places], state.options.brief)
+        return state.descended(designs, aims[places], BRIEF_STEPS)
 
     @staticmethod
     def _by_sums(state: State, parents: FloatArray, aims: Aims, random: int) -> FloatArray:
@@ -52,19 +54,17 @@ class SingleExchange:
         space = state.problem.space
         offered = state.library
         if state.gridded:
-            drawn = extreme_measurements(state.problem, state.options.library, 1.0, state.generator)
+            drawn = extreme_measurements(state.problem, LIBRARY, 1.0, state.generator)
             offered = np.concatenate([offered, np.unique(drawn, axis=0)])
         plans = _random_plans(len(offered), random, space.measurements, state.generator)
         designs = np.concatenate([_thinned(state, parents), offered[plans]])
         exchange = state.exchange
         found = designs.copy()
         if space.settings is not None:
-            drawn = extreme_measurements(
-                state.problem, EXCHANGE.poses, float(state.generator.random()), state.generator
-            )
-            found = exchange.moved(designs, aims, np.concatenate([drawn, offered[: EXCHANGE.poses]]))
+            drawn = extreme_measurements(state.problem, _POSES, float(state.generator.random()), state.generator)
+            found = exchange.moved(designs, aims, np.concatenate([drawn, offered[:_POSES]]))
         # Where settings count, each measurement has many alternatives already.
-        chance = state.options.chances[1] if space.settings is None else 0.0
+        chance = 0.5 if space.settings is None else 0.0
         varied = state.gridded or bool(state.generator.random() < chance)
         for some, own, loaded in ((aims.single, varied, True), (~aims.single, state.gridded, state.gridded)):
             found[some] = exchange.singles(found[some], aims[some], offered, varied=own, loaded=loaded)
@@ -80,7 +80,7 @@ def _thinned(state: State, designs: FloatArray) -> FloatArray:
     settings = state.problem.space.settings
     if settings is None or settings.budget is None:
         return designs
-    left = state.generator.random(designs.shape[:2]) >= EXCHANGE.kept
+    left = state.generator.random(designs.shape[:2]) >= 0.7
     left &= (np.arange(len(designs)) % 2 == int(state.generator.integers(2)))[:, None]
     found = designs.copy()
     found[..., settings.gene] = np.where(left, 0.0, designs[..., settings.gene])
@@ -99,12 +99,11 @@ def drawn_exchanges(state: State, parents: FloatArray, aims: Aims) -> FloatArray
     """Designs (b, m, g) after some exchanges of one measurement, half of them of one variable, each the best of some
     drawn at random and judged by the criteria themselves. The first exchange may also be for the worse.
     """
-    random, _, times = state.options.draws
-    common = reachable_measurements(state.problem, random, state.generator)
+    common = reachable_measurements(state.problem, 24, state.generator)
     common = np.concatenate([state.library, common]) if len(state.library) else common
     found, score = _best_drawn(state, parents, aims, common)
     moving = np.arange(len(parents))
-    for _ in range(times if state.gridded else 0):
+    for _ in range(6 if state.gridded else 0):
         tried, reached = _best_drawn(state, found[moving], aims[moving], common)
         better = reached < score[moving] - 1e-9 * (1.0 + np.abs(score[moving]))
         moving, tried = moving[better], tried[better]
@@ -124,7 +123,7 @@ def _best_drawn(state: State, parents: FloatArray, aims: Aims, common: FloatArra
         common: measurements for which any is exchanged, shape (l, g).
     """
     batch, m, _ = parents.shape
-    space, drawn = state.problem.space, state.options.draws[1]
+    space, drawn = state.problem.space, 60
     draw, own = state.generator.integers, variants(state.problem, parents)
     trials = np.repeat(parents[:, None], drawn, axis=1)
     first, second = np.indices((batch, drawn))

@@ -4,7 +4,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.planning.operators.children import bred
-from expdesign.planning.operators.state import State
+from expdesign.planning.operators.state import AIMS, BRIEF_STEPS, State
 from expdesign.planning.sampling import extreme_measurements
 from expdesign.planning.scalarisation import Aims
 
@@ -18,20 +18,19 @@ class PairExchange:
 
     def propose(self, state: State) -> FloatArray:
         ends = state.ends()
-        aims = ends.joined(state.along(max(2, state.options.aims // 2)))
+        aims = ends.joined(state.along(max(2, AIMS // 2)))
         found, places = self._repeated(state, aims)
         problem, m = state.problem, state.problem.space.measurements
         if m > 1 and problem.space.settings is None:
             of = np.repeat(np.arange(len(ends)), state.children(ends) // 2)
             children = bred(state, ends, of)
-            number = state.options.pairs[1]
-            drawn = np.argsort(state.generator.random((len(children), number, m)), axis=2)[..., :2]
+            drawn = np.argsort(state.generator.random((len(children), 3, m)), axis=2)[..., :2]
             offered = np.concatenate([state.library, state.stock])
             children = state.exchange.pairs(children, ends[of], drawn, offered)
             if state.gridded:
                 children = state.exchange.singles(children, ends[of], state.library[:20], varied=True)
             found, places = np.concatenate([found, children]), np.concatenate([places, of])
-        return state.descended(found, aims[places], state.options.brief)
+        return state.descended(found, aims[places], BRIEF_STEPS)
 
     @staticmethod
     def _repeated(state: State, aims: Aims) -> tuple[FloatArray, IntArray]:
@@ -40,9 +39,8 @@ class PairExchange:
         if not repetitions_count(state):
             return np.zeros((0, problem.space.measurements, problem.space.decisions)), np.zeros(0, dtype=np.int64)
         share = float(state.generator.choice((0.5, 0.8)))
-        number, paired = state.options.drawn
-        drawn = extreme_measurements(problem, number, share, state.generator)
-        found, of, scores = state.exchange.repeated(drawn, aims, 1, paired)
+        drawn = extreme_measurements(problem, 500, share, state.generator)
+        found, of, scores = state.exchange.repeated(drawn, aims, 1, 60)
         order = np.lexsort((scores, of))
         first = order[np.unique(of[order], return_index=True)[1]]
         known = aims.scores(state.archive.values).min(axis=1)

@@ -14,11 +14,22 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.planning.operators.archive import Archive
 from expdesign.planning.optimality.exchange import Exchange, exchanges_are_sums
 from expdesign.planning.optimality.objectives import Objectives, Pace, descended
-from expdesign.planning.options import SearchOptions
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.pymoo_problem import DesignPopulation
 from expdesign.planning.sampling import extreme_measurements
 from expdesign.planning.scalarisation import Aims, along, ends
+
+AIMS = 12
+"""Directions of a turn in the space of the objectives, the ends among them."""
+CHILDREN = 2, 6, 24
+"""Of an aim: along the front, at an end that the convex relaxation knows, at another end."""
+LIBRARY = 100
+"""Measurements of good designs that others are exchanged for."""
+BRIEF_STEPS, ALONG_STEPS = 6, 8
+"""Of a descent of a new design, where a new valley shows after a few, and of one along the front."""
+_MET, _PARENTS, _VALLEY = 4000, 12, 1e-4
+"""Latest designs among which parents are sought, parents of an aim (MOEA/D, Zhang & Li 2007), and the difference in an
+aim below which two designs count as one valley."""
 
 RELAXED = ("duir", "total")
 """Criteria whose ends designs of the convex relaxation are near."""
@@ -70,11 +81,6 @@ class State:
         return self.population.design_problem
 
     @property
-    def options(self) -> SearchOptions:
-        """Of the search."""
-        return self.problem.optimiser
-
-    @property
     def objectives(self) -> Objectives:
         """The objectives and `total`."""
         return self.population.wanted
@@ -97,7 +103,7 @@ class State:
     @cached_property
     def smooth(self) -> bool:
         """Whether designs can descend, and shall."""
-        return self.objectives.smooth and self.options.polish
+        return self.objectives.smooth and self.problem.optimiser.polish
 
     @cached_property
     def gridded(self) -> bool:
@@ -108,13 +114,13 @@ class State:
     @cached_property
     def stock(self) -> FloatArray:
         """Measurements (l, g) drawn once, half of their continuous variables at ends."""
-        return extreme_measurements(self.problem, self.options.pairs[0], 0.5, self.generator)
+        return extreme_measurements(self.problem, 150, 0.5, self.generator)
 
     def learn(self, designs: FloatArray, values: FloatArray) -> None:
         """Keep designs (d, m, g) with criteria (d, k), and their measurements; of similar ones the latest."""
-        space, kept = self.problem.space, self.options.parents[0]
+        space = self.problem.space
         before = self.met
-        self.met = np.concatenate([before[0], designs])[-kept:], np.concatenate([before[1], values])[-kept:]
+        self.met = np.concatenate([before[0], designs])[-_MET:], np.concatenate([before[1], values])[-_MET:]
         drawn = designs[self.generator.permutation(len(designs))]  # so that all aims have their share
         measured = drawn[space.taken(drawn)]
         if space.settings is not None:
@@ -124,7 +130,7 @@ class State:
         span = np.where(space.upper > space.lower, space.upper - space.lower, 1.0)
         coarse = np.where(space.discrete, seen, np.round(20.0 * (seen - space.lower) / span))
         first = np.unique(coarse, axis=0, return_index=True)[1]
-        self.library = seen[np.sort(first)[: self.options.library]]
+        self.library = seen[np.sort(first)[:LIBRARY]]
 
     def ends(self) -> Aims:
         """Each criterion alone."""
@@ -149,7 +155,7 @@ class State:
         """
         if self.problem.budget is not None:
             return np.ones(len(aims), dtype=np.int64)
-        along, relaxed, other = (self.scaled(count) for count in self.options.children)
+        along, relaxed, other = (self.scaled(count) for count in CHILDREN)
         at_end = np.where(np.isin(self.names, RELAXED), relaxed, other)
         return np.where(aims.single, at_end[np.argmax(aims.weights, axis=1)], along)
 
@@ -168,11 +174,10 @@ class State:
         """The best designs (d, m, g) of each aim that were met, of distinct valleys."""
         designs, values = self.met
         found = []
-        _, number, valley = self.options.parents
         for score in aims.scores(values):
             order = np.argsort(score, kind="stable")
-            distinct = np.diff(score[order], prepend=-np.inf) > valley
-            found.append(designs[order[distinct][:number]])
+            distinct = np.diff(score[order], prepend=-np.inf) > _VALLEY
+            found.append(designs[order[distinct][:_PARENTS]])
         return found
 
     def descended(self, starts: FloatArray, aims: Aims, steps: int) -> FloatArray:

@@ -7,7 +7,7 @@ leads from one pair to another. Restarts do (multistart; Marti, Handbook of Meta
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.planning.operators.state import State
+from expdesign.planning.operators.state import ALONG_STEPS, State
 from expdesign.planning.start import structured_designs
 
 _DRAWN = 80, 6
@@ -25,4 +25,4 @@ class Restarts:
         aim = ends[np.array([state.names.index("total")])]
         count = int(settings.units(state.best(aim)).sum())
         designs = structured_designs(state.problem, state.generator, _DRAWN, range(count - 1, count + 2))
-        return state.descended(designs, aim[np.zeros(len(designs), dtype=np.int64)], state.options.along[1])
+        return state.descended(designs, aim[np.zeros(len(designs), dtype=np.int64)], ALONG_STEPS)

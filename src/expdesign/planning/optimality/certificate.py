@@ -16,10 +16,12 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.estimation.load_errors import Estimator
 from expdesign.planning.optimality.measurement_maps import MeasurementMaps
-from expdesign.planning.optimality.pool import Pool
+from expdesign.planning.optimality.pool import BRIEF, THOROUGH, Ascents, Pool
 from expdesign.planning.optimality.weights import Relaxation, dual_of, optimal_weights
-from expdesign.planning.options import BRIEF, RELAXATION, THOROUGH, AscentOptions
 from expdesign.planning.problem import DesignProblem
+
+_GAP = 1e-3
+"""Relative, of the squared criterion, at which the refinement of candidates ends."""
 
 _OF_ESTIMATOR: dict[Estimator, str] = {
     "generalised": "the estimator is generalised least squares, as the configuration has it",
@@ -82,7 +84,7 @@ class Certificate:
         self,
         problem: DesignProblem,
         load_errors: float,
-        effort: AscentOptions = THOROUGH,
+        effort: Ascents = THOROUGH,
         tolerance: float = 1e-6,
     ) -> None:
         self._problem, self._effort, self._tolerance = problem, effort, tolerance
@@ -108,11 +110,11 @@ class Certificate:
         if not (self.relaxation.targets != 0.0).any():
             return LowerBound(None, "no axis of any target has a tolerance")
         best, words, gap, last = 0.0, "", np.inf, None
-        for last in self.refine(front, RELAXATION.rounds, ended):
+        for last in self.refine(front, 25, ended):
             if last.bound > best:
                 best, words = last.bound, last.words
             gap = 1.0 - best / last.value
-            if gap <= RELAXATION.gap or self.pool.complete or ended():
+            if gap <= _GAP or self.pool.complete or ended():
                 break
         if last is None:
             return LowerBound(None, "no measurement within the robot's limits was found")
@@ -140,16 +142,16 @@ class Certificate:
             support = np.flatnonzero(weights.candidates > 0.0)
             dual = dual_of(self.relaxation, rows[support], weights.candidates[support], weights.mixture)
             found = pool.largest(dual, candidates, rows, BRIEF)
-            closed = dual.bound(found.largest) >= (1.0 - RELAXATION.gap) * weights.value or left == 0 or ended()
+            closed = dual.bound(found.largest) >= (1.0 - _GAP) * weights.value or left == 0 or ended()
             if closed and self._effort != BRIEF and not pool.complete:
                 found = pool.largest(dual, candidates, rows, self._effort)
             bound = dual.bound(found.largest) if closed or pool.complete else 0.0
             # Near singular information Q hangs on weights that hardly count for the value.
-            tolerance = tolerance if bound > best else max(0.1 * tolerance, RELAXATION.finest)
+            tolerance = tolerance if bound > best else max(0.1 * tolerance, 1e-9)
             best = max(bound, best)
             sensitivities = dual.sensitivities(rows)
             sensitivities[support] = np.inf
-            listed = np.argsort(-sensitivities, kind="stable")[: RELAXATION.shortlist]
+            listed = np.argsort(-sensitivities, kind="stable")[:2000]
             yield Refinement(
                 *pool.measurements(candidates[listed], weights.candidates[listed]),
                 weights.value,

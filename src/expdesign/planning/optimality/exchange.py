@@ -16,9 +16,13 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.planning.criteria.information import Sums
 from expdesign.planning.optimality.plan_sums import PlanSums
-from expdesign.planning.options import EXCHANGE
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import Aims, achieved
+
+_TOGETHER = 10_000_000
+"""Entries of the sums that are formed at a time, at most."""
+_HELPS = 1e-9
+"""Relative gain that counts as one."""
 
 ADDITIVE = ("duir", "feir", "total")
 """Criteria that are functions of sums over measurements."""
@@ -79,8 +83,8 @@ class Exchange:
         there = sums.parts(designs.reshape(-1, g)).reshape(batch, m, -1)
         score = self._scores(sums.sums(there, designs[..., pose]), aims.centres, aims.weights)
         moving, settings = np.arange(batch), self._space.settings
-        together = max(1, EXCHANGE.together // (count * shared.shape[1]))
-        for sweep in range(EXCHANGE.sweeps):
+        together = max(1, _TOGETHER // (count * shared.shape[1]))
+        for sweep in range(8):
             helped = np.zeros(batch, dtype=bool)
             for place in range(m):
                 self._problem.interrupt()
@@ -105,7 +109,7 @@ class Exchange:
                         scores[:, count:] = np.where(beyond, np.inf, scores[:, count:])
                     best = scores.argmin(axis=1)
                     found = scores[np.arange(len(part)), best]
-                    better = found < score[part] - EXCHANGE.helps * (1.0 + np.abs(score[part]))
+                    better = found < score[part] - _HELPS * (1.0 + np.abs(score[part]))
                     for row in np.flatnonzero(better):
                         index, chosen = part[row], best[row]
                         listed = chosen < count
@@ -135,7 +139,7 @@ class Exchange:
                 theirs[:, own] = sums.parts(tried[:, own].reshape(-1, len(pose))).reshape(len(offered), own.sum(), -1)
                 scores = self._scores(sums.sums(theirs, tried[..., pose]), centre, weight)
                 best = int(scores.argmin())
-                if scores[best] < score - EXCHANGE.helps * (1.0 + abs(score)):
+                if scores[best] < score - _HELPS * (1.0 + abs(score)):
                     design[:], parts, score = tried[best], theirs[best], float(scores[best])
         return found
 
@@ -155,7 +159,7 @@ class Exchange:
                 found.append(out)
             if sweep is not None:
                 # Of long plans other ones in every sweep: all would be as many alternatives as measurements squared.
-                near = np.linspace(0, count, min(count, EXCHANGE.near), endpoint=False, dtype=int)
+                near = np.linspace(0, count, min(count, 8), endpoint=False, dtype=int)
                 some = (place + sweep + near) % count
                 more = variants(self._problem, others[:, np.sort(some)], ~space.of_pose)
                 found.append(more.reshape(len(designs), -1, space.decisions))
@@ -182,7 +186,7 @@ class Exchange:
                 rest = np.delete(parts, pair, axis=0).sum(axis=0)
                 tried = self._scores(rest + offered_parts[first] + offered_parts[second], centre, weight)
                 best = int(tried.argmin())
-                if tried[best] < score - EXCHANGE.helps * (1.0 + abs(float(score))):
+                if tried[best] < score - _HELPS * (1.0 + abs(float(score))):
                     chosen = [first[best], second[best]]
                     found[index, pair], parts[pair], score = offered[chosen], offered_parts[chosen], tried[best]
         return found
@@ -202,7 +206,7 @@ class Exchange:
         aimed = [k for k in range(len(self._names)) if weight[k] > 0.0]
         score = np.maximum.reduce([(np.sqrt(squares[self._names[k]]) - centre[k]) * weight[k] for k in aimed])
         partner = score.argmin(axis=1)
-        first = np.argsort(score[np.arange(len(score)), partner], kind="stable")[: EXCHANGE.judged]
+        first = np.argsort(score[np.arange(len(score)), partner], kind="stable")[:60]
         return first, partner[first]
 
     def estimates(self, parts: FloatArray, pair: IntArray, offered: Sums) -> tuple[FloatArray, FloatArray]:
@@ -231,7 +235,7 @@ class Exchange:
         else:  # what M gives is noise and load errors together
             both += (fixed**2).sum()
             found = noise[worst] + force[worst] + lost - gained[:, None] - gained - both
-        return np.maximum(found, EXCHANGE.least * noise[worst]), np.maximum(both, 0.0)
+        return np.maximum(found, 0.05 * noise[worst]), np.maximum(both, 0.0)
 
     def repeated(
         self, drawn: FloatArray, aims: Aims, count: int, paired: int
@@ -301,7 +305,7 @@ def variants(problem: DesignProblem, parents: FloatArray, wanted: BoolArray | No
         low, high = space.lower[decision], space.upper[decision]
         if not space.discrete[decision]:
             values = [np.full(parents.shape[:2], end) for end in (low, 0.5 * (low + high), high)]
-        elif high < EXCHANGE.levels:
+        elif high < 6:
             values = [np.full(parents.shape[:2], level) for level in np.arange(high + 1.0)]
         else:
             values = [np.clip(parents[..., decision] + step, low, high) for step in (-1.0, 1.0)]

@@ -16,8 +16,7 @@ from scipy.optimize import nnls
 from expdesign.arrays import FloatArray
 from expdesign.planning.optimality.differentiated import Differentiated
 from expdesign.planning.optimality.objectives import Objectives, PoseGroups
-from expdesign.planning.optimality.sqp import Limits
-from expdesign.planning.options import DESCENT
+from expdesign.planning.optimality.sqp import MARGIN, Limits
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import spans as objective_spans
 
@@ -70,7 +69,7 @@ def kktpm(problem: DesignProblem, variables: FloatArray, spans: FloatArray | Non
         measure[index] = _violation(
             np.stack([column[index].ravel() for column in columns], axis=1),
             np.array([gap[index] for gap in slack]),
-            limits[index] - DESCENT.margin,
+            limits[index] - MARGIN,
             scaled_limits[index],
             position[index].ravel(),
         )

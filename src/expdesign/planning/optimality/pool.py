@@ -17,8 +17,28 @@ from expdesign.planning.optimality.measurement_maps import CHUNK, LoadVariables,
 from expdesign.planning.optimality.series import Multisets, sizes
 from expdesign.planning.optimality.sqp import MinimaxSearch
 from expdesign.planning.optimality.weights import Dual
-from expdesign.planning.options import RELAXATION, AscentOptions
 from expdesign.planning.problem import DesignProblem
+
+_ENUMERABLE = 1_000_000
+"""Candidates that are all looked at, at most."""
+
+
+class Ascents(NamedTuple):
+    """How hard the most sensitive measurement is searched for over a continuum.
+
+    Attributes:
+        samples: random measurements among the first candidates.
+        starts, steps: gradient ascents of a round, and their steps at most.
+        passes: of ascents one after the other, each from the best load at the end of the one before.
+    """
+
+    samples: int = 6000
+    starts: int = 64
+    steps: int = 60
+    passes: int = 3
+
+
+THOROUGH, BRIEF = Ascents(), Ascents(samples=1000, starts=16, steps=15, passes=1)
 
 
 class Found(NamedTuple):
@@ -49,7 +69,7 @@ def enumerated(problem: DesignProblem, fixed: IntArray) -> FloatArray | None:
         fixed = np.union1d(fixed, [space.settings.gene])
     others = np.setdiff1d(np.arange(space.decisions), fixed)
     axes = [np.arange(space.upper[i] + 1.0) if space.discrete[i] else space.lower[[i]] for i in others]
-    if float(np.prod([len(axis) for axis in axes])) > RELAXATION.enumerable:
+    if float(np.prod([len(axis) for axis in axes])) > _ENUMERABLE:
         return None
     grid = np.array(np.meshgrid(*axes, indexing="ij")).reshape(len(axes), -1).T if axes else np.zeros((1, 0))
     variables = np.zeros((len(grid), space.decisions))
@@ -111,7 +131,7 @@ class Pool:
         self._moves = ~np.isin(np.arange(space.decisions), self._loads.index)
         vertices = len(self._loads.vertices)
         self._poses = enumerated(self._problem, self._loads.index)
-        if self._poses is not None and not self._shared and len(self._poses) * vertices > RELAXATION.enumerable:
+        if self._poses is not None and not self._shared and len(self._poses) * vertices > _ENUMERABLE:
             self._poses = None
         self.complete = self._poses is not None and not self._shared
         poses = samples if self._poses is None else len(self._poses)
@@ -130,7 +150,7 @@ class Pool:
             return self._options(self._poses).reshape(-1, 1, self._poses.shape[1])
         parts = []
         for members in self.multisets.members:
-            poses = self._drawn(RELAXATION.drawn if self._shared else self._samples)
+            poses = self._drawn(400 if self._shared else self._samples)
             parts.append(self._series(poses, members[self._generator.integers(len(members), size=len(poses))]))
         if front is not None:
             parts.append(
@@ -201,7 +221,7 @@ class Pool:
         _, first = np.unique(flat, axis=0, return_index=True)
         return candidates[np.sort(first)]
 
-    def largest(self, dual: Dual, candidates: FloatArray, rows: FloatArray, effort: AscentOptions) -> Found:
+    def largest(self, dual: Dual, candidates: FloatArray, rows: FloatArray, effort: Ascents) -> Found:
         """The largest ‖R·Q‖² of all that could be a candidate, and candidates that come near it."""
         known = dual.sensitivities(rows)
         order = np.argsort(-known, kind="stable")
@@ -224,7 +244,7 @@ class Pool:
         if self._maps is None:
             self._maps = self.maps(self._options(poses))
         found = self.multisets.best(dual, self._maps)
-        order = np.argsort(-found.values, kind="stable")[: RELAXATION.added]
+        order = np.argsort(-found.values, kind="stable")[:40]
         words = (
             f"the sensitivity of a series (measurements at one pose with one reference) was evaluated at all "
             f"{len(poses)} poses for all series of up to {self.multisets.longest} measurements"
@@ -234,7 +254,7 @@ class Pool:
             words += ", and bounded for longer ones"
         return Found(self._series(poses[order], found.chosen[order]), float(found.bound.max()), words)
 
-    def _ascend(self, dual: Dual, starts: FloatArray, known: float, effort: AscentOptions) -> Found:
+    def _ascend(self, dual: Dual, starts: FloatArray, known: float, effort: Ascents) -> Found:
         size = max(known, 1e-300)
         reached, bound = self._at_best_loads(dual, starts[:, 0])
 

@@ -11,7 +11,8 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.planning.options import DESCENT
+
+_ITERATIONS = 40
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ def _reachable(q: Programs) -> IntArray:
     return np.sort(np.argsort(~reachable, axis=2, kind="stable")[..., :number], axis=2)
 
 
-def solve(programs: Programs, tolerance: float = DESCENT.tolerance) -> Solutions:
+def solve(programs: Programs, tolerance: float = 1e-9) -> Solutions:
     """Solve all programs to a relative duality gap (fewer digits where rounding does not permit more)."""
     rows = _reachable(programs)
     if rows.shape[2] < programs.limits.shape[2]:
@@ -78,14 +79,14 @@ def solve(programs: Programs, tolerance: float = DESCENT.tolerance) -> Solutions
     iterate = _Iterate(programs)
     solutions = Solutions(iterate.d.copy(), iterate.lam.copy(), iterate.mu.copy())
     left = np.arange(len(iterate.d))
-    for step in range(DESCENT.iterations + 1):
+    for step in range(_ITERATIONS + 1):
         gap, residuals = iterate.residuals()
         unfinished = np.maximum(gap, residuals.worst) > tolerance
         # What is finished costs nothing any more once it is a good part of all.
-        if unfinished.mean() < DESCENT.worthwhile or step == DESCENT.iterations:
+        if unfinished.mean() < 0.8 or step == _ITERATIONS:
             solutions.put(left, iterate)
             keep = np.flatnonzero(unfinished)
-            if keep.size == 0 or step == DESCENT.iterations:
+            if keep.size == 0 or step == _ITERATIONS:
                 break
             left, gap, residuals, unfinished = left[keep], gap[keep], residuals.take(keep), unfinished[keep]
             iterate.take(keep)
@@ -247,5 +248,5 @@ def _longest(pairs: list[tuple[FloatArray, FloatArray]]) -> FloatArray:
     steepest = np.zeros(len(pairs[0][0]))
     for value, step in pairs:
         steepest = np.maximum(steepest, (-step / value).reshape(len(value), -1).max(axis=1, initial=0.0))
-    result: FloatArray = np.minimum(1.0, DESCENT.back / np.maximum(steepest, 1e-300))
+    result: FloatArray = np.minimum(1.0, 0.995 / np.maximum(steepest, 1e-300))
     return result

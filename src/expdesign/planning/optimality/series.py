@@ -17,7 +17,9 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.planning.optimality.weights import Dual
-from expdesign.planning.options import RELAXATION
+
+_ENTRIES = 4_000_000
+"""Of arrays of series that are valued together."""
 
 
 def sizes(series: FloatArray) -> IntArray:
@@ -57,7 +59,7 @@ class Multisets:
         for n in range(1, measurements + 1):
             number = _multisets(options, n)
             total += number
-            if n > 1 and total * max(options**2 * poses, 200) > 100 * RELAXATION.entries:
+            if n > 1 and total * max(options**2 * poses, 200) > 100 * _ENTRIES:
                 break
             listed = list(combinations_with_replacement(range(options), n))
             self.members.append(np.array(listed, dtype=np.int64))
@@ -91,7 +93,7 @@ class Multisets:
     @property
     def _together(self) -> int:
         largest = max(len(members) for members in self.members)
-        return max(1, RELAXATION.entries // max(largest, self.options**2))
+        return max(1, _ENTRIES // max(largest, self.options**2))
 
     def _best(self, dual: Dual, rows: FloatArray) -> BestSeries:
         gains, interactions = quadratic(dual, rows)
@@ -151,7 +153,7 @@ def longer(gains: FloatArray, interactions: FloatArray, n: int) -> FloatArray:
     shares = np.full(gains.shape, 1.0 / gains.shape[1])
     bound = np.full(len(gains), np.inf)
     everyone = np.arange(len(gains))
-    for _ in range(RELAXATION.tangents):
+    for _ in range(60):
         along = n * (interactions @ shares[..., None])[..., 0]
         slope = gains - 2.0 * along
         value = ((gains - along) * shares).sum(axis=1)

@@ -17,8 +17,18 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
 from expdesign.mechanics.symbolic import BatchFunction
 from expdesign.planning.optimality.quadratic import Programs, Solutions, solve
-from expdesign.planning.options import DESCENT
 from expdesign.planning.problem import DesignProblem
+
+MARGIN = 1e-8
+"""By which rows of limits are kept below zero, so that a design at a limit is within it whatever the rounding."""
+_DIFFERENCE = 1e-6
+"""Step of central differences of limits (m or rad)."""
+_PENALTY, _INVALID = 10.0, 1e6
+"""On the excess over limits, beside functions of the order of 1, and the value of a function where it has none."""
+_CORRECTIONS = 2
+"""Of a step that goes beyond curved limits (Maratos effect)."""
+_ENTRIES = 20_000_000
+"""Of the Hessians that are treated at once, at most."""
 
 
 class Limits:
@@ -53,7 +63,7 @@ class Limits:
             condition, by_condition = self._condition(poses)
         else:
             condition, by_condition = np.full(poses.shape[:-1], -1.0), np.zeros_like(poses)
-        values = np.concatenate([values, condition[..., None]], axis=-1) + DESCENT.margin
+        values = np.concatenate([values, condition[..., None]], axis=-1) + MARGIN
         by_pose = np.concatenate([by_pose, by_condition[..., None, :]], axis=-2)
         gradient = np.zeros((*values.shape, variables.shape[-1]))
         gradient[..., self._decisions] = by_pose[..., self._coordinates]
@@ -89,7 +99,7 @@ class Limits:
 
         values = decades(poses)
         gradient = np.zeros_like(poses)
-        near = values > np.log10(DESCENT.near_singular)
+        near = values > np.log10(0.3)
         if near.any():
             gradient[near] = _central(decades, poses[near])
         return values, gradient
@@ -98,9 +108,9 @@ class Limits:
 def _central(function: object, poses: FloatArray) -> FloatArray:
     """Central differences of a function of poses (..., n), shape (..., n)."""
     assert callable(function)
-    steps = DESCENT.difference * np.eye(poses.shape[-1])
+    steps = _DIFFERENCE * np.eye(poses.shape[-1])
     difference: FloatArray = function(poses[..., None, :] + steps) - function(poses[..., None, :] - steps)
-    return difference / (2.0 * DESCENT.difference)
+    return difference / (2.0 * _DIFFERENCE)
 
 
 Pieces = Callable[[FloatArray, IntArray], tuple[FloatArray, FloatArray]]
@@ -180,7 +190,7 @@ class MinimaxSearch:
         self._inner = inner
         if not self._free.any() or len(variables) == 0:
             return variables.copy()
-        together = max(1, DESCENT.entries // (variables.shape[1] * len(self._span)) ** 2)
+        together = max(1, _ENTRIES // (variables.shape[1] * len(self._span)) ** 2)
         parts = np.split(np.arange(len(variables)), np.arange(together, len(variables), together))
         return np.concatenate([self._minimise(variables[part], part, iterations, radius, tolerance) for part in parts])
 
@@ -206,21 +216,19 @@ class MinimaxSearch:
             trial = self._evaluate(moved, index[alive])
             actual = here.merit - trial.merit
             ratio = np.where(predicted > 0.0, actual / np.where(predicted > 0.0, predicted, 1.0), -1.0)
-            accepted = (ratio > DESCENT.accepted) & (actual > 0.0)
+            accepted = (ratio > 1e-3) & (actual > 0.0)
             hessian[alive], fresh[alive] = _updated(hessian[alive], fresh[alive], here, trial, step, solution)
             size = np.abs(step).max(axis=1)
-            good, far, growth = DESCENT.grown
-            poor, part = DESCENT.shrunk
-            grown = (ratio > good) & (size > far * radii[alive])
-            shrunk = np.where(ratio < poor, part * np.maximum(size, 1e-12), radii[alive])
-            radii[alive] = np.minimum(1.0, np.where(grown, growth * radii[alive], shrunk))
+            grown = (ratio > 0.75) & (size > 0.8 * radii[alive])
+            shrunk = np.where(ratio < 0.25, 0.35 * np.maximum(size, 1e-12), radii[alive])
+            radii[alive] = np.minimum(1.0, np.where(grown, 2.0 * radii[alive], shrunk))
             points.put(alive[accepted], trial.take(np.flatnonzero(accepted)))
             small = predicted < tolerance * np.maximum(1.0, np.abs(here.merit))
             quiet[alive] = np.where(small, quiet[alive] + 1, 0)
-            alive = alive[(quiet[alive] < 2) & (radii[alive] > DESCENT.least_radius)]
+            alive = alive[(quiet[alive] < 2) & (radii[alive] > 1e-9)]
         # Steps that came to their number may be a little beyond curved limits.
         beyond = np.flatnonzero((points.limits > 0.0).any(axis=(1, 2)))
-        for _ in range(DESCENT.corrections if beyond.size else 0):
+        for _ in range(_CORRECTIONS if beyond.size else 0):
             there = points.take(beyond)
             points.variables[beyond] = self._moved(there, np.zeros((len(beyond), n)), index[beyond])
         return points.variables
@@ -228,14 +236,14 @@ class MinimaxSearch:
     def _moved(self, here: _Points, step: FloatArray, index: IntArray) -> FloatArray:
         """Variables after a step in parts of the free variables' ranges, within the bounds."""
         variables = here.variables
-        singular = bool((here.limits[..., -1] > DESCENT.far).any())
+        singular = bool((here.limits[..., -1] > -0.7).any())
         change = np.zeros_like(variables)
         change[..., self._free] = step.reshape(*variables.shape[:2], -1) * self._span
         if self._tie is not None:
             change = self._tie(change, index)
         moved: FloatArray = np.clip(variables + change, self._space.lower, self._space.upper)
         beyond = np.arange(len(moved))
-        for _ in range(DESCENT.corrections):
+        for _ in range(_CORRECTIONS):
             # Limits are curved: without this correction full steps along them would be refused (Maratos effect).
             shift = self._back_within_limits(moved[beyond], singular)
             if self._tie is not None:
@@ -274,7 +282,7 @@ class MinimaxSearch:
             parts = [self._tie(slopes[:, piece], index) for piece in range(slopes.shape[1])]
             slopes = np.stack(parts, axis=1)
         slopes = np.nan_to_num(slopes[..., self._free] * self._span)
-        values = np.where(np.isfinite(values).all(axis=1, keepdims=True), values, DESCENT.invalid)
+        values = np.where(np.isfinite(values).all(axis=1, keepdims=True), values, _INVALID)
         limits, limit_gradients = self._limits.rows(variables)
         limit_gradients = limit_gradients[..., self._free] * self._span
         return _Points(variables.copy(), values, slopes.reshape(*slopes.shape[:2], -1), limits, limit_gradients)
@@ -285,7 +293,7 @@ class MinimaxSearch:
         low = np.maximum((self._space.lower - here.variables)[..., self._free] / self._span, -reach)
         high = np.minimum((self._space.upper - here.variables)[..., self._free] / self._span, reach)
         sides = np.minimum(low, -1e-14).reshape(len(radii), -1), np.maximum(high, 1e-14).reshape(len(radii), -1)
-        penalty = np.full(len(radii), DESCENT.penalty)
+        penalty = np.full(len(radii), _PENALTY)
         return Programs(hessian, here.values, here.gradients, here.limits, here.limit_gradients, *sides, penalty)
 
 
@@ -308,7 +316,7 @@ def _solve_scaled(programs: Programs, radii: FloatArray, tolerance: float) -> So
 
 
 def _merit(values: FloatArray, limits: FloatArray) -> FloatArray:
-    merit: FloatArray = values.max(axis=1) + DESCENT.penalty * np.maximum(limits, 0.0).sum(axis=(1, 2))
+    merit: FloatArray = values.max(axis=1) + _PENALTY * np.maximum(limits, 0.0).sum(axis=(1, 2))
     return merit
 
 
@@ -330,7 +338,7 @@ def _updated(
     by_limits = solution.limits[:, :, None] @ (trial.limit_gradients - here.limit_gradients)
     change = change + by_limits.reshape(change.shape)
     length, curvature = (step * step).sum(axis=1), (step * change).sum(axis=1)
-    valid = (length > 1e-24) & (trial.values.max(axis=1) < DESCENT.invalid) & np.isfinite(curvature)
+    valid = (length > 1e-24) & (trial.values.max(axis=1) < _INVALID) & np.isfinite(curvature)
     length = np.where(valid, length, 1.0)
     size = np.clip(np.linalg.norm(change, axis=1) / np.sqrt(length), 1e-3, 1e3)
     start = 0.1 * np.eye(step.shape[1]) * size[:, None, None]

@@ -17,7 +17,12 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.planning.optimality.quadratic import Programs, solve
-from expdesign.planning.options import RELAXATION
+
+_TOGETHER = 50_000
+"""Candidates whose sensitivities are computed together."""
+_REGULARISATION = 1e-7
+"""Part of the mean eigenvalue of an information that is added to all of them: where the optimum leaves parameters
+unidentified that no target needs, Q would hang on weights that count for nothing. The bound holds for any Q."""
 
 
 @dataclass(frozen=True)
@@ -58,9 +63,9 @@ class Dual:
     def sensitivities(self, rows: FloatArray) -> FloatArray:
         """D = ‖R·Q‖² of candidates R (j, ..., k, q), shape (j, ...)."""
         values = np.empty(rows.shape[:-2])
-        for start in range(0, len(rows), RELAXATION.together):
-            products = rows[start : start + RELAXATION.together] @ self.matrix
-            values[start : start + RELAXATION.together] = (products**2).sum(axis=(-2, -1))
+        for start in range(0, len(rows), _TOGETHER):
+            products = rows[start : start + _TOGETHER] @ self.matrix
+            values[start : start + _TOGETHER] = (products**2).sum(axis=(-2, -1))
         return values
 
 
@@ -92,7 +97,7 @@ def optimal_weights(
         sensitivities = dual_of(relaxation, rows[support], known[support], mixture).sensitivities(rows)
         chosen, weights = _joined(support, known[support], sensitivities)
     value = np.inf
-    for _ in range(RELAXATION.weightings):
+    for _ in range(60):
         weights, mixture, value = _newton(relaxation, rows[chosen], weights, 1e-2 * tolerance)
         dual = dual_of(relaxation, rows[chosen], weights, mixture)
         sensitivities = dual.sensitivities(rows)
@@ -145,7 +150,7 @@ def _start(relaxation: Relaxation, rows: FloatArray) -> IntArray:
 def _information(relaxation: Relaxation, rows: FloatArray, weights: FloatArray) -> FloatArray:
     stacked = (np.sqrt(np.maximum(weights, 0.0))[:, None, None] * rows).reshape(-1, rows.shape[-1])
     matrix = relaxation.prior + relaxation.count * (stacked.T @ stacked)
-    return matrix + RELAXATION.regularisation * np.trace(matrix) / len(matrix) * np.eye(len(matrix))
+    return matrix + _REGULARISATION * np.trace(matrix) / len(matrix) * np.eye(len(matrix))
 
 
 def _values(relaxation: Relaxation, rows: FloatArray, weights: FloatArray) -> FloatArray:
@@ -164,7 +169,7 @@ def _newton(
     for _ in range(40):
         # Where few candidates identify all that the targets need, X is nearly singular and its inverse indefinite.
         sizes, axes = np.linalg.eigh(_information(relaxation, rows, weights))
-        root = axes / np.sqrt(np.maximum(sizes, RELAXATION.rounded * sizes[-1]))
+        root = axes / np.sqrt(np.maximum(sizes, 1e-14 * sizes[-1]))
         inverse = root @ root.T
         gradients, curvatures = [], []
         for target in relaxation.targets:
