@@ -195,3 +195,14 @@ def test_a_single_wrong_row_is_called_an_outlier() -> None:
     line = result.recordings.lines[5]
     assert finding.sentence == f"Row {line} is an outlier: no model explains it."
     assert not any("refits" in text for text in conclusions(found, None))
+
+
+def test_an_effect_that_is_kept_is_not_called_next_to_impossible() -> None:
+    result = diagnosis("explained")
+    (found,) = result.findings
+    doubted = replace(result, findings=(replace(found, probability=1e-9),))
+    for lines in (diagnosed(doubted, None).lines, conclusions(doubted, None)):
+        said = next(line for line in lines if "play" in line)
+        assert "below 1e-6" not in said
+        assert "another place or cause is likelier" in said
+    assert any("(probability 0." in line for line in diagnosed(result, None).lines)

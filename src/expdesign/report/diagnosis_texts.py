@@ -9,7 +9,7 @@ from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.law_findings import LawFinding, curve_file
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.result import Diagnosis
-from expdesign.probabilities import probability_text
+from expdesign.probabilities import SMALLEST, probability_text
 from expdesign.report import words
 from expdesign.report.fit_texts import coverage_sentence, diagnosed_fit_sentences
 from expdesign.report.options import SHOWN
@@ -170,10 +170,7 @@ def diagnosed(result: Diagnosis, plan: str | None, at_targets: Said | None = Non
     lines = [*ended_sentences(result), f"Verdict: {result.verdict}."]
     if result.verdict == "unexplained":
         lines += [mismatch(result), next_recording(result)]
-    lines += [
-        f"{one.sentence.rstrip('.')} (probability {probability_text(one.probability, 2)}){_instead(one)}."
-        for one in result.findings
-    ]
+    lines += [f"{one.sentence.rstrip('.')} ({_how_probable(one)}){_instead(one)}." for one in result.findings]
     if added_physics(result):
         lines += ["With this physics in the model:", *stiffness_lines(diagnosed_stiffness(result), result.robot)]
     lines += diagnosed_fit_sentences(result)
@@ -226,10 +223,18 @@ def conclusions(result: Diagnosis, hidden: str | None) -> list[str]:
 
 
 def _finding(finding: Finding) -> str:
-    text = f"{finding.sentence} Probability {probability_text(finding.probability, 2)}{_instead(finding)}."
+    probable = _how_probable(finding)
+    text = f"{finding.sentence} {probable[0].upper()}{probable[1:]}{_instead(finding)}."
     if finding.named_by is not None:
         text += f" {100.0 * finding.named_by:.0f} % of the refits, each without a tenth of the rows, name it."
     return text
+
+
+def _how_probable(finding: Finding) -> str:
+    """The probability of an effect that is kept; what is kept and next to impossible stands in for something else."""
+    if finding.probability < SMALLEST:
+        return "kept because the rows are described better with it, although another place or cause is likelier"
+    return f"probability {probability_text(finding.probability, 2)}"
 
 
 def _instead(finding: Finding) -> str:
