@@ -17,8 +17,8 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.evidence.dictionary import Dictionary
-from expdesign.diagnosis.evidence.state import Present
-from expdesign.diagnosis.laws import base_alone, measured_of
+from expdesign.diagnosis.evidence.state import Present, base_alone
+from expdesign.diagnosis.laws import measured_of
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.mechanics.robots.robot import Robot
 from research.benchmarks.concealed.case import Case, generate, write_questions

@@ -19,7 +19,7 @@ from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.model_error.physics import offsets
 from expdesign.assurance.model_error.recorded import Shown
 from expdesign.assurance.model_error.settings import Assumptions
-from expdesign.diagnosis.inexact import with_share
+from expdesign.diagnosis.statement import with_share
 from expdesign.errors import InputError
 from expdesign.estimation.whitening import Whitening
 from tests.acceptance.test_acceptance import decision

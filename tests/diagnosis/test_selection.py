@@ -17,7 +17,7 @@ from expdesign.diagnosis.held_out import held_out
 from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.names import LawsBeside, Names
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.standing import standing
+from expdesign.diagnosis.posterior import standing
 from expdesign.estimation.fit import Data, Fit, fit
 from tests.cases import robot
 from tests.diagnosis.samples import base_fit, effect, sample_of, simulated

@@ -8,7 +8,8 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.row import Row
 from expdesign.diagnosis.evidence.dictionary import Dictionary
 from expdesign.diagnosis.evidence.refinement import refined
-from expdesign.diagnosis.laws import base_alone, measured_of
+from expdesign.diagnosis.evidence.state import base_alone
+from expdesign.diagnosis.laws import measured_of
 from tests.cases import robot
 from tests.diagnosis.samples import base_fit, sample_of
 from tests.ports.machines import recordings_of

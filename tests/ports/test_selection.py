@@ -15,7 +15,7 @@ from expdesign.diagnosis.evidence.dictionary import Atom
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.evidence.state import Present
-from expdesign.diagnosis.laws import places
+from expdesign.diagnosis.posterior import places
 
 ROWS = 120
 BLOCKS = np.repeat(np.arange(20), 6)

@@ -12,13 +12,13 @@ import numpy as np
 from expdesign.arrays import rms
 from expdesign.diagnosis.caveats import caveats
 from expdesign.diagnosis.cross_validation import blocks_of, readings_of
+from expdesign.diagnosis.evidence.state import base_alone
 from expdesign.diagnosis.findings import set_aside
 from expdesign.diagnosis.frame import Frame
 from expdesign.diagnosis.group_library import groups_of
 from expdesign.diagnosis.groups import Groups, grouped
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import group_findings
-from expdesign.diagnosis.laws import base_alone
 from expdesign.diagnosis.locate import locate
 from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.options import OPTIONS

@@ -4,18 +4,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray
+from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.naming import LAW
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.diagnosis.averaging import averaged
 from expdesign.diagnosis.by_groups import by_groups
 from expdesign.diagnosis.caveats import caveats, not_sought
 from expdesign.diagnosis.confirmation import confirmed, gains, pruned, stability
+from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
 from expdesign.diagnosis.findings import Finding, findings
 from expdesign.diagnosis.frame import Frame, framed
 from expdesign.diagnosis.held_out import HeldOut, held_out
-from expdesign.diagnosis.inexact import inexactness
 from expdesign.diagnosis.law_findings import law_findings
 from expdesign.diagnosis.laws import left_out_alone, sought_laws, without_mistakes
 from expdesign.diagnosis.library import OUTLIER
@@ -23,11 +22,12 @@ from expdesign.diagnosis.locate import locate
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.possible import at_limits
+from expdesign.diagnosis.posterior import averaged
 from expdesign.diagnosis.relinearised import relinearised
 from expdesign.diagnosis.remarks import Averaged
 from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, Diagnosis, Method
 from expdesign.diagnosis.stages import Report, Stage, unheard
-from expdesign.diagnosis.statement import dispersion, statement, tested
+from expdesign.diagnosis.statement import deviations_from_none, dispersion, statement, tested
 from expdesign.diagnosis.verdict import doubt, fits, verdict_with, verdict_without, within_noise
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.load_errors import DeclaredLoadErrors, Estimator, load_columns
@@ -175,7 +175,13 @@ def _inexact(frame: Frame, result: Diagnosis) -> Diagnosis:
     few = int(frame.names.sample.counts.sum()) < OPTIONS.fewest_rows
     if known or few or not frame.kind.contested or not len(result.predictive.fit.values):
         return result
-    return replace(result, inexact=inexactness(frame.names, result.predictive))
+    fit, state, sample = result.predictive.fit, frame.names.state(result.predictive), frame.names.sample
+    blocks, scale = readings_of(blocks_of(sample), sample), state.noise_variance
+    done = as_matrix(fit.sensitivities)[sample.kept] @ deviations_from_none(fit)
+    errors = state.left_out(blocks) / np.sqrt(scale)
+    variances = state.left_out_variances(blocks) / scale
+    share = LeftOut(errors, errors, blocks).widened(variances, (done**2).sum(axis=1) / scale)[1]
+    return replace(result, inexact=share)
 
 
 def _settled(frame: Frame, model: NamedModel) -> bool:

@@ -13,7 +13,7 @@ from expdesign.diagnosis.confirmation import Gain, Stability
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.standing import standing
+from expdesign.diagnosis.posterior import probabilities, standing
 from expdesign.diagnosis.statement import Dispersion
 from expdesign.estimation.coverage import NORMAL_95
 from expdesign.estimation.fit import Data, Fit
@@ -94,8 +94,8 @@ def findings(
     found.sort(key=lambda one: -(one.share or 0.0))
     result = [one for one in found if abs(one.share or 0.0) >= OPTIONS.listed] or found[:1]
     if model.outliers.any():
-        gain = names.as_here(model).misfit - model.misfit
-        probability = OPTIONS.surest / (1.0 + float(np.exp(-0.5 * gain / OPTIONS.temperature)))
+        behind = 0.5 * (names.as_here(model).misfit - model.misfit)
+        probability = float(probabilities(np.array([0.0, -behind]), OPTIONS.surest)[0])
         result += set_aside(names.sample, model.outliers, probability)
     return tuple(result)
 

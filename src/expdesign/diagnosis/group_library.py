@@ -13,8 +13,8 @@ from expdesign.chain.ports.port import Entry
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
 from expdesign.diagnosis.evidence.dictionary import Atom, Dictionary
-from expdesign.diagnosis.evidence.state import Present
-from expdesign.diagnosis.laws import base_alone, measured_of
+from expdesign.diagnosis.evidence.state import Present, base_alone
+from expdesign.diagnosis.laws import measured_of
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.estimation.fit import Data, Fit

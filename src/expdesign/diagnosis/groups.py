@@ -25,9 +25,8 @@ from expdesign.diagnosis.evidence.columns import Dense
 from expdesign.diagnosis.evidence.dictionary import Atom, law_of
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.evidence.search import Search
-from expdesign.diagnosis.evidence.state import Present, regular
+from expdesign.diagnosis.evidence.state import Present, base_alone, regular
 from expdesign.diagnosis.group_library import Group, GroupLibrary
-from expdesign.diagnosis.laws import base_alone
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import single_mistakes
 from expdesign.diagnosis.relinearised import relinearised

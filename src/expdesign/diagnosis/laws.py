@@ -2,20 +2,13 @@
 
 Named effects take part, so that what is named and what is not are sought together; where a named form carries as much
 evidence it wins, having fewer weights.
-
-Where laws are is said by evidence over ports: every component is given its chance in the place of one that was found.
-The log evidence of a component is what its laws gain together (`Search.weighed`), with the laws of all other
-components kept. Machines and kernels are never exact, so that differences of log evidence are divided by a
-temperature before they become probabilities; and what no port covers may be behind everything.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, as_matrix
-from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.curve import Curve, curve_of
 from expdesign.chain.ports.law import Law
@@ -24,43 +17,15 @@ from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
 from expdesign.diagnosis.evidence.dictionary import Dictionary, Measured, law_of
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.evidence.search import Search
-from expdesign.diagnosis.evidence.state import Present, regular
-from expdesign.diagnosis.inexact import deviations_from_none, with_share
+from expdesign.diagnosis.evidence.state import base_alone
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.posterior import Place, places
 from expdesign.diagnosis.relinearised import relinearised
 from expdesign.diagnosis.stages import Stage
+from expdesign.diagnosis.statement import deviations_from_none, with_share
 from expdesign.estimation.fit import Data, Fit, fit
-
-
-@dataclass(frozen=True)
-class Place:
-    """A component where a law may be.
-
-    Attributes:
-        component: where.
-        log_evidence: gain of log evidence by its laws together.
-        probability: that the law is there.
-        alike: whether the recordings do not tell it from the most probable one.
-    """
-
-    component: Component
-    log_evidence: float
-    probability: float
-    alike: bool
-
-
-def places(gains: Mapping[Component, float]) -> tuple[Place, ...]:
-    """Components by probability, from the gain of log evidence by the laws of each."""
-    names = sorted(gains, key=lambda name: -gains[name])
-    evidence = np.array([gains[name] for name in names])
-    below = evidence.max() - evidence
-    weights = np.exp(-below / OPTIONS.temperature)
-    weights *= OPTIONS.surest_place / weights.sum()
-    close = max(OPTIONS.close, OPTIONS.remainder * float(evidence.max()))
-    every = zip(names, evidence, weights, below < close, strict=True)
-    return tuple(Place(name, float(e), float(w), bool(near)) for name, e, w, near in every)
 
 
 @dataclass(frozen=True)
@@ -198,14 +163,6 @@ def sought_laws(names: Names, named: NamedModel, *, explained: bool) -> Laws | N
     return None if chosen.key in (seed.key, problem.start.key) else _fitted(names, search, dictionary.sight, chosen)
 
 
-def base_alone(base: Fit, sample: Data, *, known_noise: bool = True) -> Present:
-    """A fitted model as a base, with what is known of its parameters."""
-    directions, readings = as_matrix(base.sensitivities)[sample.kept], base.residuals.ravel()[sample.kept]
-    knowledge = base.chain.knowledge()
-    precision = np.zeros(directions.shape[1]) if knowledge is None else 1.0 / knowledge[1] ** 2
-    return Present(directions, regular(directions, precision), readings, known_noise=known_noise)
-
-
 def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
     """The chain with the chosen laws, and what each of them says."""
     robot, sample, state, start, model = names.robot, names.sample, chosen.state, search.start.state, chosen.named
@@ -252,5 +209,5 @@ def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
 
 
 def _widened(result: Fit, inflation: float, remaining: float, variance: float) -> Fit:
-    """The fit with covariance k·s²·C, and beside it the share q of all that is not exact (`inexact`)."""
+    """The fit with covariance k·s²·C, and beside it the share q of all that is not exact."""
     return with_share(result.known_as(result.estimable.scaled(inflation * variance)), remaining * variance)

@@ -10,13 +10,12 @@ from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.diagnosis.confirmation import Stability
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.held_out import HeldOut
-from expdesign.diagnosis.inexact import with_share
 from expdesign.diagnosis.laws import Laws
 from expdesign.diagnosis.locate import Location
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.relinearised import AGREES
 from expdesign.diagnosis.remarks import WrittenOtherwise
-from expdesign.diagnosis.statement import NONE, Widening, widened, widening
+from expdesign.diagnosis.statement import NONE, Widening, widened, widening, with_share
 from expdesign.estimation.coverage import reading_deviations
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.goodness import StatementOfFit

@@ -5,6 +5,11 @@ Residuals that exceed their standard deviations, and residuals of consecutive ro
 sampled recordings, and whatever the model leaves out), carry less information than their number. With lag-one
 correlation ρ the effective number of rows is N·(1 − ρ)/(1 + ρ) (first-order autoregression), and the covariance of the
 parameters grows by the mean square of the residuals times (1 + ρ)/(1 − ρ).
+
+The covariance of a fit is that of a form which is the machine's own. The library's is another, whose predictions are
+wrong by a share √q of what the physics does to them, however many the rows: with v_k the deviation of the parameters of
+effect k from none, predictions have the covariance C + q·Σ_k v_k·v_kᵀ. q is what left-out readings ask for
+(`LeftOut.widened`, with Σ_k (A·v_k)² in the place of the prior variance of laws).
 """
 
 from dataclasses import dataclass, replace
@@ -13,6 +18,7 @@ from math import sqrt
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.ports.law import Law
 from expdesign.estimation.fit import Data, Fit, linear_fit
 from expdesign.estimation.goodness import StatementOfFit, noise_ratio, squares_of, statement_of_fit
 from expdesign.estimation.noise_level import NoiseLevel
@@ -126,3 +132,27 @@ def widened(fit: Fit, by: Widening) -> Fit:
     """The fit with the covariance that predictions are made with; what is in it already is not taken twice."""
     factor = max(by.parameters**2 / fit.inflation, 1.0) if fit.inflation != 1.0 else by.parameters**2
     return replace(fit.known_as(fit.estimable.scaled(factor)), inflation=fit.inflation * factor)
+
+
+def deviations_from_none(fit: Fit) -> FloatArray:
+    """The v_k of a model as columns, shape (p, K): its effects, or its compliances where it has none.
+
+    Every weight of a law counts by itself, with its standard deviation beforehand.
+    """
+    count = len(fit.values)
+    columns: list[FloatArray] = []
+    for effect, part in zip(fit.chain.effects, fit.chain.slices, strict=True):
+        if isinstance(effect, Law):
+            columns += list(effect.form.deviation * np.eye(count)[part])
+        else:
+            free = np.array([not parameter.shape for parameter in effect.parameters])
+            column = np.zeros(count)
+            column[part] = np.where(free, fit.values[part] - effect.neutral(), 0.0)
+            columns.append(column)
+    return np.column_stack(columns) if columns else np.diag(fit.values)
+
+
+def with_share(fit: Fit, share: float) -> Fit:
+    """The fit with the covariance C + q·Σ_k v_k·v_kᵀ."""
+    moved, known = deviations_from_none(fit), fit.estimable
+    return fit.known_as(replace(known, generalised=known.generalised + share * (moved @ moved.T)))

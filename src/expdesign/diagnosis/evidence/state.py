@@ -17,7 +17,8 @@ from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dtrtri
 from scipy.optimize import minimize
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray, as_matrix
+from expdesign.estimation.fit import Data, Fit
 
 _LEAST, _MOST = 1e-3, 1e6
 """Bounds of σ²: mean variance of the readings by a law, in variances of the noise."""
@@ -291,6 +292,14 @@ class Present:
             else:
                 one = np.eye(len(inside))
                 yield inside, one, _ALONE * np.linalg.inv(_ALONE * one - own @ own.T) - one
+
+
+def base_alone(base: Fit, sample: Data, *, known_noise: bool = True) -> Present:
+    """A fitted model as a base, with what is known of its parameters."""
+    directions, readings = as_matrix(base.sensitivities)[sample.kept], base.residuals.ravel()[sample.kept]
+    knowledge = base.chain.knowledge()
+    precision = np.zeros(directions.shape[1]) if knowledge is None else 1.0 / knowledge[1] ** 2
+    return Present(directions, regular(directions, precision), readings, known_noise=known_noise)
 
 
 def regular(directions: FloatArray, precision: FloatArray) -> FloatArray:

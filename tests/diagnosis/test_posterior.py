@@ -6,8 +6,8 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 from expdesign.arrays import FloatArray
-from expdesign.diagnosis.averaging import _posterior
 from expdesign.diagnosis.evidence.state import Present
+from expdesign.diagnosis.posterior import _moments
 
 GENERATOR = np.random.default_rng(4)
 PHI = GENERATOR.standard_normal((30, 3))
@@ -18,7 +18,7 @@ def weighed(law: FloatArray, readings: FloatArray, *, one_sided: bool = False) -
     """Bayes factor of a law of unit size, mean and covariance of its weights."""
     nothing = Present(np.zeros((30, 0)), np.zeros(0), readings)
     grown = nothing.beside(law, 1.0)
-    share, mean, covariance = _posterior(*grown.posterior(0), one_sided=one_sided)
+    share, mean, covariance = _moments(*grown.posterior(0), one_sided=one_sided)
     return share * float(np.exp(grown.log_evidence - nothing.log_evidence)), mean, covariance
 
 
