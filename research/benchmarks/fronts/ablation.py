@@ -26,7 +26,7 @@ from expdesign.planning.optimality.objectives import Objectives
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
 
-OPERATORS = ("exchange", "children", "pairs", "descent")
+OPERATORS = ("exchange", "children", "repetitions", "descent")
 VARIANTS = {"all": OPERATORS, **{f"without {name}": tuple(set(OPERATORS) - {name}) for name in OPERATORS}}
 
 

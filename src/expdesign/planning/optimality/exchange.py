@@ -1,20 +1,12 @@
-"""Exchange of measurements where criteria are sums over them (`plan_sums.py`): one, two, or a plan of repeated ones.
+"""Exchange of measurements where criteria are sums over them (`plan_sums.py`): one, or a plan of repeated ones.
 
-Fedorov 1972 exchanges one measurement after the other until none helps. Two things it does not find. What errors that
-all measurements share do to the compliances is M⁻¹·S, with S the sum over the measurements: in a plan of little FEIR
-the S_j cancel, and whichever measurement is exchanged alone, they no longer do. Of two exchanged together there are l²
-for l alternatives; with the gain g = T·M⁻¹ of the plan as it is,
-
-    FEIR² ≈ |g·S|² + tr(g·N·gᵀ) , DUIR² ≈ tr(g·(2·M_plan − M)·gᵀ)
-
-of all pairs is one product of matrices, and the most promising partner of each first one is judged exactly. And load
-errors that each measurement has of its own average out over repetitions of whichever measurement suffers least.
+Fedorov 1972 exchanges one measurement after the other until none helps. What it does not find: load errors that each
+measurement has of its own average out over repetitions of whichever measurement suffers least.
 """
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.planning.criteria.information import Sums
 from expdesign.planning.optimality.plan_sums import PlanSums
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import Aims, achieved
@@ -164,78 +156,6 @@ class Exchange:
                 more = variants(self._problem, others[:, np.sort(some)], ~space.of_pose)
                 found.append(more.reshape(len(designs), -1, space.decisions))
         return np.concatenate(found, axis=1)
-
-    def pairs(self, designs: FloatArray, aims: Aims, places: IntArray, offered: FloatArray) -> FloatArray:
-        """Designs (b, m, g) after exchanges of two measurements that help; references must not be shared.
-
-        Args:
-            designs: shape (b, m, g).
-            aims: of each, b.
-            places: which two measurements are exchanged, one pair after the other, shape (b, p, 2).
-            offered: measurements for any two of which they are exchanged, shape (l, g).
-        """
-        offered_parts = self._sums.parts(offered)
-        offered_terms = self._sums.terms(offered_parts)
-        found = designs.copy()
-        for index, (design, own) in enumerate(zip(designs, places, strict=True)):
-            centre, weight = aims.centres[index], aims.weights[index]
-            parts = self._sums.parts(design)
-            score = self._scores(parts.sum(axis=0), centre, weight)
-            for pair in own:
-                first, second = self._promising(parts, pair, centre, weight, offered_terms)
-                rest = np.delete(parts, pair, axis=0).sum(axis=0)
-                tried = self._scores(rest + offered_parts[first] + offered_parts[second], centre, weight)
-                best = int(tried.argmin())
-                if tried[best] < score - _HELPS * (1.0 + abs(float(score))):
-                    chosen = [first[best], second[best]]
-                    found[index, pair], parts[pair], score = offered[chosen], offered_parts[chosen], tried[best]
-        return found
-
-    def _promising(
-        self,
-        parts: FloatArray,
-        pair: IntArray,
-        centre: FloatArray,
-        weight: FloatArray,
-        offered: Sums,
-    ) -> tuple[IntArray, IntArray]:
-        """Alternatives (c,), (c,), by index, for the two measurements of a plan with parts (m, c)."""
-        with np.errstate(all="ignore"):  # of a plan that identifies nothing
-            noise, force = self.estimates(parts, pair, offered)
-        squares = {"duir": noise, "feir": force, "total": noise + force}
-        aimed = [k for k in range(len(self._names)) if weight[k] > 0.0]
-        score = np.maximum.reduce([(np.sqrt(squares[self._names[k]]) - centre[k]) * weight[k] for k in aimed])
-        partner = score.argmin(axis=1)
-        first = np.argsort(score[np.arange(len(score)), partner], kind="stable")[:60]
-        return first, partner[first]
-
-    def estimates(self, parts: FloatArray, pair: IntArray, offered: Sums) -> tuple[FloatArray, FloatArray]:
-        """DUIR² and FEIR² (l, l) of a plan with parts (m, c) for every two alternatives of a pair of its measurements.
-
-        By the gain of the plan as it is, and at the target that is worst now; `offered` are their terms.
-        """
-        whole = parts.sum(axis=0)
-        noise, force = self._sums.variances(whole)
-        worst = int((noise + force).argmax())
-        gain = self._sums.gains(whole)[worst]
-
-        def squares(terms: FloatArray) -> FloatArray:
-            found: FloatArray = ((gain @ terms) * gain).sum(axis=(-2, -1))
-            return found
-
-        rest = self._sums.whole(np.delete(parts, pair, axis=0).sum(axis=0))
-        gained, lost = squares(offered.matrix), squares(self._sums.terms(parts[pair]).matrix).sum()
-        own, fixed = squares(offered.own), (gain @ rest.shared).ravel()
-        both = squares(rest.own) + own[:, None] + own
-        if self._problem.estimator == "weighted":
-            reach = (gain @ offered.shared).reshape(len(own), -1)
-            along = fixed + reach
-            both += 2.0 * along @ reach.T + (along**2).sum(axis=1)[:, None] + (reach**2).sum(axis=1)
-            found = noise[worst] + lost - gained[:, None] - gained
-        else:  # what M gives is noise and load errors together
-            both += (fixed**2).sum()
-            found = noise[worst] + force[worst] + lost - gained[:, None] - gained - both
-        return np.maximum(found, 0.05 * noise[worst]), np.maximum(both, 0.0)
 
     def repeated(
         self, drawn: FloatArray, aims: Aims, count: int, paired: int

@@ -94,14 +94,6 @@ class PlanSums:
         found: FloatArray = np.add(*self.variances(sums)).max(axis=-1)
         return found
 
-    def terms(self, sums: FloatArray) -> Sums:
-        """M, N and S of flat sums (..., c)."""
-        return self._unfolded(sums, self._sizes[0])
-
-    def gains(self, sums: FloatArray) -> FloatArray:
-        """T·M⁻¹ of every alternative of the maximum over targets, (..., t, r, p), of flat sums (..., c)."""
-        return self.whole(sums).gain(self._targets)
-
     def variances(self, sums: FloatArray) -> tuple[FloatArray, FloatArray]:
         """DUIR² and s²·FEIR² of every alternative of the maximum over targets, (..., t), of flat sums (..., c)."""
         noise, force = self.whole(sums).variances(self._targets, self._problem.estimator)
@@ -109,7 +101,7 @@ class PlanSums:
 
     def whole(self, sums: FloatArray) -> Sums:
         """The same of a whole plan, with what is known before it."""
-        found = self.terms(sums if self._known is None else sums + self._known)
+        found = self._unfolded(sums if self._known is None else sums + self._known, self._sizes[0])
         return found.with_prior(self._estimated) if self._estimated else found
 
     def _series(self, parts: FloatArray, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
