@@ -62,12 +62,17 @@ def spread(values: FloatArray, kept: list[int], count: int) -> IntArray:
     low, high = values.min(axis=0), values.max(axis=0)
     scaled = (values - low) / np.where(high > low, high - low, 1.0)
     chosen = list(dict.fromkeys([*np.argmin(values, axis=0).tolist(), *kept]))
-    distance = np.min([np.linalg.norm(scaled - scaled[i], axis=1) for i in chosen], axis=0)
-    while len(chosen) < count:
-        farthest = int(np.argmax(distance))
-        chosen.append(farthest)
-        distance = np.minimum(distance, np.linalg.norm(scaled - scaled[farthest], axis=1))
-    return np.sort(np.array(chosen, dtype=np.int64))
+    return np.sort(np.array([*chosen, *farthest(scaled, scaled[chosen], count - len(chosen))], dtype=np.int64))
+
+
+def farthest(rows: FloatArray, known: FloatArray, count: int) -> list[int]:
+    """Indices of `count` of some rows (d, k), each the farthest from the known ones (e, k) and those before it."""
+    distance = np.linalg.norm(rows[:, None] - known, axis=-1).min(axis=1)
+    chosen: list[int] = []
+    for _ in range(count):
+        chosen.append(int(np.argmax(distance)))
+        distance = np.minimum(distance, np.linalg.norm(rows - rows[chosen[-1]], axis=1))
+    return chosen
 
 
 def knee(values: FloatArray) -> int:

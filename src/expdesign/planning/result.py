@@ -18,7 +18,7 @@ from expdesign.chain.instrument.deflection_noise import ReferencedNoise, series_
 from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.references import reference_names
 from expdesign.planning.budget import plan_minutes
-from expdesign.planning.front import Front
+from expdesign.planning.front import Front, farthest
 from expdesign.planning.optimality.certificate import LowerBound
 from expdesign.planning.plan import Plan, plan_columns, plan_frame
 from expdesign.planning.problem import DesignProblem
@@ -123,12 +123,7 @@ def validation_decisions(problem: DesignProblem, decisions: FloatArray) -> Float
     pool = space.settable(pool[:, None], problem.loaded.robot.limit_excess)[:, 0]
     pool = pool[problem.reachable(pool)]
     span = np.where(space.upper > space.lower, space.upper - space.lower, 1.0)
-    distance = np.linalg.norm((pool[:, None] - decisions[None]) / span, axis=-1).min(axis=1)
-    chosen: list[int] = []
-    for _ in range(problem.validation):
-        chosen.append(int(np.argmax(distance)))
-        distance = np.minimum(distance, np.linalg.norm((pool - pool[chosen[-1]]) / span, axis=-1))
-    return pool[chosen]
+    return pool[farthest(pool / span, decisions / span, problem.validation)]
 
 
 def protocol_frame(problem: DesignProblem, plan: Plan) -> pd.DataFrame | None:

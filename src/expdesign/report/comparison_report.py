@@ -5,8 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from expdesign.assurance.comparison.correlation import RankCorrelation
-from expdesign.assurance.comparison.judgement import Judgement
-from expdesign.assurance.comparison.options import COMPARISON
+from expdesign.assurance.comparison.judgement import AGREEMENT, Judgement
 from expdesign.planning.optimality.certificate import LowerBound
 from expdesign.report import words
 from expdesign.report.blocks import (
@@ -80,7 +79,7 @@ def agreement(name: str, judgement: Judgement) -> list[str]:
             f"{name}: the {len(optimised)} criteria lead to {count}. The same plan to the last measurement: "
             f"{'; '.join(named)}."
         )
-    percent = words.given(100.0 * COMPARISON.agreement)
+    percent = words.given(100.0 * AGREEMENT)
     near = [group for group in judgement.agreeing() if len({int(first[i]) for i in group}) > 1]
     equal = [words.listed([title_of(judgement, i) for i in group]) for group in near]
     if equal:

@@ -7,7 +7,6 @@ they are what one wants to compare.
 
 from typing import Any
 
-from expdesign.assurance.comparison.options import COMPARISON
 from expdesign.errors import InputError
 from expdesign.io.schema import shortened
 from expdesign.planning.problem import DesignProblem
@@ -21,8 +20,8 @@ def require_comparable(problems: list[DesignProblem]) -> None:
     for other in problems[1:]:
         found = differences(first, other)
         if found:
-            more = f"; and {len(found) - COMPARISON.said} more" if len(found) > COMPARISON.said else ""
-            what = f"not comparable with {first.source}: {'; '.join(found[: COMPARISON.said])}{more}"
+            more = f"; and {len(found) - 4} more" if len(found) > 4 else ""
+            what = f"not comparable with {first.source}: {'; '.join(found[:4])}{more}"
             remedy = "Make them the same, or compare each by itself (argument `separate`)."
             raise InputError(what, where=other.source, remedy=remedy)
 

@@ -7,7 +7,6 @@ from typing import Any, Literal
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.comparison.options import COMPARISON
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import planned
@@ -87,14 +86,14 @@ def _searched(
 
 def distinct_criteria(problem: DesignProblem, seed: int) -> list[str]:
     """Criteria that order designs, without those that are another one to within rounding, by designs at random."""
-    plans = [one.plan for one in drawn(problem, COMPARISON.probes, seed)]
+    plans = [one.plan for one in drawn(problem, 8, seed)]
     configurations, loads = (np.array([getattr(plan, name) for plan in plans]) for name in ("configurations", "loads"))
     assessment = problem.assess(configurations, loads, np.array([plan.series for plan in plans]))
     kept: dict[str, FloatArray] = {}
     for name, criterion in problem.criteria.items():
         values = criterion.values(assessment)
-        varies = not np.allclose(values, values[0], rtol=COMPARISON.same, atol=0.0)
-        if varies and not any(np.allclose(values, other, rtol=COMPARISON.same, atol=0.0) for other in kept.values()):
+        varies = not np.allclose(values, values[0], rtol=1e-12, atol=0.0)
+        if varies and not any(np.allclose(values, other, rtol=1e-12, atol=0.0) for other in kept.values()):
             kept[name] = values
     return list(kept) or list(problem.criteria)[:1]
 

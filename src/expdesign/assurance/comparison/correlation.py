@@ -7,7 +7,6 @@ from scipy.stats import rankdata
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.comparison.judgement import Judgement
-from expdesign.assurance.comparison.options import COMPARISON
 
 _STREAM = 13
 """Keeps the bootstrap apart from other numbers of the same seed."""
@@ -42,7 +41,7 @@ def rank_correlations(judgement: Judgement, seed: int) -> list[RankCorrelation]:
         for name, values in judgement.values.items():
             goodness = values if judgement.problem.criteria[name].maximise else -values
             kept = chosen & np.isfinite(goodness) & np.isfinite(attained)
-            if kept.sum() >= COMPARISON.fewest:
+            if kept.sum() >= 4:
                 generator = np.random.default_rng([seed, _STREAM])
                 found.append(_correlation(name, over, goodness[kept], -attained[kept], generator))
     return found
@@ -60,7 +59,7 @@ def _correlation(
     name: str, over: str, goodness: FloatArray, accuracy: FloatArray, generator: np.random.Generator
 ) -> RankCorrelation:
     count = len(goodness)
-    rows = generator.integers(count, size=(COMPARISON.resamples, count))
+    rows = generator.integers(count, size=(2000, count))
     resampled = spearman(goodness[rows], accuracy[rows])
     resampled = resampled[np.isfinite(resampled)]
     low, high = np.quantile(resampled, (0.025, 0.975)) if resampled.size else (np.nan, np.nan)

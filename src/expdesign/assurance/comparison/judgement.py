@@ -13,11 +13,13 @@ import pandas as pd
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.assurance.comparison.contenders import Contender, Each, here
-from expdesign.assurance.comparison.options import COMPARISON
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.errors import NotIdentifiableError
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
+
+AGREEMENT = 1e-3
+"""Part of the attained error below which designs are said to be equally accurate."""
 
 ATTAINED = "attained"
 
@@ -74,7 +76,7 @@ class Judgement:
             found.append(firsts.setdefault(tuple(sorted(tuple(row) for row in rows.tolist())), index))
         return np.array(found)
 
-    def agreeing(self, part: float = COMPARISON.agreement) -> list[list[int]]:
+    def agreeing(self, part: float = AGREEMENT) -> list[list[int]]:
         """Designs of criteria whose attained errors differ by at most `part`, the most accurate group first.
 
         All designs meet the same random numbers, so that differences as small as that are seen.
