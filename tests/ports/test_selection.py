@@ -24,7 +24,9 @@ BLOCKS = np.repeat(np.arange(20), 6)
 def _search(laws: Sequence[tuple[Component, FloatArray]], readings: FloatArray, seed: int) -> Search:
     base = np.random.default_rng(seed).standard_normal((ROWS, 2))
     scaled = [(component, law / np.sqrt((law**2).sum() / ROWS)) for component, law in laws]
-    atoms = [Atom(component, Dense(law), law.T @ law, named=(None, np.zeros(1))) for component, law in scaled]
+    atoms = [
+        Atom(component, Dense(law), law.T @ law, named=(None, np.zeros(1), np.ones(1))) for component, law in scaled
+    ]
     return Search(Problem(Present(base, np.zeros(2), readings), atoms, BLOCKS))
 
 

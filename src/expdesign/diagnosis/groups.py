@@ -184,9 +184,9 @@ class _Problem:
 
     def mistakes(self, chosen: Chosen) -> BoolArray:
         """Rows that all groups together do not explain, shape (N,)."""
-        rows = readings_of(np.arange(len(self.sample.counts)), self.sample)
         aside: BoolArray = np.zeros(len(self.sample.counts), dtype=bool)
-        aside[single_mistakes(chosen.state, rows, len(self.sample.recordings.axes))] = True
+        own = single_mistakes(chosen.state, len(self.sample.recordings.axes))
+        aside[np.flatnonzero(self.sample.counts)[own]] = True
         return aside
 
 

@@ -169,10 +169,10 @@ class Names:
         """Those that were fitted without laws beside them, as far as they are kept."""
         return [model for key, model in self._models.items() if len(key) == 2]
 
-    @property
+    @cached_property
     def atoms(self) -> list[Atom]:
         """Every start of every candidate as a law of known form."""
-        return self._as_laws[0]
+        return self._as_laws(self.library)
 
     @cached_property
     def reach(self) -> float:
@@ -186,34 +186,10 @@ class Names:
         """That are sought beside the base model."""
         return base_model(self.robot, self.sample.reading).most_effects
 
-    def candidate(self, number: int) -> Candidate:
-        """The candidate that an atom is one of the starts of."""
-        named = self.atoms[number].named
-        assert named is not None
-        found: Candidate = named[0]
-        return found
-
-    def start(self, number: int, weights: FloatArray) -> FloatArray:
-        """Parameters from which a candidate is fitted, from the weights of its atom (d,), shape (p,)."""
-        named = self.atoms[number].named
-        assert named is not None
-        return self.started(named[0], named[1], self._as_laws[1][number] * weights)
-
-    @staticmethod
-    def started(candidate: Candidate, start: FloatArray, step: FloatArray) -> FloatArray:
-        """A start, moved by a step of the parameters that are no shapes where it is neutral in these, shape (p,)."""
-        free = np.array([not p.shape for p in candidate.effect.parameters])
-        # A start away from neutral is one already; others are where the linear effect is largest.
-        if np.array_equal(start[free], candidate.effect.neutral()[free]):
-            start = start.copy()
-            start[free] += step
-        return start
-
-    def idle(self, current: NamedModel) -> list[Candidate]:
-        """Candidates that do nothing to a base model without springs, as they act beside the effects of a model."""
-        if len(self.robot.stiffness):
-            return []
-        return [self._beside(entry, current) for entry in self.library if entry.idle]
+    def idle(self, current: NamedModel) -> list[Atom]:
+        """What does nothing to a base model without springs, as it acts beside the effects of a model."""
+        idle = [] if len(self.robot.stiffness) else [entry for entry in self.library if entry.idle]
+        return self._as_laws([self._beside(entry, current) for entry in idle])
 
     def fits_beside(self, candidate: Candidate, current: Sequence[Candidate]) -> bool:
         """Whether a candidate may stand beside others: of another slot, with what it builds on."""
@@ -327,15 +303,11 @@ class Names:
 
     def without_outliers(self, current: NamedModel) -> NamedModel | None:
         """The model refitted without the rows that stand out; None where none does, or they are no single mistakes."""
-        flagged, model = current.outliers, current
-        rows = int(self.sample.counts.sum())
-        most, price = min(max(1, rows // 10), rows - 1), self._outlier_penalty()  # a row to fit has to stay
-        readings = None if self.known_noise else self.sample.readings
-        while True:
-            further = standing_out(model.fit, flagged, price, most, readings)
-            if np.array_equal(further, flagged):
-                break
-            flagged = further
+        flagged, model, rows = current.outliers.copy(), current, np.flatnonzero(self.sample.counts)
+        most, axes = min(max(1, len(rows) // 10), len(rows) - 1), len(self.sample.recordings.axes)  # one has to stay
+        while (further := standing_out(self.state(model), axes, most - int(flagged.sum()))).size:
+            flagged = flagged.copy()
+            flagged[rows[further]] = True
             model = self.model(current.candidates, flagged, self.parts(current, current.candidates), current)
         if not flagged.any() or np.array_equal(flagged, current.outliers):
             return None
@@ -379,20 +351,15 @@ class Names:
         known = dict(zip(model.effects, model.fit.chain.slices, strict=True))
         return [model.fit.values[known[candidate.effect]] for candidate in chosen]
 
-    @cached_property
-    def _as_laws(self) -> tuple[list[Atom], list[FloatArray]]:
-        """Every start of every candidate as a law of known form, and what its weights are in units of parameters."""
+    def _as_laws(self, library: Sequence[Candidate]) -> list[Atom]:
         kept = self.sample.kept
         some = None if kept.all() else kept
-        atoms, scales = [], []
-        for candidate in self.library:
-            for start, directions in enumerate(candidate.directions):
-                columns = Dense(directions, some)
-                known = known_form(candidate.effect.component, columns, (candidate, candidate.starts[start]))
-                if known is not None:
-                    atoms.append(replace(known[0], one_sided=bool(candidate.one_sided.all())))
-                    scales.append(known[1])
-        return atoms, scales
+        atoms = (
+            known_form(one.effect.component, Dense(directions, some), one, start, one_sided=bool(one.one_sided.all()))
+            for one in library
+            for start, directions in zip(one.starts, one.directions, strict=True)
+        )
+        return [atom for atom in atoms if atom is not None]
 
     def _beside(self, entry: Candidate, current: NamedModel) -> Candidate:
         """An entry that is idle beside the base model, as it acts beside the effects of a model."""

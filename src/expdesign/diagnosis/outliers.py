@@ -18,49 +18,37 @@ _ROUNDING = 1e-9
 """What is left of a reading that nothing else predicts."""
 
 
-def row_distances(
-    residuals: FloatArray, slopes: FloatArray, known: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Fall of χ² without each row (N,), I − Hᵢ (N, k, k) and Sᵢ·P (N, k, p).
+def standing_out(state: Present, axes: int, most: int) -> IntArray:
+    """Rows that a model does not explain, the one that stands out most first, each without those before it.
+
+    With P = I − F·Fᵀ (`state`), Hᵢ = Fᵢ·Fᵢᵀ and r = P·y, yᵀPy falls by rᵢᵀ·(I − Hᵢ)⁻¹·rᵢ without row i, which leaves
+    r + F·Fᵢᵀ·(I − Hᵢ)⁻¹·rᵢ. A row stands out whose fall exceeds `outlier_price`, in variances of the noise; where that
+    is not known it is what remains.
 
     Args:
-        residuals: whitened, shape (N, k).
-        slopes: whitened derivatives of the prediction, shape (N, k, p).
-        known: P, covariance of the parameters, shape (p, p).
+        state: the model, to first order.
+        axes: readings of a row.
+        most: rows that are looked for at most.
     """
-    spread = slopes @ known
-    room = (1.0 + _ROUNDING) * np.eye(residuals.shape[1]) - spread @ slopes.swapaxes(1, 2)
-    distances: FloatArray = np.einsum("nk,nk->n", residuals, np.linalg.solve(room, residuals[..., None])[..., 0])
-    return distances, room, spread
-
-
-def standing_out(result: Fit, aside: BoolArray, price: float, most: int, readings: int | None = None) -> BoolArray:
-    """Rows that are set aside, the one that stands out most first, each without those before it, shape (N,).
-
-    Linear about the fit: without row i the parameters move by −P·Sᵢᵀ·(I − Hᵢ)⁻¹·rᵢ with Hᵢ = Sᵢ·P·Sᵢᵀ, and χ² falls by
-    rᵢᵀ·(I − Hᵢ)⁻¹·rᵢ.
-
-    Args:
-        result: of the rows that are not `aside`.
-        aside: rows that were set aside, shape (N,).
-        price: fall of χ², in variances of the noise, that a row has to bring.
-        most: rows that may be aside.
-        readings: number of those of which χ² is, where their noise is not known; it then is what remains.
-    """
-    residuals, slopes = result.residuals.copy(), result.sensitivities.copy()
-    known, flagged = result.estimable.generalised / result.inflation, aside.copy()
-    while int(flagged.sum()) < most:
-        distances, room, spread = row_distances(residuals, slopes, known)
-        worst = int(np.argmax(distances))
-        variance = 1.0 if readings is None else float((residuals**2).sum()) / max(readings, 1)
-        if distances[worst] < price * variance:
+    residuals = state.projected.reshape(-1, axes)
+    rows = len(residuals)
+    factor = state.factor.reshape(rows, axes, -1)
+    spread, aside, scatter = factor.copy(), list[int](), state.scatter
+    price = outlier_price(len(state.readings), axes, rows)
+    while len(aside) < most:
+        room = (1.0 + _ROUNDING) * np.eye(axes) - spread @ factor.swapaxes(1, 2)
+        falls = np.einsum("nk,nk->n", residuals, np.linalg.solve(room, residuals[..., None])[..., 0])
+        falls[aside] = 0.0
+        worst = int(np.argmax(falls))
+        if falls[worst] < price * (1.0 if state.known_noise else scatter / state.freedom):
             break
-        flagged[worst] = True
-        gain = np.linalg.solve(room[worst], spread[worst]).T
-        residuals += slopes @ (gain @ residuals[worst])
-        known = known + gain @ spread[worst]
-        residuals[worst], slopes[worst] = 0.0, 0.0
-    return flagged
+        aside.append(worst)
+        scatter -= falls[worst]
+        gain = np.linalg.solve(room[worst], spread[worst])
+        moved = spread @ factor[worst].T
+        residuals = residuals + moved @ np.linalg.solve(room[worst], residuals[worst])
+        spread = spread + moved @ gain
+    return np.array(aside, dtype=np.int64)
 
 
 def returning_distances(result: Fit, sample: Data, outliers: BoolArray) -> FloatArray:
@@ -80,28 +68,11 @@ def outlier_price(readings: int, axes: int, rows: int) -> float:
     return float(axes * np.log(max(readings, 2)) + 2.0 * np.log(max(rows, 2)))
 
 
-def single_mistakes(state: Present, row_of: IntArray, axes: int) -> IntArray:
-    """Rows that a model does not explain, worst first: each is left out before the next is judged.
-
-    None where they would be more than single mistakes are: then something is missing.
-
-    Args:
-        state: the model, to first order.
-        row_of: row of every reading, shape (M,).
-        axes: readings of a row.
-    """
-    rows = len(np.unique(row_of))
-    price, most = outlier_price(len(row_of), axes, rows), max(1, int(OPTIONS.single_mistakes * rows))
-    aside: list[int] = []
-    while len(aside) <= most:
-        sizes = state.projected * state.left_out(row_of) / state.noise_variance
-        distances = np.bincount(row_of, weights=sizes)
-        worst = int(np.argmax(distances))
-        if distances[worst] < price:
-            return np.array(aside, dtype=np.int64)
-        aside.append(worst)
-        state, row_of = state.of_rows(row_of != worst), row_of[row_of != worst]
-    return np.zeros(0, dtype=np.int64)
+def single_mistakes(state: Present, axes: int) -> IntArray:
+    """The rows that stand out; none where they are more than single mistakes are: then something is missing."""
+    most = max(1, int(OPTIONS.single_mistakes * len(state.readings) / axes))
+    found = standing_out(state, axes, most + 1)
+    return found if len(found) <= most else found[:0]
 
 
 def in_common(residuals: FloatArray, outliers: BoolArray, series: IntArray, drivers: dict[str, FloatArray]) -> str:

@@ -60,7 +60,8 @@ class Atom:
         entry: the law, whose channels have gains that make the mean prior variance of the readings 1; None for physics
             of known form.
         basis: features of the law.
-        named: physics of known form, for who put it there: what, and parameters to start from.
+        named: physics of known form, for who put it there: what, parameters to start from, and what its weights are in
+            units of those that have a size.
         one_sided: whether its one weight cannot be negative.
     """
 
@@ -69,7 +70,7 @@ class Atom:
     gram: FloatArray
     entry: Entry | None = None
     basis: FeatureBasis | None = None
-    named: tuple[Any, FloatArray] | None = None
+    named: tuple[Any, FloatArray, FloatArray] | None = None
     one_sided: bool = False
 
     @property
@@ -195,14 +196,16 @@ def _atom(entry: Entry, maps: tuple[FloatArray, FloatArray], sight: Sight, known
 
 
 def known_form(
-    component: Component, directions: Dense, named: tuple[Any, FloatArray]
-) -> tuple[Atom, FloatArray] | None:
-    """Physics of known form with parameters of unknown size, and what its weights are in units of these (d,).
+    component: Component, directions: Dense, what: Any, start: FloatArray, *, one_sided: bool
+) -> Atom | None:
+    """Physics of known form with parameters of unknown size; None where no reading shows it.
 
     Args:
         component: where it acts.
         directions: whitened derivatives of the readings (M, d).
-        named: see `Atom`.
+        what: that has them.
+        start: of all its parameters.
+        one_sided: whether its one weight cannot be negative.
     """
     matrix = directions.matrix()
     gram = matrix.T @ matrix
@@ -211,7 +214,8 @@ def known_form(
     if not shown.any() or not np.isfinite(sizes).all():
         return None
     scale = np.where(shown, 1.0 / np.where(shown, sizes, 1.0), 0.0) / np.sqrt(shown.sum())
-    return Atom(component, replace(directions, scale=scale), gram * np.outer(scale, scale), named=named), scale
+    columns, known = replace(directions, scale=scale), (what, start, scale)
+    return Atom(component, columns, gram * np.outer(scale, scale), named=known, one_sided=one_sided)
 
 
 def _inputs(sight: Sight, quantities: tuple[Quantity, ...]) -> FloatArray:

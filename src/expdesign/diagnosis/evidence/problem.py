@@ -281,9 +281,10 @@ class Problem:
             return []
         best: dict[int, _Promise] = {}
         for index in np.argsort(-proposal.gains[: self._first], kind="stable"):
-            candidate = self.names.candidate(int(index))
+            candidate = _candidate(self.atoms[index])
             if id(candidate) not in best:
-                begin = partial(self._start_of, current, proposal, int(index))
+                law, variance = partial(self._screen.directions, int(index)), float(proposal.variances[index])
+                begin = partial(_start_of, current.state, self.atoms[index], law, variance)
                 best[id(candidate)] = float(proposal.gains[index]), candidate, begin
         ranked = [*best.values(), *self._idle(current)]
         ranked = [item for item in ranked if self.names.fits_beside(item[1], current.candidates)]
@@ -309,27 +310,15 @@ class Problem:
                 trials.append(trial)
         return trials
 
-    def _start_of(self, current: Chosen, proposal: Proposal, index: int) -> FloatArray:
-        """Parameters from which an entry is fitted, where its linear effect is largest."""
-        assert self.names is not None
-        law = self._screen.directions(index)
-        grown = current.state.beside(law, float(proposal.variances[index]))
-        return self.names.start(index, grown.weights[-law.shape[1] :])
-
     def _idle(self, current: Chosen) -> list[_Promise]:
         """Effects that do nothing to a base model without springs, and what they promise beside what is there."""
         assert self.names is not None
         assert current.named is not None
         found: list[_Promise] = []
-        for candidate in self.names.idle(current.named):
-            for start, directions in zip(candidate.starts, candidate.directions, strict=True):
-                own = directions[self.names.sample.kept]
-                sizes = np.sqrt((own**2).mean(axis=0))
-                scale = np.where(sizes > 0.0, 1.0 / np.where(sizes > 0.0, sizes, 1.0), 0.0)
-                gain, variance = current.state.gain(own * scale)
-                weights = current.state.beside(own * scale, variance).weights[-own.shape[1] :]
-                moved = partial(self.names.started, candidate, start, scale * weights)
-                found.append((gain - self.names.price(candidate), candidate, moved))
+        for atom in self.names.idle(current.named):
+            gain, variance = current.state.gain(atom.directions)
+            begin = partial(_start_of, current.state, atom, atom.columns.matrix, variance)
+            found.append((gain - self.names.price(_candidate(atom)), _candidate(atom), begin))
         return found
 
     def _with_names(self, current: Chosen, chosen: Sequence[Candidate], starts: dict[str, FloatArray]) -> Chosen:
@@ -362,9 +351,29 @@ class Problem:
         atom = self.atoms[index]
         if index < self._first:
             assert self.names is not None
-            return self.names.price(self.names.candidate(index))
+            return self.names.price(_candidate(atom))
         of_each = atom.entry is not None and atom.component.several and atom.entry.blocks > 1
         return self._law + self.options.uncommon * (of_each + _wanders(atom))
+
+
+def _candidate(atom: Atom) -> Candidate:
+    """The named effect that an atom is one of the starts of."""
+    assert atom.named is not None
+    found: Candidate = atom.named[0]
+    return found
+
+
+def _start_of(state: Present, atom: Atom, directions: Callable[[], FloatArray], variance: float) -> FloatArray:
+    """Parameters from which a named effect is fitted, where it is largest beside what is there, shape (p,)."""
+    assert atom.named is not None
+    candidate, start, units = atom.named
+    free = np.array([not p.shape for p in candidate.effect.parameters])
+    # A start away from neutral is one already.
+    if not np.array_equal(start[free], candidate.effect.neutral()[free]):
+        return np.asarray(start)
+    moved: FloatArray = start.copy()
+    moved[free] += units * state.beside(directions(), variance).weights[-atom.width :]
+    return moved
 
 
 def _wanders(atom: Atom) -> bool:
