@@ -14,7 +14,6 @@ from typing import TypeVar
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import brentq
 from scipy.stats import t as t_distribution
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray, rms
@@ -113,24 +112,6 @@ class LeftOut:
         weights[[0, -1]] *= 0.5  # trapezoids of ln k; shares are a list, alike beforehand
         weights /= weights.sum()
         return float(weights.sum(axis=1) @ np.exp(logs)), float(weights.sum(axis=0) @ shares)
-
-    def inflation(self, variances: FloatArray) -> float:
-        """Factor k ≥ 1 on the variance by unknown parameters with which left-out errors are as large as stated.
-
-        Kernels and length scales are never those of the machine, so that the posterior is too sure. With v the stated
-        variance of a left-out error, 1 of which is noise: Σ e²/(1 + k·(v − 1)) = M, up to `most_inflated`.
-
-        Args:
-            variances: v of `after`, shape (M,).
-        """
-
-        def excess(k: float) -> float:
-            return self.surprise(variances, k) ** 2 - 1.0
-
-        if excess(1.0) <= 0.0:
-            return 1.0
-        most = OPTIONS.most_inflated
-        return most if excess(most) >= 0.0 else float(brentq(excess, 1.0, most))
 
     def surprise(self, variances: FloatArray, inflation: float) -> float:
         """RMS of left-out errors, each divided by its stated standard deviation with that of parameters inflated."""

@@ -344,7 +344,7 @@ class _Model:
         whitened = state.left_out(blocks)
         errors, variances = whitened / noise, state.left_out_variances(blocks) / noise**2
         judged = LeftOut(errors, errors, blocks)
-        inflation = judged.inflation(variances)
+        inflation = judged.widened(variances, np.zeros(len(errors)))[0]
         further = noise * max(judged.surprise(variances, inflation), 1.0)
         count = max(len(np.unique(blocks)), 2)
         further *= float(student_t.ppf(0.975, count - 1)) * float(np.sqrt(1.0 + 1.0 / count)) / NORMAL_95
