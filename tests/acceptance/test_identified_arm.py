@@ -49,6 +49,25 @@ def test_the_budget_is_that_of_the_commands(calibration: str | None) -> None:
     assert 0.0 <= accepted.robot_risk <= 1.0
 
 
+def test_what_no_reading_shows_rests_on_the_drawing_and_says_so() -> None:
+    """Zeros are off by 1 mrad: joint 1's is one rotation with the instrument's, joint 6's with the only marker's."""
+    faults = replace(usual_faults(3, tool=0.0), periodic=(0.0, 0.0))
+    frame = recordings(faults, 180, 5).query("marker == 'one'")
+    frame = frame.drop(columns=[name for name in frame if str(name).endswith(("_N", "_Nm"))])
+    found = xd.identify(ROBOT, frame, targets=configuration("both"))
+    arm, fit, accepted = found.result.arm, found.result.fit, found.acceptance
+    assert arm is not None
+    assert accepted is not None
+    shown = np.abs(fit.sensitivities) @ np.abs(arm.drawing)
+    assert np.abs(fit.sensitivities @ arm.drawing).max() < 1e-2 * shown.max()
+    drawn = accepted.budget.drawing
+    assert drawn is not None
+    assert (drawn[:, 5] > 5e-4).all()
+    assert (drawn[:, 5] < 3e-3).all()
+    (said,) = [text for text in sentences(accepted) if "rests on the drawing" in text]
+    assert ": dx " in said
+
+
 @pytest.mark.parametrize("calibration", ["both", "geometric"])
 def test_a_diagnosis(calibration: str) -> None:
     """U counts the geometry, as in the commands and in those of `identify`; nothing is said of what is hidden.

@@ -30,7 +30,8 @@ def beside(arm: SerialRobot) -> ChainBeside:
     chain = Chain(arm, (CalibratedGeometryError(arm, GEOMETRY),), reading=reading)
     errors = 2e-3 * np.random.default_rng(1).standard_normal(len(chain.parameters) - chain.base)
     values = chain.start() + np.concatenate([np.zeros(chain.base), errors])
-    known = Identified(chain, values, np.full(len(errors), 1e-3))
+    sizes = np.concatenate([[p.spread for p in chain.parameters[: chain.base]], np.full(len(errors), 1e-3)])
+    known = Identified(chain, values, sizes)
     return known.beside(
         [JointCompliance.candidates(arm, recordings_of(arm, configurations(2, 1), np.zeros((2, 3))))[0]]
     )
@@ -61,7 +62,7 @@ def test_its_error_falls_with_the_square_of_the_step(beside: ChainBeside, rows: 
 
 def test_what_is_held_has_no_parameters(beside: ChainBeside, rows: RowData) -> None:
     values = beside.start()
-    assert len(beside.held.parameters) == len(beside.parameters) - len(beside.identified.parameters)
+    assert len(beside.held.parameters) == len(beside.parameters) - len(beside.identified.parameters[beside.held.base :])
     np.testing.assert_allclose(
         beside.held.predict(rows, beside.without_identified(values)), beside.predict(rows, values), atol=1e-15
     )

@@ -35,7 +35,8 @@ def beside(arm: SerialRobot, *, tool: bool = False) -> ChainBeside:
     """Linear about the drawing."""
     chain = chain_of(arm)
     spreads = np.array([0.05 if p.name.endswith("rad") else 1e-3 for p in chain.parameters[chain.base :]])
-    return Identified(chain, chain.start(), spreads).beside([UnknownTool(arm, PLATFORM)] if tool else [])
+    sizes = np.concatenate([[p.spread for p in chain.parameters[: chain.base]], spreads])
+    return Identified(chain, chain.start(), sizes).beside([UnknownTool(arm, PLATFORM)] if tool else [])
 
 
 def sample_of(arm: SerialRobot, zeros: float, count: int = 60) -> Data:

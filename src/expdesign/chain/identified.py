@@ -33,8 +33,7 @@ class Identified:
     Attributes:
         chain: with the effects that belong to the base model from now on.
         values: its parameters, shape (p,).
-        deviations: of the parameters of those effects before anything was measured, as the calibration sized them,
-            shape (p − `chain.base`,).
+        deviations: of all parameters before anything was measured, as the calibration sized them, shape (p,).
         minimal: parameters of the chain that its rows tell apart, and combinations of them which the others are.
     """
 
@@ -51,9 +50,11 @@ class Identified:
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Those of the effects, as well known beforehand as the calibration says."""
-        own = self.chain.parameters[self.chain.base :]
-        return tuple(replace(p, spread=float(s)) for p, s in zip(own, self.deviations, strict=True))
+        """Those of the chain, compliances and effects as well known beforehand as the calibration says."""
+        read = slice(self.chain.compliances, self.chain.base)
+        sized = [replace(p, spread=float(s)) for p, s in zip(self.chain.parameters, self.deviations, strict=True)]
+        sized[read] = self.chain.parameters[read]
+        return tuple(sized)
 
     @property
     def held(self) -> tuple[Effect, ...]:
@@ -88,10 +89,11 @@ class ChainBeside(Chain):
 
     def __init__(self, robot: Robot, effects: Sequence[Effect], identified: Identified) -> None:
         super().__init__(robot, tuple(effects), reading=identified.chain.reading)
-        own, further = self.base, identified.parameters
+        own, known = self.base, identified.parameters
+        further = known[own:]
         self.identified = identified
         self.held = Chain(robot, (*identified.held, *effects), reading=self.reading)
-        self.parameters = (*self.parameters[:own], *further, *self.parameters[own:])
+        self.parameters = (*known, *self.parameters[own:])
         self.slices = [slice(part.start + len(further), part.stop + len(further)) for part in self.slices]
         self.base = own + len(further)
         self._part = slice(own, self.base)

@@ -71,11 +71,13 @@ class ArmCalibration:
         minimal: which of them are identified.
         redundant: the others as combinations of them.
         beforehand: their standard deviations before the rows were read, as the rows made them, shape (p,).
-        sizes: of all parameters before the rows were read, those of a kind wider where the rows ask for it, shape (p,).
+        sizes: of all parameters before the rows were read, those of a kind as the rows size them, shape (p,).
         told_apart: parameters that the rows determine one by one, shape (p,).
         accuracy: before and after.
         left: what the fit leaves of the fitted rows.
         levels: sizes of the groups of errors, by evidence.
+        drawing: standard deviations of what no reading shows and the drawing alone says, as steps of all parameters of
+            the chain, shape (p, d).
     """
 
     fitted: BoolArray
@@ -93,6 +95,7 @@ class ArmCalibration:
     accuracy: Accuracies
     left: LeftOver
     levels: list[Level]
+    drawing: FloatArray
 
 
 def calibrate(
@@ -126,7 +129,7 @@ def calibrate(
     beforehand = np.zeros(len(sizes))
     beforehand[minimal.kept] = priors.deviations(found.solution.factors)
     levels = {GROUPS.index(name): factor for name, factor in zip(groups, found.solution.factors, strict=True)}
-    worse = np.array([max(levels.get(kind, 1.0), 1.0) for kind in kinds.tolist()])
+    factors = np.array([levels.get(kind, 1.0) for kind in kinds.tolist()])
     fit = _fit(problem, found)
     labels = labels_of(chain)
     told = (np.sqrt(np.diag(fit.covariance)) <= options.determined * beforehand) & _among(minimal.kept, len(sizes))
@@ -146,11 +149,12 @@ def calibrate(
         minimal=minimal,
         redundant=redundancies(minimal, labels, typical),
         beforehand=beforehand,
-        sizes=sizes * worse,
+        sizes=sizes * factors,
         told_apart=told,
         accuracy=_accuracy(errors, recordings, problem, found, options),
         left=left_over(of_fitted, train.axes, fit.residuals, train.deflections[:, :3]),
         levels=levels_of(sizes, kinds, minimal.kept, found.solution),
+        drawing=minimal.unseen(len(sizes)) * np.where(np.isfinite(sizes), sizes * factors, 0.0)[minimal.dropped],
     )
 
 
@@ -163,7 +167,7 @@ def identified_by(calibration: ArmCalibration, recordings: Recordings) -> Identi
     chain, rows = calibration.fit.chain, recordings.rows(calibration.fitted)
     deviations = np.broadcast_to(calibration.noise.deviations[:1], rows.deflections.shape)
     data = Data(rows, row_data(rows, chain.robot), Whitening(deviations), reading=chain.reading)
-    found = Identified(chain, calibration.fit.values, calibration.sizes[chain.base :], calibration.minimal)
+    found = Identified(chain, calibration.fit.values, calibration.sizes, calibration.minimal)
     knowledge = found.beside().knowledge()
     return replace(found, values=fit(chain, data, chain.start(), knowledge).values)
 

@@ -34,6 +34,16 @@ class MinimalSet:
         found: IntArray = self.dropped[self.combinations[:, own].any(axis=1)]
         return found
 
+    def unseen(self, count: int) -> FloatArray:
+        """Steps of all `count` parameters that no reading shows: a dropped one, and those that stand for it back.
+
+        Columns of the sensitivities S fulfil s_d = Σ s_k·c_dk, so that S·N = 0 with N = [1; −cᵀ]; shape (count, d).
+        """
+        steps = np.zeros((count, len(self.dropped)))
+        steps[self.dropped, np.arange(len(self.dropped))] = 1.0
+        steps[self.kept] = -self.combinations.T
+        return steps
+
     def widened(self, deviations: FloatArray) -> FloatArray:
         """Deviations (p,) of the kept parameters with the part of the dropped ones that these stand for.
 

@@ -92,7 +92,8 @@ class AtTargets:
         noise, recorded = result.noise, result.recordings.rows(result.fitted)
         degrees = min((group.dof for group in noise.groups), default=float("inf"))
         loads = _moved(result.loads, result.fit)
-        model = FittedModel(result.fit, recorded, result.whitening, float(degrees), loads)
+        drawing = None if result.arm is None else result.arm.drawing
+        model = FittedModel(result.fit, recorded, result.whitening, float(degrees), loads, drawing)
         return cls(problem, model, result.goodness.refuted)
 
     @classmethod

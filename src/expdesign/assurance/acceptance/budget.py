@@ -53,6 +53,8 @@ class UncertaintyBudget:
         axes: deflection columns along the axes.
         coverage: of the expanded uncertainty.
         measurements: of the experiment.
+        drawing: by how much the attained pose may be off as the robot may differ from its drawing where no reading
+            shows it (m, rad), shape (t, n), one standard deviation; no contribution to U. None where all is shown.
     """
 
     contributions: tuple[Contribution, ...]
@@ -60,6 +62,7 @@ class UncertaintyBudget:
     axes: tuple[str, ...]
     coverage: Coverage
     measurements: int
+    drawing: FloatArray | None = None
 
     @property
     def matters(self) -> BoolArray:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import NOISE, Contribution, UncertaintyBudget, tolerances
 from expdesign.chain.models.estimable import Calibrated
 from expdesign.chain.models.model_file import Model
@@ -42,6 +43,8 @@ class FittedModel:
         whitening: of these rows.
         degrees: degrees of freedom of the noise level, infinite where it is stated.
         loads: load errors that the covariance of the fit contains; None where it contains none.
+        drawing: what no reading shows and the covariance does not contain: steps of the parameters by which the robot
+            may differ from its drawing, one standard deviation each, shape (p, d); None for nothing.
     """
 
     fit: Fit
@@ -49,6 +52,7 @@ class FittedModel:
     whitening: Whitening
     degrees: float = float("inf")
     loads: Propagated | None = None
+    drawing: FloatArray | None = None
 
 
 def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudget:
@@ -79,12 +83,14 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
         spread = np.einsum("tnd,smd->tnsm", attained.own, attained.own)
         own = np.sqrt((attained.own**2).sum(axis=-1))
         contributions.append(Contribution(OWN_PAYLOAD, own, False, covariance=spread))
+    steps = np.zeros((len(model.fit.values), 0)) if model.drawing is None else model.drawing
     return UncertaintyBudget(
         contributions=tuple(contributions),
         tolerance=tolerances(problem),
         axes=problem.loaded.robot.coordinates.deflection,
         coverage=problem.coverage,
         measurements=len(model.recordings),
+        drawing=np.sqrt(((sensitivities @ steps) ** 2).sum(axis=-1)),
     )
 
 

@@ -110,10 +110,29 @@ def sentences(decision: Decision) -> list[str]:
             texts.append(f"{worst}; an error beyond the tolerance has the probability {risk}.")
         else:
             texts += [f"{worst}.", *_risk_sentence(decision)]
-    texts += _repetitions(decision)
+    texts += [*_repetitions(decision), *_by_drawing(budget)]
     if decision.basis is Basis.PLAN and decision.robot_passes and decision.check_readings is not None:
         texts.append(_check_readings(decision.check_readings))
     return texts
+
+
+def _by_drawing(budget: UncertaintyBudget) -> list[str]:
+    """Axes on which the drawing says more of the pose than the readings, and leaves more open than U."""
+    if budget.drawing is None:
+        return []
+    sizes = np.where(budget.matters, budget.drawing, 0.0).max(axis=0)
+    resting = np.argwhere(budget.matters & (budget.drawing > budget.standard))[:, 1].tolist()
+    if not resting:
+        return []
+    sizes_text = ", ".join(
+        f"{axis.rsplit('_', 1)[0]} {1e3 * size:.2g} {'mrad' if axis.endswith('_rad') else 'mm'}"
+        for number, (axis, size) in enumerate(zip(budget.axes, sizes, strict=True))
+        if number in resting
+    )
+    return [
+        "U rests on the drawing in what no reading shows, and does not contain it (one standard deviation, as this "
+        f"arm is made): {sizes_text}."
+    ]
 
 
 def _verdict_sentence(decision: Decision) -> str:
