@@ -79,7 +79,7 @@ def test_another_arm_is_not_what_the_model_predicts(identified: xd.Identificatio
     found = verified.result
     assert found.verdict == "fail"
     assert not found.consistent
-    assert "give `--frame instrument`" in verified.said.notes[-1]
+    assert "give the frame `instrument`" in verified.said.notes[-1]
     good = xd.verify(identified, checked(identified, FAULTS), config=configuration(20))
     assert not any("--frame" in note for note in good.said.notes)
 

@@ -117,7 +117,7 @@ def framed(
         noise = _noise(robot, recordings, sample_with)
     sample = sample_with(noise.deviations)
     base = fit(sample.chain(robot), sample)
-    weighed = load_errors if noise.known and not (recordings.measurand.absolute and robot.jointed) else None
+    weighed = load_errors if noise.known and calibrated is None else None
     if weighed is not None:
         sample = _weighing(sample, base, weighed)
         base = fit(base.chain, sample)

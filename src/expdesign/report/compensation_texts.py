@@ -12,7 +12,7 @@ from expdesign.report.said import REFUTED, Said
 
 BASE_AS_DRAWN = (
     "targets are in O, whose turn about joint 1 rests on that joint's zero as drawn: no reading shows it, and U does "
-    "not contain it; targets that the identified instrument reads need `--frame instrument`"
+    "not contain it; targets that the identified instrument reads are in the frame `instrument`"
 )
 """What is said of poses in the base frame where the instrument's frame was identified."""
 

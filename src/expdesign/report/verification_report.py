@@ -36,7 +36,7 @@ _TONES = {"pass": "good", "fail": "bad"}
 
 _IN_BASE = (
     "The measured poses are taken as poses in O, whose turn about joint 1 no reading of the model shows. If the "
-    "identified instrument read them, give `--frame instrument`, to `compensate` and to `verify`."
+    "identified instrument read them, give the frame `instrument` to `compensate` and to `verify`."
 )
 
 
