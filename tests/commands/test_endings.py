@@ -1,6 +1,7 @@
 """How a command ends: the status that a script reads, outputs that cannot take a text, and signals."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -42,6 +43,16 @@ def test_a_minus_stays_a_minus(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) 
         encode_anything()
         print("\u22123.1 \u00b5m \u2264 \u03c7\u00b2, r\u00f6bot \u30ed")
     assert path.read_text(encoding="ascii") == "-3.1 um <= chi2, robot ?\n"
+
+
+def test_a_name_does_not_steer_a_terminal(tmp_path: Path) -> None:
+    """Escape sequences and the mark that turns the direction of writing, in the name of a robot."""
+    text = re.sub(r"name: .*", r'name: "st\\u202eage\\x1b[31m"', ROBOT.read_text(encoding="utf-8"), count=1)
+    (tmp_path / "robot.yaml").write_text(text, encoding="utf-8")
+    done = _run("check", tmp_path / "robot.yaml", PYTHONIOENCODING="utf-8")
+    assert done.returncode == 0
+    assert "st\ufffdage\ufffd[31m" in done.stdout.decode()
+    assert not {"\x1b", "\u202e"} & set(done.stdout.decode() + done.stderr.decode())
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device on this system")

@@ -142,14 +142,19 @@ def said_by_diagnose(made: Laboratory, recordings: Recordings, *, shared: bool =
 
 @pytest.mark.parametrize("name", CASES)
 def test_chi_squared_has_as_many_degrees_of_freedom_as_are_stated(name: str, tmp_path: Path) -> None:
-    """Its mean over experiments is within three standard errors of them."""
+    """Their mean difference over experiments is within three standard errors of none.
+
+    Rows that decide how large an arm's errors are decide how many of them are fitted.
+    """
     build, count = CASES[name]
     made = build(tmp_path)
     found = [said_by_identify(made, made.measured(seed)) for seed in range(count)]
-    (dof,) = {each.dof for each in found}
-    assert 0 < dof < made.exact.deflections.size
-    mean = float(np.mean([each.chi2 for each in found if each.chi2 is not None]))
-    assert abs(mean - dof) < 3.0 * np.sqrt(2.0 * dof / count)
+    dof = np.array([each.dof for each in found])
+    assert (dof > 0).all()
+    assert (dof < made.exact.deflections.size).all()
+    assert len(set(dof)) == 1 or "of an arm" in name
+    away = np.array([each.chi2 - each.dof for each in found if each.chi2 is not None])
+    assert abs(away.mean()) < 3.0 * np.sqrt(2.0 * dof.mean() / count)
 
 
 @cache
@@ -282,5 +287,7 @@ def test_probabilities_are_written_as_far_as_they_mean_something(value: float, t
 
 
 def test_as_many_parameters_as_readings_test_nothing() -> None:
-    said = StatementOfFit.of_chi2(1e-26, 0).sentence()
+    untested = StatementOfFit.of_chi2(1e-26, 0)
+    assert untested.verdict == "not tested"
+    said = untested.sentence()
     assert said.endswith("as many parameters as readings are fitted, so that the base model cannot be tested.")

@@ -21,7 +21,7 @@ from expdesign.estimation.outlying import Outlying, outlying_rows
 from expdesign.estimation.whitening import Whitening
 from expdesign.probabilities import p_text
 
-Verdict = Literal["not refuted", "refuted", "too good", "noise estimated"]
+Verdict = Literal["not refuted", "refuted", "too good", "noise estimated", "not tested"]
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ class StatementOfFit:
 
     @property
     def verdict(self) -> Verdict:
-        """Of the test: `refuted`, `too good` (the stated noise is too large), `noise estimated` or `not refuted`."""
+        """Of the test; `too good`: the stated noise is too large; `not tested`: there are no degrees of freedom."""
         if self.exceeded is not None or (self.left is not None and self.left.beyond):
             return "refuted"
         if self.p_value is None:
@@ -175,7 +175,7 @@ class StatementOfFit:
 
     @property
     def _untested(self) -> Verdict:
-        return "noise estimated" if self.chi2 is None else "not refuted"
+        return "noise estimated" if self.chi2 is None else "not tested"
 
     @property
     def refuted(self) -> bool:

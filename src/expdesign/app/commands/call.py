@@ -13,6 +13,7 @@ import expdesign as xd
 from expdesign.app.api.inputs import purpose_of
 from expdesign.app.api.result import FolderResult, Result
 from expdesign.app.commands.spelling import Spelling
+from expdesign.app.commands.terminal import printable
 from expdesign.errors import ExpdesignError
 from expdesign.io.output import json_text, require_writable
 from expdesign.io.written import is_stream, require_free, require_free_names
@@ -33,7 +34,7 @@ WRITTEN: dict[str, Any] = {"parser": _place, "metavar": "PATH"}
 
 def note(text: str) -> None:
     """One line on standard error; standard output belongs to results."""
-    print(text, file=sys.stderr, flush=True)
+    print(printable(text), file=sys.stderr, flush=True)
 
 
 @dataclass(frozen=True)
@@ -121,7 +122,7 @@ class Call:
             print(json_text(getattr(result, "record")), end="")  # noqa: B009 (those with `--json` have one)
         else:
             for line in result.lines:
-                print(self.spelling.said(line))
+                print(printable(self.spelling.said(line)))
         for text in result.notes:
             note(self.spelling.said(text))
         if path is not None:

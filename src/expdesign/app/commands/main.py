@@ -18,7 +18,7 @@ from typer.main import get_command
 from expdesign.app.commands.grouped import GroupedCommand
 from expdesign.app.commands.listed import COMMANDS, listed_commands
 from expdesign.app.commands.spelling import Spelling
-from expdesign.app.commands.terminal import encode_anything, terminated_as_interrupted, unwritable_output
+from expdesign.app.commands.terminal import encode_anything, printable, terminated_as_interrupted, unwritable_output
 from expdesign.errors import ExpdesignError, InputError
 
 _USAGE_ERROR: Any = typer.BadParameter.__base__
@@ -181,5 +181,5 @@ def _ended(arguments: list[str] | None, written: _Written) -> int:
 def _bad(message: str, written: _Written | None = None) -> int:
     """Exit status of bad input, after one message and what was written all the same."""
     kept = f" {written.sentence}" if written is not None and written.paths else ""
-    print(f"expdesign: {message}{kept}", file=sys.stderr)
+    print(printable(f"expdesign: {message}{kept}"), file=sys.stderr)
     return 2

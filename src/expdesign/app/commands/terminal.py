@@ -14,6 +14,8 @@ _PLAIN = {"\u2212": "-", "\u2013": "-", "\u2026": "...", "\u2192": "->", "\u00b7
           "\u2265": ">=", "\u03c7": "chi", "\u00b5": "u", "\u03bc": "u", "\u03c3": "sigma", "\u00b1": "+-"}  # fmt: skip
 """What stands for characters that an output cannot have: a minus that became `?` would change a number."""
 _HANDLER = "expdesign-plain"
+_STEERING = ("Cc", "Cf")
+"""Categories of characters without a shape of their own: a name in a file may hold them."""
 
 
 def _plain(error: UnicodeError) -> tuple[str, int]:
@@ -37,6 +39,11 @@ def encode_anything() -> None:
         reconfigure: Any = getattr(stream, "reconfigure", None)  # a stream that was put in its place may have none
         if reconfigure is not None:
             reconfigure(errors=_HANDLER)
+
+
+def printable(text: str) -> str:
+    """A line in which characters that steer a terminal, or turn the direction of what follows, are seen as `�`."""
+    return "".join("\ufffd" if unicodedata.category(one) in _STEERING and one not in "\n\t" else one for one in text)
 
 
 def unwritable_output() -> OSError | None:
