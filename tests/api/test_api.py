@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pandas as pd
@@ -16,7 +17,7 @@ from expdesign.app.api.result import numeric
 from expdesign.app.commands.listed import function_of, listed_commands
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.errors import InputError
+from expdesign.errors import ArgumentError, InputError
 from expdesign.io.output import csv_text
 from expdesign.io.table import read_table
 from expdesign.planning.problem import DesignProblem
@@ -94,3 +95,8 @@ def test_signatures_read_in_an_editor_and_a_wrong_argument_is_answered_with_the_
     known = list(inspect.signature(function).parameters)
     with pytest.raises(TypeError, match=f"`{name}` has no argument `{known[-1]}x`. Did you mean `{known[-1]}`"):
         function(**{f"{known[-1]}x": 1})
+
+
+def test_a_text_for_a_number_is_named_with_its_argument() -> None:
+    with pytest.raises(ArgumentError, match=r"seconds.*'a' is not a number"):
+        xd.run(CONFIG, seconds=cast("float", "a"))

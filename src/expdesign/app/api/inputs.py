@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import wraps
+from numbers import Real
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -143,19 +144,28 @@ def table_of(table: TableInput, name: str) -> Table:
     return read_table(_path(table if rows is None else rows, name, "a path, a frame, or a result that has rows"))
 
 
+_NUMBERS = ("int", "int | None", "float", "float | None")
+"""Annotations of arguments that are numbers."""
+
+
 def named_arguments(function: Callable[P, R]) -> Callable[P, R]:
-    """Answer an unknown keyword with the nearest that the function has.
+    """Answer an unknown keyword with the nearest that the function has, and what is no number where one is needed.
 
     Raises:
         TypeError: when it is called with such a keyword.
+        ArgumentError: a keyword that is annotated as a number is none.
     """
 
     @wraps(function)
     def called(*args: P.args, **kwargs: P.kwargs) -> R:
         known = inspect.signature(function).parameters
-        for name in kwargs:
+        for name, value in kwargs.items():
             if name not in known:
                 raise TypeError(f"`{function.__name__}` has no argument `{name}`. {nearest(name, known)}")
+            wanted = str(known[name].annotation)
+            optional = value is None and "None" in wanted
+            if wanted in _NUMBERS and not optional and not isinstance(value, Real):
+                raise ArgumentError(f"{value!r} is not a number", argument=name, remedy="Give one, without quotes.")
         return function(*args, **kwargs)
 
     return called
