@@ -148,7 +148,7 @@ def _errors(groups: Groups, frame: Frame) -> HeldOut:
     if test.any():
         return held_out(
             base, groups.fit, sample, test, groups.aside,
-            known_noise=frame.noise.known, left_out=groups.widening, later=False,
+            known_noise=frame.noise.known, later=False,
         )  # fmt: skip
     train = [float(np.sqrt((f.residuals**2).sum() / sample.readings)) for f in (base, groups.fit)]
     surprise = groups.after / max(groups.noise, 1.0)

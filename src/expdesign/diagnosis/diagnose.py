@@ -77,7 +77,7 @@ def diagnose(
         if not interruptible:
             raise
         found = _so_far(frame, doing[0])
-    return _with_loads(frame, found, estimator)
+    return _with_loads(frame, found, estimator).covering(frame.judged)
 
 
 def _with_loads(frame: Frame, result: Diagnosis, estimator: Estimator) -> Diagnosis:

@@ -7,7 +7,7 @@ import numpy as np
 from expdesign.arrays import BoolArray, rms
 from expdesign.diagnosis.cross_validation import blocks_of, last_part
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.statement import NONE, Widening, widened, widening
+from expdesign.diagnosis.statement import widened, widening
 from expdesign.estimation.coverage import HeldOutRows
 from expdesign.estimation.fit import Data, Fit, fit
 
@@ -24,7 +24,8 @@ class HeldOut:
             for a model that is right, however few the rows.
         how: in words.
         coverage: share of those readings within the 95 % intervals of the model with effects, that of the prediction
-            and the noise of a reading together, both as `widening` has them. NaN where no prediction is determined.
+            and the noise of a reading together; of rows marked `test` those of the model file (`Diagnosis.covering`).
+            NaN where no prediction is determined.
         later_before, later_after: on the last fifth of the fitted rows, predicted from what came before it; NaN where
             that was not asked for. What imitates something that changes with time shows there, whatever it depends on.
     """
@@ -70,14 +71,13 @@ def held_out(
     outliers: BoolArray,
     *,
     known_noise: bool = True,
-    left_out: Widening = NONE,
     later: bool = True,
 ) -> HeldOut:
     """Errors of two fitted models on fitted and on held-out rows.
 
     Rows set aside as outliers belong to no physics and count for neither model; all rows stay in the history of their
-    series. `known_noise` and `left_out` are for the intervals, as in `widening`; `later` says whether the last rows are
-    predicted from those before, which takes further fits.
+    series. `known_noise` is for the intervals, as in `widening`; `later` says whether the last rows are predicted from
+    those before, which takes further fits.
     """
     kept = sample.counts & ~outliers
     train_before, train_after = (_rms_on(f, sample, kept) for f in (base, model))
@@ -85,9 +85,7 @@ def held_out(
     if test.any():
         rows, how = held_out_rows(model, sample, test), f"{int(test.sum())} rows marked `test`"
         before, after, surprise = _rms_on(base, sample, test), rms(rows.residuals), _surprise(model, rows)
-        by = widening(model, sample.restricted(kept), known_noise=known_noise, left_out=left_out)
-        share = rows.coverage(widened(model, by).estimable, by.readings)
-        return HeldOut(train_before, train_after, before, after, surprise, how, share, *errors)
+        return HeldOut(train_before, train_after, before, after, surprise, how, float("nan"), *errors)
     folds = blocks_of(sample, OPTIONS.groups)
     squares, within = np.zeros(3), np.zeros(2)
     count = 0

@@ -3,13 +3,13 @@
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from expdesign.arrays import FloatArray, rms
+from expdesign.arrays import BoolArray, FloatArray, rms
 from expdesign.chain.chain import Chain
 from expdesign.chain.identified import ChainBeside
 from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.diagnosis.confirmation import Stability
 from expdesign.diagnosis.findings import Finding
-from expdesign.diagnosis.held_out import HeldOut
+from expdesign.diagnosis.held_out import HeldOut, held_out_rows
 from expdesign.diagnosis.laws import Laws
 from expdesign.diagnosis.locate import Location
 from expdesign.diagnosis.names import NamedModel, Names
@@ -109,17 +109,29 @@ class Diagnosis:
         for other readings are made in the frames of `identify`: of what instrument and markers stand for, zeros and
         frames are as they were found, and these are as uncertain as that leaves them.
         """
+        found = self._sure
+        chain = found.chain
+        if not isinstance(chain, ChainBeside):
+            return found
+        return replace(found.known_as(chain.in_frames(found.estimable)), chain=chain.exact)
+
+    @property
+    def _sure(self) -> Fit:
+        """The predictive model with the covariance that its predictions have."""
         found = self.predictive.fit
         if self.loads is not None:
             whole = found.estimable.generalised + self.loads.excess
             found = found.known_as(replace(found.estimable, generalised=whole))
         found = widened(found, self.widening)
-        if self.inexact:
-            found = with_share(found, self.inexact)
-        chain = found.chain
-        if not isinstance(chain, ChainBeside):
-            return found
-        return replace(found.known_as(chain.in_frames(found.estimable)), chain=chain.exact)
+        return with_share(found, self.inexact) if self.inexact else found
+
+    def covering(self, test: BoolArray) -> "Diagnosis":
+        """The diagnosis with the share of held-out rows (N,) that lie in the intervals of the model file."""
+        if not test.any():
+            return self
+        rows = held_out_rows(self.predictive.fit, self.names.sample, test)
+        share = rows.coverage(self._sure.estimable, self.widening.readings)
+        return replace(self, errors=replace(self.errors, coverage=share))
 
     def read_again(self, chain: Chain, values: FloatArray) -> "Diagnosis":
         """The diagnosis with what a model file predicts, its chain and values (p,) as read, compared with itself."""
