@@ -16,7 +16,6 @@ from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.assurance.plausibility.robot import robot_findings
 from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.errors import InputError
-from expdesign.mechanics.robots.robot_file import read_robot
 from tests.plausibility.sound import content_of, recordings_of
 
 CONTENT = content_of("hexapod-h1")
@@ -113,17 +112,3 @@ def test_recordings_of_another_robot_whose_columns_fit_are_asked_about() -> None
     robot["actuator_stiffness"] = (3.0 * np.array(robot["actuator_stiffness"])).tolist()
     frame = recordings_of(other, 4, rows=14, spread=0.05)
     assert any("another robot" in each.likely for each in found(frame))
-
-
-def test_offsets_that_cancel_along_parallel_axes_are_named_and_not_called_millimetres(tmp_path: Path) -> None:
-    folder = Path("configs/robots")
-    text = (folder / "ur5.urdf").read_text(encoding="utf-8")
-    for sound, calibrated in (("-0.425 0 0", "-0.425 0 300"), ("-0.39225 0 0", "-0.39225 0 -300")):
-        assert f'"{sound}"' in text
-        text = text.replace(f'"{sound}"', f'"{calibrated}"')
-    (tmp_path / "ur5.urdf").write_text(text, encoding="utf-8")
-    (tmp_path / "ur5.yaml").write_text((folder / "ur5.yaml").read_text(encoding="utf-8"), encoding="utf-8")
-    (finding,) = robot_findings(read_robot(tmp_path / "ur5.yaml"))
-    assert finding.what.startswith("frames of the robot lie 300 m apart, and its tip 0.")
-    assert "along parallel axes cancel" in finding.likely
-    assert robot_findings(read_robot(folder / "ur5.yaml")) == []

@@ -12,6 +12,7 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.arm import ArmCalibration
 from expdesign.estimation.corrected_urdf import Attached, corrected_origins, corrected_urdf, pose_of
 from expdesign.estimation.intervals import Intervals
+from expdesign.mechanics.robots.common_normals import as_in_file
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,8 @@ def origins(found: ArmCalibration) -> dict[str, tuple[FloatArray, FloatArray]]:
     chain = found.fit.chain
     tree = chain.robot.links.tree
     corrected = corrected_origins(tree, geometric_errors(chain, found.fit.values))
-    return {name: (pose_of(tree.urdf.joints[name].origin), pose_of(matrix)) for name, matrix in corrected.items()}
+    drawn = {name: as_in_file(tree.urdf, joint, joint.origin) for name, joint in tree.urdf.joints.items()}
+    return {name: (pose_of(drawn[name]), pose_of(matrix)) for name, matrix in corrected.items()}
 
 
 def attached_frames(found: ArmCalibration, recordings: Recordings) -> list[Attached]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.io.yaml_reader import read_text
+from expdesign.mechanics.robots.common_normals import as_in_file
 from expdesign.mechanics.robots.kinematic_tree import FRAME_AXES, KinematicTree
 from expdesign.mechanics.robots.orientation import angles_of_matrix, moved, rotations_of, transform
 from expdesign.mechanics.robots.urdf import UrdfJoint
@@ -60,7 +61,7 @@ def corrected_urdf(tree: KinematicTree, errors: FloatArray, attached: list[Attac
 
 
 def corrected_origins(tree: KinematicTree, errors: FloatArray) -> dict[str, FloatArray]:
-    """Origins (4, 4) of the joints that errors move, by name."""
+    """Origins (4, 4) of the joints that errors move, by name, in the frames of the file."""
     origins: dict[str, FloatArray] = {}
     for number, end in enumerate(tree.ends):
         start = len(tree.coordinates) + len(FRAME_AXES) * number
@@ -77,7 +78,7 @@ def corrected_origins(tree: KinematicTree, errors: FloatArray) -> dict[str, Floa
         if offset or joint.name in origins:
             motion_by = np.array(ca.DM(moved(joint, ca.SX(offset))))
             origins[joint.name] = origins.get(joint.name, joint.origin) @ motion_by
-    return origins
+    return {name: as_in_file(tree.urdf, tree.urdf.joints[name], origin) for name, origin in origins.items()}
 
 
 def pose_of(matrix: FloatArray) -> FloatArray:

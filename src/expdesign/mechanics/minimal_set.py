@@ -13,6 +13,9 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
 
+_SLIGHT = 0.01
+"""Part of a column's norm; with more left it comes in its turn."""
+
 
 @dataclass(frozen=True)
 class MinimalSet:
@@ -63,22 +66,26 @@ def minimal_set(matrix: FloatArray, order: IntArray, tolerance: float) -> Minima
     Args:
         matrix: sensitivities, columns in comparable units.
         order: indices of the parameters, the preferred ones first; others are neither kept nor dropped.
-        tolerance: part of a column's norm that has to be left.
+        tolerance: part of a column's norm that has to be left. A column of which only a slight part is left waits for
+            all others, or between nearly parallel axes it would stand for one of them a thousandfold.
     """
     reduced: FloatArray = np.asarray(np.linalg.qr(matrix, mode="r"))
     norms = np.linalg.norm(reduced, axis=0)
-    basis, kept, dropped = np.zeros((len(reduced), 0)), [], []
-    for index in order.tolist():
-        left = reduced[:, index] / norms[index] if norms[index] > 0.0 else np.zeros(len(reduced))
-        for _ in range(2):  # twice is enough (Kahan, in Parlett, The Symmetric Eigenvalue Problem, 1980, 6.9)
-            left = left - basis @ (basis.T @ left)
-        size = float(np.linalg.norm(left))
-        if norms[index] > tolerance * norms.max() and size > tolerance:
-            basis = np.column_stack([basis, left / size])
-            kept.append(index)
-        else:
-            dropped.append(index)
-    chosen, others = np.array(sorted(kept), dtype=np.int64), np.array(dropped, dtype=np.int64)
+    basis, kept, waiting = np.zeros((len(reduced), 0)), [], order.tolist()
+    for least in (max(_SLIGHT, tolerance), tolerance):
+        slight = []
+        for index in waiting:
+            left = reduced[:, index] / norms[index] if norms[index] > 0.0 else np.zeros(len(reduced))
+            for _ in range(2):  # twice is enough (Kahan, in Parlett, The Symmetric Eigenvalue Problem, 1980, 6.9)
+                left = left - basis @ (basis.T @ left)
+            size = float(np.linalg.norm(left))
+            if norms[index] > tolerance * norms.max() and size > least:
+                basis = np.column_stack([basis, left / size])
+                kept.append(index)
+            else:
+                slight.append(index)
+        waiting = slight
+    chosen, others = np.array(sorted(kept), dtype=np.int64), np.array(waiting, dtype=np.int64)
     scale = np.where(norms > 0.0, norms, 1.0)
     solved = np.linalg.lstsq(reduced[:, chosen] / scale[chosen], reduced[:, others] / scale[others], rcond=None)[0]
     combinations = (solved * scale[others] / scale[chosen][:, None]).T

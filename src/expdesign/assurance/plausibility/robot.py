@@ -25,8 +25,7 @@ EXCLUDED = 0.6
 
 def robot_findings(robot: Robot) -> list[Implausibility]:
     """What speaks against a robot file."""
-    sizes = _cancelling(robot) or [*_size(robot), *_proportions(robot)]
-    found = [*sizes, *_limits(robot), *_stiffness(robot), *_gravity(robot)]
+    found = [*_size(robot), *_proportions(robot), *_limits(robot), *_stiffness(robot), *_gravity(robot)]
     return [*found, *_legs(robot)]
 
 
@@ -71,25 +70,6 @@ def _cross(one: FloatArray, other: FloatArray) -> bool:
     apart = float(np.linalg.norm(matrix @ places - between))
     length = min(float(np.linalg.norm(first)), float(np.linalg.norm(second)))
     return bool(rank == 2 and (places > 0.02).all() and (places < 0.98).all() and apart < STRAIGHT * length)
-
-
-def _cancelling(robot: Robot) -> list[Implausibility]:
-    """Offsets along (nearly) parallel axes that cancel: frames far away, and the tip where an arm has it.
-
-    Calibrations by Denavit and Hartenberg's parameters determine their sum alone.
-    """
-    drawing, size = robot.drawing(robot.reference_configuration()), extent(robot)
-    if not robot.jointed or drawing is None or size is None or size <= SIZES[1]:
-        return []
-    tip = float(np.linalg.norm(drawing.origin))
-    if tip > size / DISPROPORTION:
-        return []
-    what = f"frames of the robot lie {size:.3g} m apart, and its tip {tip:.2g} m from the base"
-    likely = (
-        "Do offsets along parallel axes cancel, as in calibrations of Universal Robots? Move the origins of these "
-        "joints along their axes to where the drawing has them: errors of manufacture are counted at the origins."
-    )
-    return [Implausibility(what, likely)]
 
 
 def _size(robot: Robot) -> list[Implausibility]:

@@ -27,6 +27,7 @@ from expdesign.io.nearest import nearest
 from expdesign.io.schema import Number, Positive, validate
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.differentiation import plain
+from expdesign.mechanics.robots.common_normals import on_common_normals
 from expdesign.mechanics.robots.drawing import Drawing, DrawnPart
 from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, TIP_COLUMN, KinematicTree
 from expdesign.mechanics.robots.orientation import angular_velocity_map
@@ -41,7 +42,10 @@ class SerialSection(RobotSection):
     """A serial robot's file."""
 
     kind: str = Field(description="The word `serial`.")
-    urdf: str = Field(description="URDF file with kinematics and masses.")
+    urdf: str = Field(
+        description="URDF file with kinematics and masses. Origins of joints whose offsets cancel along parallel axes "
+        "count at the common normals."
+    )
     base_link: str = Field(description="Link that is fixed to the ground; its frame is O.")
     tip_link: str | Annotated[list[str], Field(min_length=1)] = Field(
         description="Link whose deflection counts; its frame is P. Where there are several, the column `tip` names "
@@ -351,7 +355,10 @@ def _tree(section: SerialSection, path: Path, document: YamlDocument) -> Kinemat
         if name in chain or name in section.branch_joints[:index]:
             what = f"joint `{name}` is " + ("on the chain from base to tip" if name in chain else "named twice")
             raise document.fault(("branch_joints", index), what, "Take it out.")
-    return tree
+    near = on_common_normals(urdf, section.base_link, [*tips, *section.payload_links])
+    if near is urdf:
+        return tree
+    return KinematicTree(near, section.base_link, tips, section.branch_joints, section.payload_links)
 
 
 def _condition(forward: FloatArray) -> FloatArray:

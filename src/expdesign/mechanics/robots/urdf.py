@@ -14,7 +14,7 @@ elbow follows the motor that drives it and, with multiplier −1, the shoulder.
 
 import difflib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -91,11 +91,16 @@ class UrdfLink:
 
 @dataclass(frozen=True)
 class Urdf:
-    """Links and joints by name, in the order of the file."""
+    """Links and joints by name, in the order of the file.
+
+    Attributes:
+        slides: how far frames of links are from where the file has them (m, in their axes), by link.
+    """
 
     source: str
     links: dict[str, UrdfLink]
     joints: dict[str, UrdfJoint]
+    slides: Mapping[str, FloatArray] = field(default_factory=dict)
 
     def path(self, base: str, tip: str) -> list[UrdfJoint]:
         """The joints from one link to another that it carries.
