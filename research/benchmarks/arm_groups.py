@@ -27,12 +27,14 @@ WAYS: dict[str, tuple[Held, ...]] = {"identify": (), "identify --hold lengths an
 WRONG = {"zeros and compliances": False, "zeros, compliances and frames": True}
 
 
-def measured(seed: int, frames: bool, folder: Path) -> tuple[dict[str, object], pd.DataFrame, np.ndarray]:
-    """A robot file's content, recordings, and the positions without noise (N, 3)."""
+def measured(
+    seed: int, frames: bool, folder: Path, part: float = 1.0
+) -> tuple[dict[str, object], pd.DataFrame, np.ndarray]:
+    """A robot file's content, recordings in a part of the joints' ranges, and the positions without noise (N, 3)."""
     arm, random = KINDS["UR10e"], np.random.default_rng([seed, POSES])
     machine = Machine(arm, 1, random, frames=frames)
     count = 2 * (POSES + HELD_OUT)
-    commands = np.repeat(random.uniform(arm.low, arm.high, (count // 2, len(arm.joints))), 2, axis=0)
+    commands = np.repeat(random.uniform(part * arm.low, part * arm.high, (count // 2, len(arm.joints))), 2, axis=0)
     payloads = np.tile([0.0, PAYLOAD], count // 2)
     exact = machine.readings(commands, payloads)[:, 0]
     read = exact + NOISE * random.standard_normal(exact.shape)

@@ -29,6 +29,7 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 import expdesign as xd
+from expdesign.app.api.inputs import RobotInput
 from expdesign.arrays import BoolArray
 from research.benchmarks.single_thread import ONE_THREAD
 
@@ -213,10 +214,14 @@ def reported_over(
 
 def once(case: Case, series: str, folder: Path, by: str) -> Outcome:
     """One file, in this process."""
-    robot = folder / case.folder / case.robot
     frame = in_si(in_series(pd.read_csv(folder / case.folder / f"{case.file}.csv"), series))
+    return gone_through(folder / case.folder / case.robot, frame, case.name, series, by)
+
+
+def gone_through(robot: RobotInput, frame: pd.DataFrame, name: str, series: str, by: str) -> Outcome:
+    """Recordings in SI units through a command, its file and `predict`."""
     held = (frame["split"] == "test").to_numpy() if "split" in frame else np.zeros(len(frame), dtype=bool)
-    known = {"name": case.name, "series": series, "rows": len(frame), "held_out": int(held.sum()), "by": by}
+    known = {"name": name, "series": series, "rows": len(frame), "held_out": int(held.sum()), "by": by}
     began = time.process_time()
     with tempfile.TemporaryDirectory() as scratch:
         try:
