@@ -96,7 +96,8 @@ def candidates(
             # A search over pitches or time constants looks at as many places as it has starts.
             shapes = np.unique(starts[usable][:, [p.shape for p in effect.parameters]], axis=0)
             places = counts[effect.physics] * len(shapes)
-            found.append(Candidate(effect, starts[usable], directions[usable], one_sided, places))
+            seen = directions if usable.all() else directions[usable]
+            found.append(Candidate(effect, starts[usable], seen, one_sided, places))
     return found
 
 
@@ -171,15 +172,18 @@ def _without_memory(
     derivative = ca.jacobian(reading, theta)[:, columns.tolist()]
     function = BatchFunction("directions", [row.flat(), theta], [derivative])
     ends = np.cumsum([free.sum() for free in frees])[:-1]
-    found: list[list[FloatArray]] = [[] for _ in effects]
+    whole = len(sample.rows) * len(axes)
+    found: list[FloatArray] = [
+        np.empty((len(own), whole, int(free.sum()))) for own, free in zip(starts, frees, strict=True)
+    ]
     for number in range(max(map(len, starts))):
         at = [own[min(number, len(own) - 1)] for own in starts]
         (slopes,) = function(sample.rows.values, np.concatenate([compliances, *at]))
         seen = sample.whiten(slopes.reshape(len(sample.rows), -1, len(columns))[:, axes]).reshape(-1, len(columns))
-        for blocks, own, block in zip(found, starts, np.split(seen, ends, axis=1), strict=True):
+        for own, block in zip(found, np.split(seen, ends, axis=1), strict=True):
             if number < len(own):
-                blocks.append(block)
-    return [np.stack(blocks) for blocks in found]
+                own[number] = block
+    return found
 
 
 def _with_memory(
