@@ -162,6 +162,17 @@ def of_deviations(columns: list[str]) -> list[str]:
     return [f"s{re.sub('^(d(?=r?[xyz]_)|measured_)', '', name)}" for name in columns]
 
 
+def answered(frame: pd.DataFrame, read: list[str], predicted: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
+    """Recordings and their readings by the names of the prediction, without what the model leaves out.
+
+    A diagnosis of positions leaves orientations of targets out, and its model calls the positions of the target those
+    of a point.
+    """
+    points = {f"measured_{axis}_m": f"p{axis}_m" for axis in "xyz"}
+    names = {name: points[name] for name in read if name not in predicted and points.get(name) in predicted}
+    return frame.rename(columns=names), [names.get(name, name) for name in read if names.get(name, name) in predicted]
+
+
 def differences(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame:
     """Measured minus predicted readings; of orientations, which are angles about fixed x, y, z, the rotation vector."""
     left = measured - predicted
@@ -234,6 +245,7 @@ def gone_through(robot: RobotInput, frame: pd.DataFrame, name: str, series: str,
         except xd.ExpdesignError as error:
             return Outcome(**known, cpu=time.process_time() - began, refused=str(error))  # type: ignore[arg-type]
     cpu = time.process_time() - began
+    frame, read = answered(frame, read, predicted)
     columns = of_deviations(read)
     left, deviations = differences(frame[read], predicted[read]), predicted[columns].to_numpy()
     noise = pd.DataFrame({name: frame.get(own, stds.get(own, np.nan)) for name, own in zip(read, columns, strict=True)},
