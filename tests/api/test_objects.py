@@ -95,6 +95,12 @@ def test_other_things_are_answered(wrong: object, tmp_path: Path, identified: xd
             call()
 
 
+@pytest.mark.parametrize("targets", [[[0.0, 0.0]], (1, 2), np.zeros((2, 2))])
+def test_rows_without_names_are_no_targets(targets: object, identified: xd.IdentificationResult) -> None:
+    with pytest.raises(InputError, match=f"the targets cannot be a `{type(targets).__name__}`. Give a path, a frame"):
+        xd.compensate(identified, targets)  # type: ignore[arg-type]
+
+
 def test_options_that_cannot_be(simulated: xd.SimulationResult) -> None:
     with pytest.raises(InputError, match="no physics is called `creap`"):
         xd.diagnose(ROBOT, simulated, without=["creap"])

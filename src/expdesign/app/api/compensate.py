@@ -150,9 +150,9 @@ def _table_of(problem: DesignProblem) -> Table:
 
 
 def _is_table(targets: object) -> bool:
-    """Whether targets are a table, and no run configuration that holds some."""
+    """Whether targets are, or are meant as, a table, and no run configuration that holds some."""
     named = isinstance(targets, str | Path) and Path(targets).suffix.lower() not in (".yaml", ".yml")
-    return named or isinstance(targets, pd.DataFrame | Result)
+    return named or isinstance(targets, pd.DataFrame | Result | list | tuple | np.ndarray)
 
 
 def calibrated_by(problem: DesignProblem) -> Calibrated:
