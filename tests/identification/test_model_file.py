@@ -38,11 +38,18 @@ def model_with(effects: tuple[Effect, ...]) -> Model:
     return Model(chain, values, root @ root.T, content.content, content.folder, "recordings.csv")
 
 
-def test_parameters_that_were_not_determined_stay_so(tmp_path: Path) -> None:
+@pytest.mark.parametrize("listed", [100, 0])
+def test_parameters_that_were_not_determined_stay_so(
+    listed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Rows are lists, or texts of numbers where there are more than so many of them."""
+    monkeypatch.setattr("expdesign.chain.models.matrix_rows._LISTED", listed)
     model = model_with(())
     model.covariance[2, :] = model.covariance[:, 2] = np.inf
     found = read_model(saved(model, tmp_path))
     np.testing.assert_allclose(found.covariance, model.covariance, rtol=1e-12)
+    written = yaml.safe_load((tmp_path / "model.yaml").read_text(encoding="utf-8"))["covariance"]
+    assert {type(row) for row in written} == {list if listed else str}
 
 
 def test_the_file_of_an_identification_says_what_was_identified(tmp_path: Path) -> None:
@@ -68,6 +75,7 @@ def changed(folder: Path, **changes: object) -> Path:
         ({"kind": "hexapod"}, "not an identified model"),
         ({"schema_version": 3}, "schema version 3"),
         ({"covariance": [[1.0]]}, "a matrix of"),
+        ({"covariance": ["1.0 l.0"]}, "could not convert"),
         ({"compliance": {"leg 1": 1e-7}}, "not the robot's actuators"),
         ({"robot": {"kind": "hexapod"}}, "missing"),
     ],

@@ -22,6 +22,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.models.checked import AGAIN, covariance_of
+from expdesign.chain.models.matrix_rows import MatrixRows, matrix_rows
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.io.schema import Section
 from expdesign.io.yaml_reader import YamlDocument
@@ -115,8 +116,8 @@ class Estimable:
 class EstimableSection(Section):
     """Covariance of the estimable combinations (p×p), kernel (d×p) and conditional standard deviations (p)."""
 
-    covariance: list[list[float]]
-    undetermined: list[list[float]]
+    covariance: MatrixRows
+    undetermined: MatrixRows
     resolution: list[float]
 
 
@@ -125,8 +126,8 @@ def estimable_entry(estimable: Estimable) -> dict[str, object]:
     if estimable.directions.shape[1] == 0:
         return {}
     section = {
-        "covariance": estimable.generalised.tolist(),
-        "undetermined": estimable.directions.T.tolist(),
+        "covariance": matrix_rows(estimable.generalised),
+        "undetermined": matrix_rows(estimable.directions.T),
         "resolution": estimable.resolution.tolist(),
     }
     return {"estimable": section}

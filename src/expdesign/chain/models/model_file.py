@@ -19,6 +19,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.models.checked import covariance_of, relative_compliances, require_ordered, require_yielding
 from expdesign.chain.models.effect_entry import EffectSection, effect_entry, effect_of, require_identifiers
 from expdesign.chain.models.estimable import Calibrated, Estimable, EstimableSection, estimable_entry, subspace_of
+from expdesign.chain.models.matrix_rows import MatrixRows, matrix_rows
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.readings.reading import DEFLECTION, MeasuredPose, Reading
 from expdesign.chain.recordings.recordings import LoadedPoints
@@ -138,7 +139,7 @@ class _ModelSection(Section):
     frames: Literal["known", "unknown"] | None = None
     effects: list[EffectSection]
     parameters: list[str]
-    covariance: list[list[float]]
+    covariance: MatrixRows
     estimable: EstimableSection | None = None
     birge_ratio: Annotated[Number, Field(gt=0.0)] = 1.0  # earlier versions wrote ratios below 1
     reading_std: dict[str, Positive] = Field(default_factory=dict)
@@ -169,7 +170,7 @@ def model_text(model: Model, folder: Path) -> str:
         **_instrument_of(model),
         "effects": effects,
         "parameters": _names(model.chain),
-        "covariance": (model.covariance * np.outer(scale, scale)).tolist(),
+        "covariance": matrix_rows(model.covariance * np.outer(scale, scale)),
         **({} if model.birge_ratio == 1.0 else {"birge_ratio": model.birge_ratio}),
         **({"reading_std": dict(model.reading_std)} if model.reading_std else {}),
         **({"fit": model.fit} if model.fit else {}),
