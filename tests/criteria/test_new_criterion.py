@@ -77,9 +77,7 @@ def test_a_criterion_without_derivative_spans_a_front_by_exchanges(monkeypatch: 
     """
     options = {"population": 30, "generations": 40, "seed": 1, "polish": True}
     smooth = search(problem(HEXAPOD, {"optimiser": options}))
-    monkeypatch.setattr(
-        "expdesign.planning.search.relaxed_designs", lambda here: here.space.canonical(designs(here, 1))
-    )
+    monkeypatch.setattr("expdesign.planning.start.relaxed_designs", lambda here: here.space.canonical(designs(here, 1)))
     here = problem(HEXAPOD, {"optimiser": options})
     here = replace(here, objectives=(Readings(), known_criteria()["feir"]), further=(Readings(),))
     front = search(here)

@@ -44,7 +44,7 @@ from expdesign.planning.pymoo_problem import DesignPopulation
 from expdesign.planning.sampling import require_identifiable, starting_designs
 from expdesign.planning.scalarisation import at_points, spans
 from expdesign.planning.schema import Effort
-from expdesign.planning.start import every_design, relaxed_designs, repeated_designs, structured_designs
+from expdesign.planning.start import every_design, first_designs
 
 _EXPECTED_GAIN: dict[Effort, float] = {"quick": 5e-3, "normal": 1e-3, "thorough": 1e-4}
 """Share of the hypervolume (or ten times that of `total`) that a further turn of all operators has to bring."""
@@ -97,7 +97,7 @@ def search(
     Args:
         problem: what can be measured, and by which criteria designs are judged.
         report: called after every generation.
-        start: designs (d, m, g) that are known, for the first generation.
+        start: designs (d, m, g) that are known, instead of those of the relaxation (`first_designs`).
         ended: why the search is to end now, in words; empty to go on. Asked before every evaluation, once a design is
             known.
 
@@ -132,7 +132,6 @@ def _searched(population: DesignPopulation, course: "_Course", start: FloatArray
     problem, archive = population.design_problem, population.archive
     options, evaluator = problem.optimiser, Evaluator()
     drawn = starting_designs(problem, options.population, np.random.default_rng(options.seed))
-    drawn = drawn if start is None else np.concatenate([drawn, start])
     sampled = _evaluated(population, evaluator, drawn)
     if not len(archive):
         require_identifiable(problem, drawn)
@@ -149,9 +148,7 @@ def _searched(population: DesignPopulation, course: "_Course", start: FloatArray
         course.add("every design there is")
         course.why = "every design was evaluated"
         return 0.0
-    structured = structured_designs(problem, np.random.default_rng([options.seed, 3]), (40, 3))
-    first = np.concatenate([relaxed_designs(problem), repeated_designs(problem), structured])
-    relaxed = _evaluated(population, evaluator, first)
+    relaxed = _evaluated(population, evaluator, first_designs(problem) if start is None else start)
     state = State(population, np.random.default_rng([options.seed, 1]))
     for made in (sampled, relaxed):  # the better ones last, so that their measurements are offered first
         _learn(state, made)
@@ -235,7 +232,7 @@ def search_single(
         criterion: the only objective.
         seed: of the search.
         generations: at most; the problem's setting where left out.
-        start: designs (d, m, g) that are known.
+        start: designs (d, m, g) that are known, instead of those of the relaxation (`first_designs`).
     """
     options = replace(problem.optimiser, seed=seed, generations=generations or problem.optimiser.generations)
     return search(replace(problem, objectives=(criterion,), optimiser=options), start=start)

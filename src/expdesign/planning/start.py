@@ -28,6 +28,12 @@ _ENUMERABLE, _TOGETHER = 40_000, 5000
 """Designs of a finite space that are all looked at, and how many of them together."""
 
 
+def first_designs(problem: DesignProblem) -> FloatArray:
+    """Designs (d, m, g) of the relaxation, of repetitions, and of every structure that a budget allows."""
+    structured = structured_designs(problem, np.random.default_rng([problem.optimiser.seed, 3]), (40, 3))
+    return np.concatenate([relaxed_designs(problem), repeated_designs(problem), structured])
+
+
 def relaxed_designs(problem: DesignProblem) -> FloatArray:
     """Designs (d, m, g) rounded from optimal weights, the best few of many roundings for each factor."""
     space = problem.space

@@ -1,7 +1,7 @@
 """The designs that are compared: the best by each criterion alone, random ones, and plans that are given."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -12,12 +12,15 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import planned
 from expdesign.planning.sampling import starting_designs
 from expdesign.planning.search import search_single
+from expdesign.planning.start import first_designs
 
 Origin = Literal["optimised", "random", "given"]
 Each = Callable[[Callable[..., Any], Sequence[tuple[Any, ...]]], Iterable[tuple[int, Any]]]
 """Index and result of `work(problem, *arguments)` for each of many arguments, in the order in which they are done."""
 _RANDOM_STREAM = 7
 """Keeps the random designs apart from the searches' numbers of the same seed."""
+_AGAIN = 3
+"""Generations from what all searches found: each operator is asked once."""
 
 
 @dataclass(frozen=True)
@@ -38,11 +41,11 @@ def optimised(
 ) -> list[Contender]:
     """The best design by each known criterion alone, as its own author would have chosen it.
 
-    Every criterion is searched by itself, and once more from what all searches found: a design that was sought by one
-    criterion often lies in a better valley of another. Of all designs that were found, each criterion has the best.
-    Criteria that are the same (DUIR and `total` without load errors) are searched once, and one that no design changes
-    not at all. `each` does the searches and refinements, which do not
-    need each other.
+    Every criterion is searched by itself from the same first designs, and for one turn more from what all searches
+    found: a design that was sought by one criterion often lies in a better valley of another. Of all designs that were
+    found, each criterion has the best. Criteria that are the same (DUIR and `total` without load errors) are searched
+    once, and one that no design changes not at all. `each` does the searches and refinements, which do not need each
+    other.
 
     Raises:
         InfeasibleError: no design within the limits was found.
@@ -50,10 +53,11 @@ def optimised(
     """
     criteria, each = problem.criteria, each or here(problem)
     names = distinct_criteria(problem, seed)
-    found = dict(each(_searched, [(name, seed, generations) for name in names]))
+    first = first_designs(replace(problem, optimiser=replace(problem.optimiser, seed=seed)))
+    found = dict(each(_searched, [(name, seed, generations, first) for name in names]))
     report("searched")
     decisions = np.unique(np.concatenate([found[index] for index in range(len(names))]), axis=0)
-    jobs = [(name, seed, generations, decisions) for name in names]
+    jobs = [(name, seed, min(generations or _AGAIN, _AGAIN), decisions) for name in names]
     better = {}
     for index, genes in each(_searched, jobs):
         better[index] = genes
@@ -76,9 +80,7 @@ def here(problem: DesignProblem) -> Each:
     return lambda work, arguments: ((index, work(problem, *one)) for index, one in enumerate(arguments))
 
 
-def _searched(
-    problem: DesignProblem, name: str, seed: int, generations: int | None, start: FloatArray | None = None
-) -> FloatArray:
+def _searched(problem: DesignProblem, name: str, seed: int, generations: int | None, start: FloatArray) -> FloatArray:
     """Genes (1, m, g) of the best design that the search by a criterion finds."""
     criterion = problem.criteria[name]
     return search_single(problem, criterion, seed=seed, generations=generations, start=start).decisions[:1]
