@@ -9,7 +9,6 @@ from expdesign.chain.component import BASE, ENVIRONMENT, PAYLOAD, PLATFORM, Comp
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.features import basis_of
 from expdesign.chain.ports.law import Form, Law
-from expdesign.chain.ports.naming import LAW, physics_of, ports_of_kind
 from expdesign.chain.ports.port import Channel
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.words import FORMS
@@ -58,13 +57,13 @@ def law(
         (law("load direction", PAYLOAD, "load", TIME, kernel="constant"), "load_direction_tilt"),
         (law("centre of mass", PAYLOAD, "load", TIME, kernel="constant"), "payload_com_offset"),
         (law("payload", PAYLOAD, "load", Quantity("weight"), Quantity("effort", 6)), "payload_mass_error"),
-        (law("load direction", PAYLOAD, "load", TIME), LAW),
+        (law("load direction", PAYLOAD, "load", TIME), Law.physics),
         # What a leg does with its length, and a spring that changes with time, have no name.
-        (law("actuators", LEG, "offset", LENGTH), LAW),
-        (law("actuators", LEG, "compliance", LENGTH, EFFORT), LAW),
-        (law("actuators", LEG, "compliance", TIME, EFFORT), LAW),
-        (law("platform", PLATFORM, "compliance", Quantity("pose"), CARRIED), LAW),
-        (law("platform", PLATFORM, "friction", STOP), LAW),
+        (law("actuators", LEG, "offset", LENGTH), Law.physics),
+        (law("actuators", LEG, "compliance", LENGTH, EFFORT), Law.physics),
+        (law("actuators", LEG, "compliance", TIME, EFFORT), Law.physics),
+        (law("platform", PLATFORM, "compliance", Quantity("pose"), CARRIED), Law.physics),
+        (law("platform", PLATFORM, "friction", STOP), Law.physics),
     ],
     ids=lambda value: (
         " ".join([value.form.port, value.form.kind, *(q.kind for q in value.form.depends_on)])
@@ -73,8 +72,8 @@ def law(
     ),
 )
 def test_a_law_has_the_name_of_its_port_and_inputs(one: Law, name: str) -> None:
-    assert physics_of(one, EVERY) == name
-    assert physics_of(one, EVERY - {name}) == LAW
+    assert one.physics_among(EVERY) == name
+    assert one.physics_among(EVERY - {name}) == Law.physics
 
 
 def test_declared_laws_are_kinds_that_there_are() -> None:
@@ -88,7 +87,7 @@ def test_every_kind_of_physics_says_where_it_acts(body: bool) -> None:
     """Also where recordings decide which forms there are, as of what a body stands on."""
     here = BODY if body else robot("H1")
     asked = [
-        ports_of_kind(kind, here, component)
+        kind.ports_at(here, component)
         for kind in implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
         for component in kind.components(here)
     ]

@@ -256,6 +256,13 @@ class Effect(ABC):
         """Where on the chain it acts, as laws without a name do."""
         return self.declared.port
 
+    @classmethod
+    def ports_at(cls, robot: Robot, component: Component) -> set[str]:
+        """Ports at which it acts at a component: the declared one, unless its variants act elsewhere."""
+        if cls.acts_at is Effect.acts_at:
+            return {cls.declared.port}
+        return {cls(robot, component, variant).acts_at for variant in cls.variants(robot)}
+
     @property
     def beyond(self) -> Beyond:
         """What it does beyond the recorded range of its inputs."""

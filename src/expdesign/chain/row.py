@@ -147,7 +147,7 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
     The reference state of a position is the weightless robot: own weight acts like a load, and is not in `own`.
 
     Temperatures of the legs are those of their sensors where there are some, else the one of the row; without time,
-    a number of the sequence counts as one second (the tool then has no time constants to offer, see `Effect.needs`).
+    a number of the sequence counts as one second (the tool then has no time constants to offer, see `Effect.when`).
     """
     count = len(points)
     n_p = len(robot.stiffness)

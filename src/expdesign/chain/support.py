@@ -19,7 +19,7 @@ from expdesign.chain.declaration import rounded
 from expdesign.chain.effect import Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
 from expdesign.chain.row import Row
-from expdesign.chain.tabulated import TabulatedEffect
+from expdesign.chain.term import Term
 
 
 class Drive(StrEnum):
@@ -154,7 +154,7 @@ def with_powers(parameters: tuple[Parameter, ...], over: Over | None) -> tuple[P
     return (*free, *further, *(p for p in parameters if p.shape))
 
 
-class SupportEffect(TabulatedEffect):
+class SupportEffect(Term):
     """An effect of what a body stands on, in the direction of a drive.
 
     Parameters of a motion are its `amount` per unit of the load that drives, or two about x and y where that is

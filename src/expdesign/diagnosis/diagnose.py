@@ -6,7 +6,6 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.ports.law import Law
-from expdesign.chain.ports.naming import LAW
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.by_groups import by_groups
 from expdesign.diagnosis.caveats import caveats, not_sought
@@ -305,7 +304,7 @@ def _with_names(frame: Frame, result: Diagnosis) -> Diagnosis:
 
 def _doubted(found: tuple[Finding, ...], factor: float) -> tuple[Finding, ...]:
     """Findings of a model that is no explanation: a name is less likely; where a law is has been weighed already."""
-    return tuple(f if f.physics == LAW else replace(f, probability=f.probability * factor) for f in found)
+    return tuple(f if f.physics == Law.physics else replace(f, probability=f.probability * factor) for f in found)
 
 
 def _guarded(names: Names, model: NamedModel, base: Fit) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.effect import Effect
-from expdesign.chain.tabulated import ENDLESS
+from expdesign.chain.sentences import ENDLESS
 from expdesign.diagnosis.confirmation import Gain, Stability
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.names import NamedModel

@@ -9,7 +9,6 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.curve import Curve, curve_of
 from expdesign.chain.ports.law import Law
-from expdesign.chain.ports.naming import FREE, LAW, physics_of
 from expdesign.chain.ports.sight import Sight
 from expdesign.chain.ports.words import FORMS, columns, depends_on, identifier, quantity_name, says, unit_of, usually
 from expdesign.diagnosis.findings import Finding, compensating, reported
@@ -19,6 +18,8 @@ from expdesign.diagnosis.options import OPTIONS
 from expdesign.estimation.fit import Fit
 from expdesign.mechanics.robots.robot import Robot
 
+FREE = "free"
+"""Form of physics whose law is that of no declared form."""
 _PLACES = 3
 """That a sentence names beside the likeliest."""
 _POINTS = 31
@@ -72,11 +73,11 @@ def _finding(laws: Laws, index: int, robot: Robot, known: Collection[str]) -> Fi
     # What may as well be elsewhere has no name yet: the name depends on the part. Nor has what several laws of one part
     # make up together, unless all are the same physics.
     beside = [p.effect for p in laws.parts if p.effect.component == effect.component]
-    own = {physics_of(law, known) for law in beside if isinstance(law, Law)}
-    physics = LAW if others or own - {physics_of(effect, known)} else physics_of(effect, known)
+    own = {law.physics_among(known) for law in beside if isinstance(law, Law)}
+    physics = Law.physics if others or own - {effect.physics_among(known)} else effect.physics_among(known)
     return LawFinding(
         physics, str(effect.component), effect.form.kind, {}, probability, (), sentence(part, robot, others),
-        form="" if physics == LAW else FREE, share=part.share,
+        form="" if physics == Law.physics else FREE, share=part.share,
         depends_on=names, columns=columns(inputs, robot), curve=part.curve,
     )  # fmt: skip
 
@@ -149,10 +150,10 @@ def _of_laws(found: FoundGroup, named_by: float, groups: Groups, robot: Robot, k
         f"{_how_much(found, 'weight')}; {usually(form.kind)}."
     )
     curve = _curve(found, groups, robot)
-    physics = physics_of(found.laws[0], known)
+    physics = found.laws[0].physics_among(known)
     return LawFinding(
         physics, str(found.group.component), form.kind, {}, found.probability, (), text,
-        form="" if physics == LAW else FREE, share=found.share, named_by=named_by,
+        form="" if physics == Law.physics else FREE, share=found.share, named_by=named_by,
         depends_on=tuple(dict.fromkeys(identifier(q, robot) for q in seen)),
         columns=() if curve is None else columns(curve.quantities, robot), curve=curve,
     )  # fmt: skip

@@ -1,6 +1,6 @@
 """Laws as links of the chain: what a port does, with the weights of the law's features as parameters."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -236,6 +236,23 @@ class Law(_AtPort):
             least = _WITHIN * sum(channel.gain**2 for channel in form.channels if channel.output == output)
             extra[output] += ca.sqrt(ca.fmax(variance, least)) * theta[blocks * rank + position]
         return extra, ca.vertcat(*following)
+
+    def physics_among(self, known: Collection[str]) -> str:
+        """Identifier of the known physics whose name is this port and what the law depends on, whatever its form.
+
+        Creep that follows no exponential and a gear error with harmonics of its own remain creep and a periodic error.
+        Amplitudes count as inputs: a compliance that varies with time depends on a force and on time. A law that no
+        declaration covers has no name, `Law.physics`.
+        """
+        form = self.form
+        seen = {*form.depends_on, *(channel.amplitude for channel in form.channels)}
+        inputs = {quantity.input for quantity in seen if quantity is not None}
+        for kind in implementations("expdesign.chain.effects", Effect):  # type: ignore[type-abstract]
+            covers = kind.physics in known and form.kind in kind.declared.laws and inputs <= {*kind.declared.inputs}
+            here = covers and form.component in kind.components(self.robot)
+            if here and form.port in kind.ports_at(self.robot, form.component):
+                return kind.physics
+        return self.physics
 
     def reported(self, theta: ca.SX) -> dict[str, ca.SX]:
         """A law is a curve; it has no parameters that a person would know."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import moment_at, passive_joint_turns, sprung_twist, with_links_beyond
+from expdesign.chain.declaration import Input
 from expdesign.chain.row import Row, RowData
 from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
 from expdesign.mechanics.robots.robot import Robot
@@ -16,6 +17,13 @@ from expdesign.mechanics.symbolic import BatchFunction
 
 _STATES = {"stop": 2, "slip": 2, "lag": 2, "latched": 3}
 """Quantities with memory, and how many states each carries: the force of the row before is one of them."""
+_FORCES = "effort effort_sign whole rest ground joint_moment carried pair pair_sign weight"
+_INPUTS = {
+    **dict.fromkeys(_FORCES.split(), Input.FORCE),
+    **dict.fromkeys(("clock", "after", "elapsed", "started"), Input.TIME),
+    **dict.fromkeys(("warming", "temperature", "warmth"), Input.TEMPERATURE),
+}
+"""What is neither a place nor remembered, in the words of declarations."""
 _DRIFTS = ("clock", "elapsed", "started", "temperature", "warmth")
 _LEAST_OVERLAP = 1e-3
 """m, rad; a guide is not drawn out farther."""
@@ -46,6 +54,11 @@ class Quantity:
     def drifts(self) -> bool:
         """Whether it goes on changing beyond what was recorded, as time and temperature do."""
         return self.kind in _DRIFTS
+
+    @property
+    def input(self) -> Input:
+        """What it is in the words of declarations; memory is known by its states, and all other things are places."""
+        return Input.HISTORY if self.states else _INPUTS.get(self.kind, Input.PLACE)
 
     def expression(self, row: Row, robot: Robot, state: ca.SX) -> tuple[ca.SX, ca.SX]:
         """The quantity in one row and the states after it.

@@ -1,27 +1,37 @@
 """Actuators that are no linear springs: they creep, stick, change their stiffness with the force, or open a joint."""
 
 from collections.abc import Callable
-from enum import StrEnum
+from dataclasses import replace
+from functools import partial
 from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.actuator import Acting, ActuatorEffect
 from expdesign.chain.component import actuators_and_all
-from expdesign.chain.declaration import Declaration, Input, Named, Size
-from expdesign.chain.effect import Parameter, Values, When
+from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.effect import Effect, Parameter, Values, When
+from expdesign.chain.forms import Acting, Form
 from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.chain.row import Row
+from expdesign.chain.term import Term
 from expdesign.mechanics.robots.robot import Robot
 
 
-class Creep(ActuatorEffect):
+def _creeps(at: Acting, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Δq gains s with τ_c·ds/dt = ratio·c·τ − s; the states are s/ratio and the force of the row before."""
+    ratio, tau, applied = theta[0], theta[1], theta[2]
+    crept, previous = at.state[0], at.state[1]
+    crept += (at.compliance * previous - crept) * (1.0 - ca.exp(-applied * at.row.interval / tau))
+    crept += (at.compliance * at.force - crept) * (1.0 - ca.exp(-(1.0 - applied) * at.row.interval / tau))
+    return ratio * crept, ca.vertcat(crept, at.force)
+
+
+class Creep(Term):
     """Creep: the deflection grows with time under constant load (a Kelvin-Voigt element in series with a leg's spring).
 
-    Δq gains s with τ_c·ds/dt = ratio·c·τ − s; the states are s and the force of the row before. The load of a row was
-    applied somewhere between the row before and itself: at the fraction `applied` of the interval, which is fitted.
+    The load of a row was applied somewhere between the row before and itself: at the fraction `applied` of the
+    interval, which is fitted.
     """
 
     identifier = "actuators.creep"
@@ -38,7 +48,7 @@ class Creep(ActuatorEffect):
     )
     at = actuators_and_all
     when: ClassVar[When] = lambda robot, points: points.time is not None
-    memory = 2
+    forms = (Form(_creeps, memory=2),)
     quantities = (
         Parameter("creep_ratio", 0.1, low=-0.9, high=10.0),
         Parameter("tau_s", 100.0, neutral=100.0, low=1e-2, high=1e7, shape=True),
@@ -60,12 +70,12 @@ class Creep(ActuatorEffect):
         times = np.geomspace(shortest, 3.0 * max(lasts, shortest), 6)
         return [np.array([0.0, tau, applied]) for tau in times for applied in (0.0, 1.0)]
 
-    def gain(self, at: Acting, row: Row, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
-        ratio, tau, applied = theta[0], theta[1], theta[2]
-        crept, previous = at.state[0], at.state[1]
-        crept += (at.compliance * previous - crept) * (1.0 - ca.exp(-applied * row.interval / tau))
-        crept += (at.compliance * at.force - crept) * (1.0 - ca.exp(-(1.0 - applied) * row.interval / tau))
-        return ratio * crept, ca.vertcat(crept, at.force)
+
+def _largest_force(effect: Effect, points: LoadedPoints, wrenches: FloatArray) -> float:
+    """The largest force (N or N·m) of the actuators concerned under wrenches (N, n) at points."""
+    forward = effect.robot.jacobians(points.configurations).forward
+    forces = np.einsum("nij,ni->nj", forward, wrenches)[:, effect.actuators]
+    return float(np.abs(forces).max(initial=0.0))
 
 
 _SLACK = 1e-6
@@ -74,23 +84,39 @@ _SHARES = (0.05, 0.1, 0.2, 0.4)
 """Of the largest force: friction that holds some legs altogether looks unlike a little of it."""
 
 
-class Slider(StrEnum):
-    """What slips beside the spring."""
-
-    RIGID = "rigid"
-    ELASTIC = "elastic"
-    LAG = "lag"
+def _stuck(at: Acting, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """The spring follows its force only when that has moved by more than F: a play operator."""
+    carried = ca.fmin(ca.fmax(at.state, at.force - theta[0]), at.force + theta[0])
+    return at.compliance * (carried - at.force), carried
 
 
-class FrictionHysteresis(ActuatorEffect):
+def _slipping(at: Acting, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """A Jenkins element, with the place of its slider in force of the spring k."""
+    # All in units of force: x = k·Δq, slider at s = k·place, sticking friction ρ·(x − s).
+    friction, ratio, before = theta[0], theta[1], at.state
+    sticking = (at.force + ratio * before) / (1.0 + ratio)
+    held = ca.fmin(ca.fmax(ratio * (sticking - before), -friction), friction)
+    return -at.compliance * held, at.force - held - held / ratio
+
+
+def _lagging(at: Acting, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """The elongation lags by F against the sense of the last change; the states are the force before, and that."""
+    changed = at.force - at.state[0]
+    sense = ca.if_else(ca.fabs(changed) > _SLACK, ca.sign(changed), at.state[1])
+    return -at.compliance * theta[0] * sense, ca.vertcat(at.force, sense)
+
+
+_FRICTION = Parameter("friction_{force}", 1.0, low=0.0, high=1e5)
+_CONTACT = Parameter("contact_stiffness_ratio", 1.0, neutral=3.0, low=0.05, high=1e3, shape=True)
+
+
+class FrictionHysteresis(Term):
     """Loading and unloading differ: dry friction beside the spring of a leg or joint.
 
-    A spring k_t that slips at the friction F acts beside the actuator's spring k (a Jenkins element). While it sticks
-    the actuator is stiffer, and what it carries when the load returns is the hysteresis. Variants: `elastic` (state:
-    the place of the slider, in force of the spring k); `rigid`: it follows its force only when that has moved by more
-    than F (the play operator; state: the force that the spring carries); `lag`: where friction is known by its loop
-    alone, it lags behind its force by F against the sense of the last change, however small that was (states: the force
-    of the row before, and that sense).
+    A spring k_t that slips at the friction F acts beside the actuator's spring k (a Jenkins element, variant
+    `elastic`). While it sticks the actuator is stiffer, and what it carries when the load returns is the hysteresis.
+    `rigid`: the actuator does not move until its force has moved by more than F. `lag`: where friction is known by its
+    loop alone, it lags behind its force by F against the sense of the last change, however small that was.
     """
 
     identifier = "actuators.friction"
@@ -106,37 +132,19 @@ class FrictionHysteresis(ActuatorEffect):
         sizes=(Size("friction_N*", 0.05, "assumed: a twentieth of the largest force", "actuator force"),),
     )
     at = actuators_and_all
-    forms = tuple(Slider)
-    quantities = (
-        Parameter("friction_{force}", 1.0, low=0.0, high=1e5),
-        Parameter("contact_stiffness_ratio", 1.0, neutral=3.0, low=0.05, high=1e3, shape=True),
+    forms = (
+        Form(_stuck, "rigid", memory=1),
+        Form(_slipping, "elastic", memory=1, parameters=(_FRICTION, _CONTACT)),
+        Form(_lagging, "lag", memory=2),
     )
+    quantities = (_FRICTION,)
     says = "Friction of {friction:.3g} {force} in {component}: loading and unloading differ."
 
-    def describe(self) -> tuple[Parameter, ...]:
-        self.memory = 2 if self.variant is Slider.LAG else 1
-        return self.described(self.quantities if self.variant is Slider.ELASTIC else self.quantities[:1])
-
     def large_starts(self, points: LoadedPoints) -> list[FloatArray]:
-        if self.variant is Slider.LAG:
+        if self.variant.law is _lagging:
             return []  # linear in the friction
-        largest = self.largest_force(points, points.wrenches)
+        largest = _largest_force(self, points, points.wrenches)
         return [np.array([share * largest, *self.neutral()[1:]]) for share in _SHARES if largest > 0.0]
-
-    def gain(self, at: Acting, row: Row, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
-        friction, applied, before = theta[0], at.force, at.state[0]
-        if self.variant is Slider.LAG:
-            changed = applied - before
-            sense = ca.if_else(ca.fabs(changed) > _SLACK, ca.sign(changed), at.state[1])
-            return -at.compliance * friction * sense, ca.vertcat(applied, sense)
-        if self.variant is Slider.RIGID:
-            carried = ca.fmin(ca.fmax(before, applied - friction), applied + friction)
-            return at.compliance * (carried - applied), carried
-        # All in units of force: x = k·Δq, slider at s = k·place, sticking friction ρ·(x − s).
-        ratio = theta[1]
-        sticking = (applied + ratio * before) / (1.0 + ratio)
-        held = ca.fmin(ca.fmax(ratio * (sticking - before), -friction), friction)
-        return -at.compliance * held, applied - held - held / ratio
 
 
 _REFERENCE = 100.0
@@ -144,27 +152,44 @@ _REFERENCE = 100.0
 _NEWTON_STEPS = 6
 
 
-class Characteristic(StrEnum):
-    """What stands in series with the linear spring, or (cubic) in its place."""
-
-    QUADRATIC = "quadratic"
-    SQUARE = "square"
-    CUBE = "cube"
-    ASYMMETRIC = "asymmetric"
-    HERTZ = "hertz"
-    CUBIC = "cubic"
-
-
-_SERIES: dict[Characteristic, Callable[[ca.SX], ca.SX]] = {
-    Characteristic.QUADRATIC: lambda f: f * ca.fabs(f),
-    Characteristic.SQUARE: lambda f: f**2,
-    Characteristic.CUBE: lambda f: f**3,
-    Characteristic.ASYMMETRIC: ca.fabs,
-    Characteristic.HERTZ: lambda f: ca.sign(f) * ca.exp(2.0 / 3.0 * ca.log(ca.fmax(ca.fabs(f), 1e-9))),
+_SERIES: dict[str, Callable[[ca.SX], ca.SX]] = {
+    "quadratic": lambda f: f * ca.fabs(f),
+    "square": lambda f: f**2,
+    "cube": lambda f: f**3,
+    "asymmetric": ca.fabs,
+    "hertz": lambda f: ca.sign(f) * ca.exp(2.0 / 3.0 * ca.log(ca.fmax(ca.fabs(f), 1e-9))),
 }
 
 
-class LegNonlinearStiffness(ActuatorEffect):
+def _in_series(at: Acting, theta: ca.SX, name: str) -> tuple[ca.SX, ca.SX]:
+    """What stands in series with the linear spring gives way by θ·g(τ/100)."""
+    now, before = (_SERIES[name](force / _REFERENCE) for force in (at.before + at.force, at.before))
+    return theta[0] * now - theta[0] * before, at.state
+
+
+def _cubic(at: Acting, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """τ = k·(x + b·x³) in place of the linear spring, b in units of the linear elongation at the reference force."""
+
+    def beyond(relative: ca.SX) -> ca.SX:
+        # A softening spring carries no more force than at its summit, 1/√(3·|b|); there the elongation ends.
+        summit = 0.95 / ca.sqrt(3.0 * ca.fmax(-theta[0], 1e-9))
+        x = relative
+        for _ in range(_NEWTON_STEPS):
+            x = ca.fmin(ca.fmax(x, -summit), summit)
+            x = x - (x + theta[0] * x**3 - relative) / ca.fmax(1.0 + 3.0 * theta[0] * x**2, 0.05)
+        return ca.fmin(ca.fmax(x, -summit), summit) - relative
+
+    change = beyond((at.before + at.force) / _REFERENCE) - beyond(at.before / _REFERENCE)
+    return change * at.compliance * _REFERENCE, at.state
+
+
+def _named(name: str) -> Form:
+    """A law of something in series by its name."""
+    size = Parameter(f"{name}_at_100{{force}}_{{motion}}", 1e-6, low=-1e-2, high=1e-2)
+    return Form(partial(_in_series, name=name), name, parameters=(size,), called=name)
+
+
+class LegNonlinearStiffness(Term):
     """A leg's or joint's stiffness changes with its force: something non-linear in series, or a spring that hardens.
 
     `quadratic`, `square`, `cube`, `asymmetric` and `hertz`: Δq gains a·g(τ), g being τ·|τ|, τ², τ³, |τ| or
@@ -187,45 +212,24 @@ class LegNonlinearStiffness(ActuatorEffect):
         ),
     )
     at = actuators_and_all
-    forms = tuple(Characteristic)
+    forms = (
+        *map(_named, _SERIES),
+        Form(
+            _cubic,
+            "cubic",
+            parameters=(Parameter("hardening_at_100{force}", 0.1, low=-0.3, high=1e3),),
+            says="The stiffness of {component} {changes} with its force (cubic spring, {all:+.3g} at 100 {force}).",
+            called="cubic",
+        ),
+    )
     says = (
         "The stiffness of {component} changes with its force ({variant}): {all:1e6 +.2f} µ{motion} beyond the linear "
         "spring at 100 {force}."
     )
 
-    @property
-    def form_name(self) -> str:
-        return str(self.variant)
-
-    def describe(self) -> tuple[Parameter, ...]:
-        if self.variant is Characteristic.CUBIC:
-            # b in units of the square of the linear elongation at the reference force.
-            return self.described([Parameter("hardening_at_100{force}", 0.1, low=-0.3, high=1e3)])
-        return self.described([Parameter(f"{self.variant}_at_100{{force}}_{{motion}}", 1e-6, low=-1e-2, high=1e-2)])
-
-    def gain(self, at: Acting, row: Row, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
-        change = self._beyond(at.before + at.force, theta[0]) - self._beyond(at.before, theta[0])
-        return change * (at.compliance * _REFERENCE if self.variant is Characteristic.CUBIC else 1.0), at.state
-
-    def _beyond(self, force: ca.SX, parameter: ca.SX) -> ca.SX:
-        """Elongation beyond the linear spring's."""
-        relative = force / _REFERENCE
-        if self.variant is not Characteristic.CUBIC:
-            return parameter * _SERIES[self.variant](relative)
-        # A softening spring carries no more force than at its summit, 1/√(3·|b|); there the elongation ends.
-        summit = 0.95 / ca.sqrt(3.0 * ca.fmax(-parameter, 1e-9))
-        x = relative
-        for _ in range(_NEWTON_STEPS):
-            x = ca.fmin(ca.fmax(x, -summit), summit)
-            x = x - (x + parameter * x**3 - relative) / ca.fmax(1.0 + 3.0 * parameter * x**2, 0.05)
-        return ca.fmin(ca.fmax(x, -summit), summit) - relative
-
-    def sentence(self, values: Values) -> str:
-        if self.variant is not Characteristic.CUBIC:
-            return super().sentence(values)
-        kind = "hardens" if next(iter(values.values()))[0] > 0.0 else "softens"
-        text = f"The stiffness of {{component}} {kind} with its force (cubic spring, {{all:+.3g}} at 100 {{force}})."
-        return self.said(text, values)
+    def said(self, text: str, values: Values) -> str:
+        hardens = next(iter(values.values()))[0] > 0.0
+        return super().said(text.replace("{changes}", "hardens" if hardens else "softens"), values)
 
 
 _OPENINGS = (0.2, 0.4, 0.6, 0.8)
@@ -240,35 +244,49 @@ def unloaded_again(robot: Robot, points: LoadedPoints) -> bool:
     return bool(((np.diff(sizes) < 0.0) & (np.diff(points.series) == 0)).any())
 
 
-class SelfCentring(ActuatorEffect):
-    """A preloaded joint of a leg opens under load and closes later than it opened: a flag-shaped loop.
-
-    Beside the spring stands a joint that is closed until the force exceeds F_o; beyond, it yields by a compliance of
-    its own. On the way back friction 2·F_f holds it open until the force is F_c = F_o − 2·F_f, so that it always
-    returns to where it was (Christopoulos, Tremblay, Kim and Lacerte, J. Struct. Eng. 134, 2008, 96). In generalised
-    play operators (Visintin, Differential Models of Hysteresis, 1994, III.2) its opening is kept between two curves,
+def _flag(at: Acting, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """In generalised play operators (Visintin, Differential Models of Hysteresis, 1994, III.2) the opening of the joint
+    is kept between two curves,
 
         x ← min(max(x, l(τ)), u(τ)),  l(τ) = (τ − F_o)₊ − (−τ − F_c)₊,  u(τ) = (τ − F_c)₊ − (−τ − F_o)₊,
 
     and Δq gains ratio·c·x; the state is x less its value in the reference state.
     """
+    opening = theta[1]
+    closing = ca.fmax(opening - 2.0 * theta[2], 0.0)
+
+    def kept(opened: ca.SX, total: ca.SX) -> ca.SX:
+        lower = ca.fmax(total - opening, 0.0) - ca.fmax(-total - closing, 0.0)
+        upper = ca.fmax(total - closing, 0.0) - ca.fmax(-total - opening, 0.0)
+        return ca.fmin(ca.fmax(opened, lower), upper)
+
+    before = kept(ca.SX(0.0), at.before)
+    following = kept(before + at.state, at.before + at.force) - before
+    return theta[0] * at.compliance * following, following
+
+
+class SelfCentring(Term):
+    """A preloaded joint of a leg opens under load and closes later than it opened: a flag-shaped loop.
+
+    Beside the spring stands a joint that is closed until the force exceeds F_o; beyond, it yields by a compliance of
+    its own. On the way back friction 2·F_f holds it open until the force is F_c = F_o − 2·F_f, so that it always
+    returns to where it was (Christopoulos, Tremblay, Kim and Lacerte, J. Struct. Eng. 134, 2008, 96).
+    """
 
     identifier = "actuators.self_centring"
     physics = "friction_hysteresis"
-    declared = Declaration(
-        left_out="loading and unloading differ",
+    declared = replace(
+        FrictionHysteresis.declared,
         linear=False,
-        phrase="friction in {component}",
         usually="preloaded joints that open, disc springs and wire ropes",
-        port="actuators",
         form="flag",
+        laws=(),
         inputs=(Input.FORCE, Input.HISTORY),
         sizes=(Size("beyond_ratio", 0.2, "assumed: a joint that opens yields a fifth as much as the leg"),),
     )
     at = actuators_and_all
     when = unloaded_again
-    forms = (Named("flag"),)
-    memory = 1
+    forms = (Form(_flag, "flag", memory=1),)
     quantities = (
         Parameter("beyond_ratio", 0.5, low=0.0, high=100.0),
         Parameter("opening_{force}", 10.0, neutral=10.0, low=0.0, high=1e6, shape=True),
@@ -280,23 +298,10 @@ class SelfCentring(ActuatorEffect):
     )
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
-        largest = self.largest_force(points, points.absolute)
+        largest = _largest_force(self, points, points.absolute)
         if largest == 0.0:
             return [self.neutral()]
         return [np.array([0.0, share * largest, width * share * largest]) for share in _OPENINGS for width in _WIDTHS]
-
-    def gain(self, at: Acting, row: Row, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
-        opening = theta[1]
-        closing = ca.fmax(opening - 2.0 * theta[2], 0.0)
-
-        def kept(opened: ca.SX, total: ca.SX) -> ca.SX:
-            lower = ca.fmax(total - opening, 0.0) - ca.fmax(-total - closing, 0.0)
-            upper = ca.fmax(total - closing, 0.0) - ca.fmax(-total - opening, 0.0)
-            return ca.fmin(ca.fmax(opened, lower), upper)
-
-        before = kept(ca.SX(0.0), at.before)
-        following = kept(before + at.state, at.before + at.force) - before
-        return theta[0] * at.compliance * following, following
 
     def sentence(self, values: Values) -> str:
         opening, friction = (value[0] for value in list(values.values())[1:3])

@@ -1,16 +1,14 @@
 """What drifts with temperature or time: legs, the reading, and the joints and links of an arm."""
 
 from dataclasses import replace
-from enum import StrEnum
+from functools import partial
 from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.actuator import Acting, ActuatorEffect
 from expdesign.chain.component import (
-    ACTUATORS,
     ENVIRONMENT,
     Component,
     Part,
@@ -20,29 +18,45 @@ from expdesign.chain.component import (
     link_span,
     long_links,
 )
-from expdesign.chain.declaration import IN_1000_S, Beyond, Declaration, Input, Named, Size, Variant
+from expdesign.chain.declaration import IN_1000_S, Beyond, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Parameter, Values, When
+from expdesign.chain.forms import Acting, Form, warm_up
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES, POSITIONS, LoadedPoints, Measurand
 from expdesign.chain.row import Row
+from expdesign.chain.term import Shows, Term
 from expdesign.mechanics.robots.robot import Robot
 
-
-class Driver(StrEnum):
-    """With what something drifts."""
-
-    TEMPERATURE = ""
-    TIME = "time"
-    WARM_UP = "warm-up"
+_TIME = "time"
+"""Variant of what follows time, not the temperature."""
+_WARM_UP = "warm-up"
+_CONSTANTS = np.geomspace(0.05, 1.5, 4)
+"""Constants of warming up from which a search starts, of the time or the number of rows recorded."""
 
 
-def seen_drivers(points: LoadedPoints) -> list[Driver]:
-    """Temperature and time, as far as they were recorded and changed."""
+def _driver(row: Row, warming: ca.SX, *, time: bool) -> ca.SX:
+    """What drives: time (s), or how much it has warmed (K), since the first row of the series."""
+    return row.elapsed if time else warming
+
+
+def _shifts(at: Acting, theta: ca.SX, *, time: bool = False) -> tuple[ca.SX, ca.SX]:
+    return theta[0] * _driver(at.row, at.row.warming[at.index], time=time), at.state
+
+
+def _grows(at: Acting, theta: ca.SX, *, time: bool = False) -> tuple[ca.SX, ca.SX]:
+    return _shifts(at, theta * at.place, time=time)
+
+
+def _seen_drivers(robot: Robot, points: LoadedPoints) -> Shows:
+    """Temperature and time show as far as they were recorded and changed."""
     temperatures = [each for each in (points.temperature, points.leg_temperature) if each is not None]
     warmed = any(np.any(np.ptp(each, axis=0) > 0.0) for each in temperatures)
-    return [driver for driver, seen in ((Driver.TEMPERATURE, warmed), (Driver.TIME, points.timed)) if seen]
+    # Links have no time constant of their own.
+    return lambda component, form: (
+        not (component.part is Part.LINK and str(form) == _WARM_UP) and (points.timed if str(form) else warmed)
+    )
 
 
-class ThermalDrift(ActuatorEffect):
+class ThermalDrift(Term):
     """A deflection that follows temperature or time, not load.
 
     Legs: Δq gains α·q·ΔT (variant empty) or rate·q·t (`time`). `environment`: the reading gains a constant times
@@ -67,7 +81,13 @@ class ThermalDrift(ActuatorEffect):
         ),
     )
     measurands: ClassVar[tuple[Measurand, ...]] = (DEFLECTIONS,)
-    forms: ClassVar[tuple[Variant, ...]] = (Driver.TEMPERATURE, Driver.TIME)
+    forms: ClassVar[tuple[Variant, ...]] = (Form(_grows), Form(partial(_grows, time=True), _TIME))
+    shows = _seen_drivers
+
+    @property
+    def of_time(self) -> bool:
+        """Whether it follows time, not the temperature."""
+        return str(self.variant) == _TIME
 
     @property
     def acts_at(self) -> str:
@@ -81,37 +101,23 @@ class ThermalDrift(ActuatorEffect):
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        return [(component, driver) for driver in seen_drivers(points) for component in cls.components(robot)]
+        return sorted(super().shown(robot, points), key=lambda place: cls.forms.index(place[1]))
 
     def describe(self) -> tuple[Parameter, ...]:
-        unit, scale = ("per_s", 1e-9) if self.variant is Driver.TIME else ("per_K", 1e-6)
+        unit, scale = ("per_s", 1e-9) if self.of_time else ("per_K", 1e-6)
         if self.component == ENVIRONMENT:
             names = self.robot.coordinates.deflection
             return tuple(Parameter(f"{name}_{unit}", scale, low=-1e-2, high=1e-2) for name in names)
         # Rubber grows by 2e-4 per kelvin.
         return (Parameter("alpha_per_K" if unit == "per_K" else "rate_per_s", scale, low=-1e-3, high=1e-3),)
 
-    def driver(self, row: Row, warming: ca.SX) -> ca.SX:
-        """What drives: time (s), or how much it has warmed (K), since the first row of the series."""
-        return row.elapsed if self.variant is Driver.TIME else warming
-
-    def actuator(
-        self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
-    ) -> tuple[ca.SX, ca.SX]:
-        if self.component.part not in ACTUATORS:
-            return elongation, state
-        return super().actuator(elongation, force, compliance, row, state, theta)
-
-    def gain(self, at: Acting, row: Row, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
-        return theta[0] * at.place * self.driver(row, row.warming[at.index]), at.state
-
     def reading(self, reading: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         if self.component != ENVIRONMENT:
             return reading
-        return reading + theta * self.driver(row, ca.sum1(row.warming) / row.warming.shape[0])
+        return reading + theta * _driver(row, ca.sum1(row.warming) / row.warming.shape[0], time=self.of_time)
 
     def sentence(self, values: Values) -> str:
-        cause, per = ("time", "second") if self.variant is Driver.TIME else ("temperature", "kelvin")
+        cause, per = ("time", "second") if self.of_time else ("temperature", "kelvin")
         if self.component == ENVIRONMENT:
             return f"The reading drifts with {cause}, whatever the load: instrument or stand."
         return self.said(f"{{subject}} grow{{s}} with {cause}: {{first:1e6 .3g}} µm per metre and {per}.", values)
@@ -120,8 +126,8 @@ class ThermalDrift(ActuatorEffect):
 class ArmThermalDrift(ThermalDrift):
     """An arm warms up: links grow and joints shift, whatever the load, relative to the first row of the series.
 
-    Joint k: Δq gains rate·ΔT (variant empty), rate·t (`time`) or drift·(e^(−t₀/τ) − e^(−t/τ)) (`warm-up`, time since
-    the first row of all). Link k: its far end moves away from its start by the strain α·ΔT or rate·t.
+    Joint k: Δq gains rate·ΔT (variant empty), rate·t (`time`) or that of an exponential (`warm-up`, time since the
+    first row of all). Link k: its far end moves away from its start by the strain α·ΔT or rate·t.
     """
 
     identifier = "links.thermal_drift"
@@ -141,64 +147,63 @@ class ArmThermalDrift(ThermalDrift):
     )
     measurands = (DEFLECTIONS, POSITIONS, POSES)
     changes_reading = False
-    forms = tuple(Driver)
-
-    @property
-    def form_name(self) -> str:
-        return "exponential" if self.variant is Driver.WARM_UP else self.declared.form
-
-    @property
-    def beyond(self) -> Beyond:
-        return Beyond.GOES_ON if self.variant is Driver.WARM_UP else self.declared.beyond
+    forms = (
+        Form(_shifts),
+        Form(partial(_shifts, time=True), _TIME),
+        Form(
+            warm_up,
+            _WARM_UP,
+            parameters=(
+                Parameter("drift_{motion}", 1e-5, low=-0.1, high=0.1),
+                Parameter("tau_s", 1000.0, neutral=1000.0, low=1.0, high=1e6, shape=True),
+            ),
+            says="{subject} shifts by {first:1e6 .3g} µ{motion} as it warms up ({tau_s.best:.3g} s).",
+            called="exponential",
+            beyond=Beyond.GOES_ON,
+        ),
+    )
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
         return [*each_joint(robot), *long_links(robot)]
 
-    @classmethod
-    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        warm_up: list[tuple[Component, Variant]] = [(joint, Driver.WARM_UP) for joint in each_joint(robot)]
-        return super().shown(robot, points) + (warm_up if points.timed else [])
-
     def describe(self) -> tuple[Parameter, ...]:
-        unit, scale = ("per_s", 1e-8) if self.variant is Driver.TIME else ("per_K", 1e-6)
+        if str(self.variant) == _WARM_UP:
+            if self.component.part is Part.LINK:
+                raise ValueError(f"`{self.component}` has no variant `{self.variant}`")
+            return Term.describe(self)
+        unit, scale = ("per_s", 1e-8) if self.of_time else ("per_K", 1e-6)
+        name = f"drift_{{motion}}_{unit}"
         if self.component.part is Part.LINK:
-            return (Parameter(f"alpha_{unit}" if unit == "per_K" else "rate_per_s", scale, low=-1e-2, high=1e-2),)
-        if self.variant is not Driver.WARM_UP:
-            return self.described([Parameter(f"drift_{{motion}}_{unit}", scale, low=-1e-2, high=1e-2)])
-        drift = Parameter("drift_{motion}", 1e-5, low=-0.1, high=0.1)
-        return self.described([drift, Parameter("tau_s", 1000.0, neutral=1000.0, low=1.0, high=1e6, shape=True)])
+            name = "rate_per_s" if self.of_time else "alpha_per_K"
+        return self.described([Parameter(name, scale, low=-1e-2, high=1e-2)])
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
-        if self.variant is not Driver.WARM_UP or points.time is None:
+        if len(self.parameters) == 1 or points.time is None:
             return [self.neutral()]
-        return [np.array([0.0, tau]) for tau in np.geomspace(0.05, 1.5, 4) * max(float(np.ptp(points.time)), 1.0)]
-
-    def gain(self, at: Acting, row: Row, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
-        if self.variant is Driver.WARM_UP:
-            return theta[0] * (ca.exp(-(row.clock - row.elapsed) / theta[1]) - ca.exp(-row.clock / theta[1])), at.state
-        return theta[0] * self.driver(row, row.warming[at.index]), at.state
+        return [np.array([0.0, tau]) for tau in _CONSTANTS * max(float(np.ptp(points.time)), 1.0)]
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         if self.component.part is not Part.LINK:
             return deflection
         start, end = link_span(self.robot, row.pose, self.component.index)
-        grown = theta[0] * self.driver(row, row.warming[self.component.index]) * (end - start)
+        grown = theta[0] * _driver(row, row.warming[self.component.index], time=self.of_time) * (end - start)
         return deflection + at_tip(self.robot, self.component.index, grown, ca.SX.zeros(3), row, end)
 
     def sentence(self, values: Values) -> str:
-        per = "second" if self.variant is Driver.TIME else "kelvin"
+        if len(values) > 1:
+            return Term.sentence(self, values)
+        per = "second" if self.of_time else "kelvin"
         if self.component.part is Part.LINK:
             return self.said(f"{{subject}} grows: {{first:1e6 .3g}} µm per metre and {per}.", values)
-        how = "as it warms up ({tau_s.best:.3g} s)" if self.variant is Driver.WARM_UP else f"per {per}"
-        return self.said(f"{{subject}} shifts by {{first:1e6 .3g}} µ{{motion}} {how}.", values)
+        return self.said(f"{{subject}} shifts by {{first:1e6 .3g}} µ{{motion}} per {per}.", values)
 
 
 FEWEST = 10
 """Rows below which a slow drift is not looked for."""
 
 
-class WarmUpByRows(ActuatorEffect):
+class WarmUpByRows(Term):
     """A joint shifts as the machine warms up, in recordings without time: along `sequence`, one row like the next.
 
     Δq gains drift·(e^(−n₀/ν) − e^(−n/ν)), n rows after the first of all. Deflections are relative to the first row of
@@ -210,7 +215,7 @@ class WarmUpByRows(ActuatorEffect):
     declared = replace(ArmThermalDrift.declared, form="exponential", inputs=(Input.TIME,), beyond=Beyond.GOES_ON)
     at = each_joint
     when: ClassVar[When] = lambda robot, points: not points.timed and len(points) >= FEWEST
-    forms = (Named("warm-up along sequence"),)
+    forms = (Form(partial(warm_up, by_rows=True), "warm-up along sequence"),)
     quantities = (
         Parameter("drift_{motion}", 1e-5, low=-0.1, high=0.1),
         Parameter("constant_rows", 50.0, neutral=50.0, low=0.5, high=1e6, shape=True),
@@ -221,7 +226,4 @@ class WarmUpByRows(ActuatorEffect):
     )
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
-        return [np.array([0.0, constant]) for constant in np.geomspace(0.05, 1.5, 4) * len(points)]
-
-    def gain(self, at: Acting, row: Row, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
-        return theta[0] * (ca.exp(-row.reference / theta[1]) - ca.exp(-row.number / theta[1])), at.state
+        return [np.array([0.0, constant]) for constant in _CONSTANTS * len(points)]

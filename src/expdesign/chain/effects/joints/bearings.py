@@ -1,12 +1,12 @@
 """Bearings and guides of an arm's joints: they yield off the joint's axis, and have play."""
 
+from dataclasses import replace
 from enum import StrEnum
 
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.actuator import SLACK, Acting, Backlash
 from expdesign.chain.component import (
     ALL_JOINTS,
     Component,
@@ -18,9 +18,11 @@ from expdesign.chain.component import (
 )
 from expdesign.chain.declaration import STRAIN_WAVE, WITH_EXTENSION, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Parameter, Values
+from expdesign.chain.effects.legs.transmission import LegBacklash
+from expdesign.chain.forms import SLACK, Form, play, resting
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.tabulated import TabulatedEffect
+from expdesign.chain.term import Shows, Term
 from expdesign.mechanics.robots.robot import Robot
 
 
@@ -31,7 +33,7 @@ class OffAxes(StrEnum):
     TWO = "two directions"
 
 
-class JointCompliance(TabulatedEffect):
+class JointCompliance(Term):
     """A joint's gearbox and bearing yield off the joint's axis.
 
     The base model's joint turns about its axis only. Its bearing also tilts under the moment across the axis: the arm
@@ -117,7 +119,7 @@ def across(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
     return first, np.cross(axis, first)
 
 
-class ExtensionCompliance(TabulatedEffect):
+class ExtensionCompliance(Term):
     """A telescope's guide yields more the farther it is extended.
 
     The arm beyond a prismatic joint turns by (C₀ + C₁·q)·M about the joint, M being the moment there and q its
@@ -127,19 +129,13 @@ class ExtensionCompliance(TabulatedEffect):
 
     identifier = "joints.extension_compliance"
     physics = "joint_compliance"
-    declared = Declaration(
+    declared = replace(
+        JointCompliance.declared,
         left_out="a joint that yields off its axis, the more the farther it is drawn out",
-        phrase="a soft bearing of {component}",
         usually="guides that overlap less",
-        port="joints",
-        inputs=(Input.FORCE, Input.PLACE),
+        laws=(),
         sizes=(
-            Size(
-                "lateral_rad_per_Nm",
-                0.2,
-                "assumed: a bearing is five times as stiff off the axis as the gear is about it",
-                "actuator compliance",
-            ),
+            replace(JointCompliance.declared.sizes[0], parameter="lateral_rad_per_Nm"),
             Size(
                 "lateral_change_rad_per_Nm_m",
                 0.2,
@@ -167,15 +163,16 @@ class ExtensionCompliance(TabulatedEffect):
         return deflection + at_tip(self.robot, self.component.index, ca.SX.zeros(3), turn, row, point)
 
 
-class Rest(StrEnum):
-    """Where in its gap a joint rests that nothing pushes."""
+def _pushed_by_nothing(robot: Robot, points: LoadedPoints) -> Shows:
+    """A joint that its own weight or the reference load pushes rests at one place, which its forms call the middle."""
+    own = points.measurand.reference(robot.own_weight(points.configurations, points.gravity))
+    reference = points.absolute - points.wrenches
+    own = own + (reference[:, None, :] @ robot.jacobians(points.configurations).forward)[:, 0]
+    free = np.any(np.abs(own) <= SLACK, axis=0)
+    return lambda joint, rest: str(rest) == "middle" or free[joint.index]
 
-    MIDDLE = "middle"
-    LOW = "low"
-    HIGH = "high"
 
-
-class JointBacklash(Backlash):
+class JointBacklash(Term):
     """A joint has play: it jumps by the gap where its torque changes sign.
 
     The torque is the whole one, the weight of the links included: unloaded, a joint rests on the side to which the
@@ -186,45 +183,33 @@ class JointBacklash(Backlash):
 
     identifier = "joints.backlash"
     physics = "joint_backlash"
-    declared = Declaration(
+    declared = replace(
+        LegBacklash.declared,
         left_out="play of a joint",
-        linear=False,
-        phrase="play in {component}",
         usually="worn gears and couplings",
-        port="actuators",
-        form="gap",
-        laws=("step at zero",),
-        inputs=(Input.FORCE,),
         sizes=(Size("gap_rad", 3e-4, STRAIN_WAVE), Size("gap_m", 1e-5, "assumed: linear axis without preload")),
     )
     at = each_joint
-    forms = tuple(Rest)
+    shows = _pushed_by_nothing
+    forms = resting("low", "high")
     quantities = (Parameter("gap_{motion}", 1e-5, low=0.0, high=0.1),)
-
-    @classmethod
-    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        own = points.measurand.reference(robot.own_weight(points.configurations, points.gravity))
-        reference = points.absolute - points.wrenches
-        own = own + (reference[:, None, :] @ robot.jacobians(points.configurations).forward)[:, 0]
-        free = np.any(np.abs(own) <= SLACK, axis=0)
-        joints = each_joint(robot)
-        return [(joint, rest) for joint in joints for rest in (Rest if free[joint.index] else (Rest.MIDDLE,))]
+    says = LegBacklash.says
 
 
-class ExtensionPlay(Backlash):
+class ExtensionPlay(Term):
     """A telescope's play along its axis changes with its extension: a worn spindle, a guide that overlaps less.
 
-    The gap is `gap_m` + `gap_change`·q, and never negative; a joint that nothing pushes rests in its middle.
+    A joint that nothing pushes rests in the middle of its gap.
     """
 
     identifier = "joints.extension_play"
     physics = "joint_backlash"
-    declared = Declaration(
+    declared = replace(
+        JointBacklash.declared,
         left_out="play of a joint, the more the farther it is drawn out",
-        phrase="play in {component}",
+        linear=True,
         usually="worn guides",
-        port="actuators",
-        form="gap",
+        laws=(),
         inputs=(Input.FORCE, Input.PLACE),
         sizes=(
             Size("gap_m", 1e-5, "assumed: linear axis without preload"),
@@ -232,14 +217,9 @@ class ExtensionPlay(Backlash):
         ),
     )
     at = sliding_joints
-    forms = (WITH_EXTENSION,)
+    forms = (Form(play, str(WITH_EXTENSION)),)
     quantities = (Parameter("gap_m", 1e-5, low=0.0, high=0.1), Parameter("gap_change", 1e-5, low=-0.1, high=0.1))
     says = (
         "{subject} has {gap_m:1e6 .3g} µm of play drawn in, and {gap_change.best:1e6 +.3g} µm more for every metre of "
         "extension."
     )
-
-    def gap(self, at: Acting, theta: ca.SX) -> ca.SX:
-        gap = theta[0] + theta[1] * at.place
-        # At a gap of 0 exactly, where every search starts, the slope must not be lost.
-        return ca.if_else(gap < 0.0, 0.0, gap)

@@ -1,26 +1,40 @@
 """Joints that are not where they were sent: readings before they had settled, periodic errors, and warming up."""
 
+from dataclasses import replace
 from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
-from expdesign.chain.actuator import Acting, ActuatorEffect, PeriodicError, Pitches
-from expdesign.chain.component import ALL_JOINTS, Component, each_joint, each_leg, on
-from expdesign.chain.declaration import ONLY, Declaration, Input, Named, Size, Variant
-from expdesign.chain.effect import Parameter, Values, When
+from expdesign.chain.component import ALL_JOINTS, each_joint, each_leg, on
+from expdesign.chain.declaration import Declaration, Input, Size, Variant
+from expdesign.chain.effect import Effect, Parameter, Values, When
+from expdesign.chain.effects.legs.transmission import EncoderPeriodicError, pitch
+from expdesign.chain.forms import Acting, Form
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSITIONS, LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.tabulated import TabulatedEffect
+from expdesign.chain.term import Shows, Term
 from expdesign.mechanics.robots.robot import Robot
 
 
-class ReadBeforeSettled(ActuatorEffect):
+def _short_of_command(at: Acting, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Of the step of the command; a series starts settled."""
+    missing = theta[0] * (1.0 - at.row.first) * (at.place - at.state)
+    return -missing, at.place - missing
+
+
+def _short_of_load(at: Acting, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Of the step of what the load does; a series starts unloaded."""
+    missing = theta[0] * (at.elongation - at.state)
+    return -missing, at.elongation - missing
+
+
+class ReadBeforeSettled(Term):
     """Positions were read before the arm had settled: its joints had not yet come where they were sent.
 
-    The joints stand at 1 − ρ of the way from where they stood in the row before (the states) to the command, so that
-    the logged minus the commanded joints are a common fraction of each row's step, to first order in ρ·step:
-    q = q_C − ρ·(q_C − q of the row before). A series starts settled; ρ is the same for all joints.
+    The joints stand at 1 − ρ of the way from where they stood in the row before to the command, so that the logged
+    minus the commanded joints are a common fraction of each row's step, to first order in ρ·step. ρ is the same for all
+    joints.
     """
 
     identifier = "joints.unsettled_position"
@@ -34,19 +48,14 @@ class ReadBeforeSettled(ActuatorEffect):
         sizes=(Size("unsettled_*fraction", 0.02, "assumed: read when 98 % of a move have settled"),),
     )
     measurands = (POSITIONS,)
-    forms = (Named("logged before settled"),)
+    forms: ClassVar[tuple[Variant, ...]] = (Form(_short_of_command, "logged before settled", memory=1),)
     at = on(lambda robot: robot.jointed, ALL_JOINTS)
     when: ClassVar[When] = lambda robot, points: len(np.unique(points.series)) < len(points)
-    memory = 1
     quantities = (Parameter("unsettled_step_fraction", 1e-3, low=-0.5, high=0.95),)
     says = (
         "Positions were read before the arm had settled: {unsettled_step_fraction:100 .3g %} of every joint's step was "
         "still missing."
     )
-
-    def gain(self, at: Acting, row: Row, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
-        missing = theta[0] * (1.0 - row.first) * (at.place - at.state)
-        return -missing, at.place - missing
 
 
 class LoggedBeforeSettled(ReadBeforeSettled):
@@ -59,23 +68,24 @@ class LoggedBeforeSettled(ReadBeforeSettled):
 
     identifier = "joints.unsettled_reading"
     measurands = (DEFLECTIONS,)
+    forms = (Form(_short_of_load, "logged before settled", memory=1),)
     quantities = (Parameter("unsettled_fraction", 0.05, low=-0.5, high=0.95),)
     says = (
         "Readings were logged before the arm had settled: {unsettled_fraction:100 .1f %} of every step was still "
         "missing."
     )
 
-    def actuator(
-        self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
-    ) -> tuple[ca.SX, ca.SX]:
-        reached = elongation - theta[0] * (elongation - state)
-        return reached, reached
-
 
 _TURN = 2.0 * np.pi
 
 
-class JointPeriodicError(PeriodicError):
+def _four_commands(robot: Robot, points: LoadedPoints) -> Shows:
+    """A joint shows what repeats with its angle where it was sent to four places or more."""
+    coordinates = robot.actuator_coordinates(points.configurations)
+    return lambda joint, form: len(np.unique(coordinates[:, joint.index])) >= 4
+
+
+class JointPeriodicError(EncoderPeriodicError):
     """A joint's transmission or encoder has an error that repeats with the joint's angle.
 
     Once a turn for an eccentric scale, twice for an oval one, and with every tooth or wave of the gear. As for a leg,
@@ -84,24 +94,16 @@ class JointPeriodicError(PeriodicError):
     """
 
     identifier = "joints.periodic_error"
+    at = on(lambda robot: robot.jointed or set(robot.units) == {"rad"}, each_joint, each_leg)
+    when: ClassVar[When] = Effect.when
+    shows = _four_commands
     amplitude = (1e-5, 0.1)
     pitches = {  # noqa: RUF012
-        "m": Pitches(1e-4, 1e-3, 2.5e-4, 1e3, finest=5e-4),
-        "rad": Pitches(0.1, np.pi, _TURN / 120.0, 2.0 * _TURN, finest=_TURN / 60.0),
+        "m": (pitch(1e-4, 1e-3, 2.5e-4, 1e3), 5e-4),
+        "rad": (pitch(0.1, np.pi, _TURN / 120.0, 2.0 * _TURN), _TURN / 60.0),
     }
     most_starts = 120
     noun = "position"
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        rotary = set(robot.units) == {"rad"}
-        return each_joint(robot) or (each_leg(robot) if rotary else [])
-
-    @classmethod
-    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        coordinates = robot.actuator_coordinates(points.configurations)
-        commands = [len(np.unique(coordinates[:, i])) for i in range(len(robot.stiffness))]
-        return [(joint, ONLY) for joint, count in zip(cls.components(robot), commands, strict=False) if count >= 4]
 
 
 _ORDERS = (1, 2)
@@ -110,7 +112,7 @@ _HARMONIC = 1.5e-4
 """rad; the largest errors that makers of strain-wave gears state are twice this."""
 
 
-class JointHarmonics(TabulatedEffect):
+class JointHarmonics(Term):
     """Errors of all joints' positions that repeat once and twice a turn: an eccentric and an oval scale or gear.
 
     Δq_k gains Σ_n a_nk·sin(n·q_k) + b_nk·cos(n·q_k), n = 1, 2, for every turning joint k. A calibration of an arm puts
@@ -119,14 +121,11 @@ class JointHarmonics(TabulatedEffect):
 
     identifier = "joints.harmonics"
     physics = "encoder_periodic_error"
-    declared = Declaration(
+    declared = replace(
+        EncoderPeriodicError.declared,
         left_out="errors of joints that repeat with every turn",
         phrase="periodic errors of the encoders of all joints",
         usually="eccentric and oval scales and gears",
-        port="actuators",
-        form="harmonic",
-        laws=("periodic",),
-        inputs=(Input.PLACE,),
         sizes=(Size("*_rad", _HARMONIC, "assumed: as of a strain-wave gear"),),
     )
     measurands = ()

@@ -1,27 +1,48 @@
 """The passive joints at the ends of a leg: they yield, and they resist rotation."""
 
+from collections.abc import Sequence
 from enum import StrEnum
+from functools import partial
 
 import casadi as ca
 
-from expdesign.chain.actuator import Acting, ActuatorEffect
 from expdesign.chain.component import each_leg, legs_and_all, on, passive_joint_turns
 from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.effect import Parameter
 from expdesign.chain.effects.legs.geometry import LegEnd
+from expdesign.chain.forms import Acting, Form
 from expdesign.chain.row import Row
-from expdesign.chain.tabulated import TabulatedEffect
+from expdesign.chain.term import Term
 from expdesign.mechanics.robots.orientation import rotation_vector
 from expdesign.mechanics.robots.robot import Robot
 
 
-class PassiveJointCompliance(ActuatorEffect):
+def _yields(at: Acting, theta: ca.SX, end: LegEnd) -> tuple[ca.SX, ca.SX]:
+    """uᵀ·C·u·τ: the joint moves by −C·u·τ, and ∂q/∂a = −u. C is constant in the frame of the base or the platform."""
+    # A row of J⁻¹ begins with the direction of the leg.
+    split = at.row.gravity.shape[0]
+    direction = at.row.inverse[at.index, :split].T
+    if end is LegEnd.PLATFORM:
+        direction = at.row.rotation.T @ direction
+    x, y = direction[0], direction[1]
+    if split == 2:
+        along = theta[0] * x**2 + 2.0 * theta[1] * x * y
+    else:
+        z = direction[2]
+        along = theta[0] * x**2 + theta[1] * y**2 + 2.0 * (theta[2] * x * y + theta[3] * x * z + theta[4] * y * z)
+    return along * at.force, at.state
+
+
+_ENDS = tuple(Form(partial(_yields, end=end), str(end)) for end in LegEnd)
+
+
+class PassiveJointCompliance(Term):
     """A leg's passive joint, or its mount, yields differently along different directions.
 
-    Only the part of the yielding that lies along the leg changes its length: Δq = uᵀ·C·u·τ (the joint moves by −C·u·τ,
-    and ∂q/∂a = −u). A C that is the same in all directions is confounded with the leg's own compliance; what shows is
-    how the apparent compliance changes as the leg turns against the frame in which C is fixed. So C lacks the entry
-    that the leg's own compliance stands for. Variants `base` and `platform` name the end.
+    Only the part of the yielding that lies along the leg changes its length. A compliance that is the same in all
+    directions is confounded with the leg's own; what shows is how the apparent compliance changes as the leg turns
+    against the frame in which it is fixed. So C lacks the entry that the leg's own compliance stands for. Variants
+    `base` and `platform` name the end.
     """
 
     identifier = "legs.passive_joint_compliance"
@@ -46,28 +67,14 @@ class PassiveJointCompliance(ActuatorEffect):
     says = "The {variant} joint of {component}, or its mount, yields differently along different directions."
 
     @classmethod
-    def variants(cls, robot: Robot) -> list[Variant]:
+    def variants(cls, robot: Robot) -> Sequence[Variant]:
         # What a platform that does not turn is joined to yields as a base does.
-        return list(LegEnd) if robot.coordinates.rotations else [LegEnd.BASE]
+        return _ENDS if robot.coordinates.rotations else _ENDS[:1]
 
     def describe(self) -> tuple[Parameter, ...]:
         entries = ("xx", "yy", "xy", "xz", "yz") if self.robot.coordinates.translations > 2 else ("xx", "xy")
         # Differences to the leg's own compliance; a joint that yields by 1 mm under 1 N holds no leg.
         return tuple(Parameter(f"compliance_{entry}_m_per_N", 1e-8, low=-1e-3, high=1e-3) for entry in entries)
-
-    def gain(self, at: Acting, row: Row, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
-        # A row of J⁻¹ begins with the direction of the leg.
-        split = self.robot.coordinates.translations
-        direction = row.inverse[at.index, :split].T
-        if self.variant is LegEnd.PLATFORM:
-            direction = row.rotation.T @ direction
-        x, y = direction[0], direction[1]
-        if split == 2:
-            along = theta[0] * x**2 + 2.0 * theta[1] * x * y
-        else:
-            z = direction[2]
-            along = theta[0] * x**2 + theta[1] * y**2 + 2.0 * (theta[2] * x * y + theta[3] * x * z + theta[4] * y * z)
-        return along * at.force, at.state
 
 
 class PassiveJoints(StrEnum):
@@ -91,7 +98,7 @@ _SHARES = {
 resist being turned about the leg with half of it."""
 
 
-class PassiveJointStiffness(TabulatedEffect):
+class PassiveJointStiffness(Term):
     """Joints or flexures resist rotation, with `joint_Nm_per_rad` at both ends of the legs.
 
     A leg between two joints with rotational stiffness k bends both of them as the platform moves: with the leg's own

@@ -1,7 +1,7 @@
 """Errors of the load: of its centre of mass, its direction, its mass or scale, its sensor, and a tool nobody stated."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import ClassVar
 
@@ -14,12 +14,12 @@ from expdesign.chain.declaration import ONLY, Declaration, Input, Size, Variant,
 from expdesign.chain.effect import Parameter, Values, When
 from expdesign.chain.recordings.recordings import POSITIONS, LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.tabulated import TabulatedEffect
+from expdesign.chain.term import Term
 from expdesign.mechanics.robots.orientation import moment
 from expdesign.mechanics.robots.robot import Robot
 
 
-class PayloadComOffset(TabulatedEffect):
+class PayloadComOffset(Term):
     """The payload's centre of mass is not where it was assumed (theory.md 5.2: L = [0; −[m g]ₓ R]).
 
     The force acts at R·(c + d): its moment about the origin of P grows by (R·d) × f.
@@ -51,7 +51,7 @@ class PayloadComOffset(TabulatedEffect):
         return wrench + ca.vertcat(ca.SX.zeros(split), moment(row.rotation @ theta, wrench[:split]))
 
 
-class LoadDirectionTilt(TabulatedEffect):
+class LoadDirectionTilt(Term):
     """Gravity, or the load, does not act along the assumed direction (theory.md 5.2, tilt of gravity).
 
     The force is turned by small angles about x and y of O (`tilted_load`).
@@ -124,7 +124,7 @@ def weights_from_text(text: str) -> MassShares:
     return MassShares(wrong, float(text.removesuffix(wrong)))
 
 
-class PayloadMassError(TabulatedEffect):
+class PayloadMassError(Term):
     """The payload's mass, or the scale of the wrench, is not as assumed.
 
     An error that is the same fraction of every load is a change of scale of all compliances, which no deflection can
@@ -237,7 +237,7 @@ class SensorAxis:
         return f"{self.axis}{self.growth}"
 
 
-class ForceSensor(TabulatedEffect):
+class ForceSensor(Term):
     """The sensor by which loads are known does not read in proportion on one axis, or has a wrong scale there.
 
     A scale that is wrong on all axes alike is a change of all compliances (theory.md 5.2) and cannot be seen; on one
@@ -247,13 +247,12 @@ class ForceSensor(TabulatedEffect):
 
     identifier = "load.force_sensor"
     physics = "payload_mass_error"
-    declared = Declaration(
-        left_out="error of a mass or of the scale of a wrench",
+    declared = replace(
+        PayloadMassError.declared,
         phrase="a force sensor that does not read in proportion",
         usually="force sensors and load cells",
-        port="payload",
         form="constant",
-        inputs=(Input.FORCE,),
+        laws=(),
         sizes=(
             Size("relative_mass_error", 5e-3, "assumed: a load cell of class 0.5 (ISO 376:2011)"),
             Size("relative_error_at_100*", 5e-3, "assumed: the same at the targets' loads", "own deflection"),
@@ -325,7 +324,7 @@ class Tip:
         return self.name
 
 
-class UnknownTool(TabulatedEffect):
+class UnknownTool(Term):
     """A tool or a payload of unknown mass and centre rides on the tip in every row.
 
     Its weight is m·g, at R·c about the origin of P; the first moments m·c (`tool_moment_x_kgm`) are fitted, in which
@@ -336,11 +335,11 @@ class UnknownTool(TabulatedEffect):
 
     identifier = "load.tool"
     physics = "payload_mass_error"
-    declared = Declaration(
+    declared = replace(
+        PayloadMassError.declared,
         left_out="a tool that nothing states",
-        phrase="masses that are not what was assumed",
         usually="cables and adapters",
-        port="payload",
+        laws=(),
         inputs=(Input.PLACE,),
         sizes=(
             Size("tool_mass_kg", 0.1, "assumed: a cable or an adapter of 0.1 kg that no drawing has"),

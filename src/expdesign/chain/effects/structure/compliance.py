@@ -10,7 +10,7 @@ from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size
 from expdesign.chain.effect import Parameter, When
 from expdesign.chain.row import Row
 from expdesign.chain.support import measured_axes
-from expdesign.chain.tabulated import TabulatedEffect
+from expdesign.chain.term import Term
 from expdesign.coordinates import Coordinates
 from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
 
@@ -40,7 +40,7 @@ def compliance_parameters(coordinates: Coordinates, full: bool) -> tuple[Paramet
     return tuple(diagonal + upper)
 
 
-class PlatformCompliance(TabulatedEffect):
+class PlatformCompliance(Term):
     """The platform or the payload's mount deforms: a compliance fixed to the platform, in series with the legs.
 
     ΔX gains T·diag(R, R)·C·diag(R, R)ᵀ·F with C constant in the platform frame, about the origin of P.
@@ -72,7 +72,7 @@ class PlatformCompliance(TabulatedEffect):
         return deflection + row.rates @ turn @ symmetric(theta, n) @ turn.T @ wrench
 
 
-class BaseCompliance(TabulatedEffect):
+class BaseCompliance(Term):
     """The base or the ground deforms: a compliance fixed to the ground, in series with the legs.
 
     The base moves by the twist C·F_O, F_O being the wrench referred to the origin of O, and carries all along.

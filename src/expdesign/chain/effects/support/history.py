@@ -1,5 +1,6 @@
 """What a body stands on remembers its loads: friction, creep and settling."""
 
+from dataclasses import replace
 from enum import StrEnum
 from typing import ClassVar
 
@@ -8,8 +9,9 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component, symmetric
-from expdesign.chain.declaration import Declaration, Input, Size, Variant
+from expdesign.chain.declaration import Input, Size, Variant
 from expdesign.chain.effect import Parameter, Values, When
+from expdesign.chain.effects.actuators.actuators import Creep, FrictionHysteresis
 from expdesign.chain.effects.support.statics import AXES, entries
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
@@ -27,13 +29,10 @@ class SupportFriction(SupportEffect):
 
     identifier = "support.friction"
     physics = "friction_hysteresis"
-    declared = Declaration(
-        left_out="loading and unloading differ",
-        phrase="friction in {component}",
+    declared = replace(
+        FrictionHysteresis.declared,
         usually="clamped feet and guides",
         port="supports",
-        form="slider",
-        laws=("friction",),
         inputs=(Input.FORCE, Input.HISTORY),
         sizes=(Size("behind_*", 1e-7, "assumed: friction holds a tenth of what soft feet yield"),),
     )
@@ -86,12 +85,10 @@ class SupportCreep(SupportEffect):
 
     identifier = "support.creep"
     physics = "creep"
-    declared = Declaration(
-        left_out="growth under constant load",
-        phrase="creep of {component}",
+    declared = replace(
+        Creep.declared,
         usually="tyres, rubber feet and floors",
         port="supports",
-        form="exponential",
         laws=("creep", "settling"),
         inputs=(Input.FORCE, Input.HISTORY, Input.TIME),
         sizes=(

@@ -1,7 +1,7 @@
 """What a body stands on does under the load of the moment: it yields, is not linear, and has play."""
 
 from collections.abc import Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import ClassVar
 
@@ -162,11 +162,9 @@ class SupportNonlinearity(SupportEffect):
 
     identifier = "support.nonlinearity"
     physics = "base_compliance"
-    declared = Declaration(
-        left_out="compliance of a body's support",
-        phrase="a soft base",
+    declared = replace(
+        SupportCompliance.declared,
         usually="feet that lift off, rubber",
-        port="supports",
         laws=("force law",),
         inputs=(Input.FORCE,),
         sizes=(
@@ -310,12 +308,9 @@ class SupportRocking(SupportEffect):
 
     identifier = "support.rocking"
     physics = "joint_backlash"
-    declared = Declaration(
-        left_out="play of a support",
-        phrase="play in {component}",
+    declared = replace(
+        SupportPlay.declared,
         usually="machines with a short foot",
-        port="supports",
-        form="gap",
         inputs=(Input.FORCE,),
         sizes=(Size("gap_rad", 3e-4, STRAIN_WAVE),),
     )
