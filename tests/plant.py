@@ -6,7 +6,7 @@ plus its zero's error plus c·tau, with tau the torque of all weights at the pla
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,8 @@ NOISE = 3e-5
 """m, of positions."""
 ROBOT = Path(__file__).parents[1] / "configs" / "robots" / "ur5.yaml"
 JOINTS = [f"q{k}_rad" for k in range(1, 7)]
+READ, STATED = ["px_m", "py_m", "pz_m"], ["spx_m", "spy_m", "spz_m"]
+LOADS = ["fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm"]
 LOW, HIGH = np.array([-1.0, -2.2, 0.4, -2.6, -2.2, -1.5]), np.array([1.0, -0.5, 2.2, 0.0, -0.9, 1.5])
 TARGETS = np.array(
     [[0.0, -1.3, 1.5, -1.8, -1.57, 0.0], [0.6, -0.9, 1.2, -1.9, -1.57, 0.5], [-0.6, -1.9, 2.0, -1.2, -1.2, -0.5]]
@@ -68,6 +70,10 @@ def usual_faults(seed: int, *, tool: float = 3.0) -> Faults:
         tool=(tool, np.array([0.02, -0.01, 0.08])),
         periodic=(3e-4, float(generator.uniform(0.0, 2.0 * np.pi))),
     )
+
+
+PLAIN = replace(usual_faults(3, tool=0.0), periodic=(0.0, 0.0))
+"""Zeros, links and compliances are off, and nothing else."""
 
 
 class Arm:
@@ -113,11 +119,11 @@ class Arm:
 
 
 def recordings(
-    faults: Faults, rows: int, seed: int, *, deviation: float = 3e-5, held_out: float = 0.2, markers: int = 3
+    faults: Faults, rows: int, seed: int, *, held_out: float = 0.2, markers: int = 3, loads: bool = True
 ) -> pd.DataFrame:
-    """Positions of markers at random commands with noise of `deviation` (m); a share `held_out` is marked `test`.
+    """Positions of markers at random commands with noise; a share `held_out` is marked `test`.
 
-    Every pose is read at all markers before the next one; there is no payload.
+    Every pose is read at all markers before the next one; there is no payload, which columns of `loads` say.
     """
     generator, arm = np.random.default_rng(seed), Arm(faults)
     names = list(PLACES)[:markers]
@@ -128,15 +134,10 @@ def recordings(
     table = []
     for number in range(rows):
         pose, name = number // len(names), names[number % len(names)]
-        read = arm.position(commands[pose], PLACES[name]) + deviation * generator.standard_normal(3)
+        read = arm.position(commands[pose], PLACES[name]) + NOISE * generator.standard_normal(3)
         table.append([number + 1, 1, *commands[pose], name, *read, "test" if tests[pose] else "train"])
-    columns = ["sequence", "series", *(f"q{k}_rad" for k in range(1, 7)), "marker", "px_m", "py_m", "pz_m", "split"]
-    frame = pd.DataFrame(table, columns=columns)
-    for name in ("fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm"):
-        frame[name] = 0.0
-    for name in ("spx_m", "spy_m", "spz_m"):
-        frame[name] = deviation
-    return frame
+    frame = pd.DataFrame(table, columns=["sequence", "series", *JOINTS, "marker", *READ, "split"])
+    return frame.assign(**dict.fromkeys(STATED, NOISE), **dict.fromkeys(LOADS if loads else (), 0.0))
 
 
 def configuration(poses: int) -> dict[str, Any]:
@@ -169,6 +170,6 @@ def measured(arm: Arm, commands: Array, seed: int) -> pd.DataFrame:
             row: dict[str, object] = {"sequence": len(rows) + 1, "series": len(rows) + 1, "marker": name}
             row |= dict(zip(JOINTS, command, strict=True))
             read = arm.position(command, place) + NOISE * random.standard_normal(3)
-            row |= dict(zip(("px_m", "py_m", "pz_m"), read, strict=True))
-            rows.append(row | dict.fromkeys(("spx_m", "spy_m", "spz_m"), NOISE))
+            row |= dict(zip(READ, read, strict=True))
+            rows.append(row | dict.fromkeys(STATED, NOISE))
     return pd.DataFrame(rows)

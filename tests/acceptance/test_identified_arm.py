@@ -1,6 +1,5 @@
 """Acceptance of an arm that positions calibrated: the geometry counts, as in the commands that `compensate` writes."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +11,9 @@ import expdesign as xd
 from expdesign.assurance.acceptance.said import sentences
 from expdesign.diagnosis.statement import widened
 from expdesign.errors import InputError
-from tests.plant import recordings, usual_faults
+from tests.plant import PLAIN, ROBOT, recordings
 
 ROOT = Path(__file__).parents[2]
-ROBOT = ROOT / "configs/robots/ur5.yaml"
 
 
 def configuration(calibration: str | None) -> dict[str, Any]:
@@ -35,8 +33,7 @@ def configuration(calibration: str | None) -> dict[str, Any]:
 @pytest.mark.parametrize("calibration", ["both", None])
 def test_the_budget_is_that_of_the_commands(calibration: str | None) -> None:
     """By the compliances alone U of the tip was less than half of what `compensate` states."""
-    frame = recordings(replace(usual_faults(3, tool=0.0), periodic=(0.0, 0.0)), 150, 5)
-    frame = frame.drop(columns=[name for name in frame if str(name).endswith(("_N", "_Nm"))])
+    frame = recordings(PLAIN, 150, 5, loads=False)
     config = configuration(calibration)
     found = xd.identify(ROBOT, frame, targets=config)
     accepted = found.acceptance
@@ -51,9 +48,7 @@ def test_the_budget_is_that_of_the_commands(calibration: str | None) -> None:
 
 def test_what_no_reading_shows_rests_on_the_drawing_and_says_so() -> None:
     """Zeros are off by 1 mrad: joint 1's is one rotation with the instrument's, joint 6's with the only marker's."""
-    faults = replace(usual_faults(3, tool=0.0), periodic=(0.0, 0.0))
-    frame = recordings(faults, 180, 5).query("marker == 'one'")
-    frame = frame.drop(columns=[name for name in frame if str(name).endswith(("_N", "_Nm"))])
+    frame = recordings(PLAIN, 180, 5, loads=False).query("marker == 'one'")
     found = xd.identify(ROBOT, frame, targets=configuration("both"))
     arm, fit, accepted = found.result.arm, found.result.fit, found.acceptance
     assert arm is not None
@@ -74,8 +69,7 @@ def test_a_diagnosis(calibration: str) -> None:
 
     That joint 1's zero and the instrument's turn cannot be told apart made U a hundred times as large.
     """
-    frame = recordings(replace(usual_faults(3, tool=0.0), periodic=(0.0, 0.0)), 100, 5)
-    frame = frame.drop(columns=[name for name in frame if str(name).endswith(("_N", "_Nm"))])
+    frame = recordings(PLAIN, 100, 5, loads=False)
     config = configuration(calibration)
     found = xd.diagnose(ROBOT, frame, targets=config)
     assert found.verdict == "consistent"

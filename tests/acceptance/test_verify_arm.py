@@ -12,9 +12,9 @@ from expdesign.coordinates import SPATIAL
 from expdesign.errors import ArgumentError, InputError
 from tests.acceptance.verified import commands, model
 from tests.acceptance.verified import measured as measured_by_legs
-from tests.plant import HIGH, INSTRUMENT, LOW, PLACES, ROBOT, TARGETS, Arm, configuration, measured, usual_faults
+from tests.plant import HIGH, INSTRUMENT, JOINTS, LOW, PLACES, ROBOT, TARGETS, Arm, configuration, measured
+from tests.plant import PLAIN as FAULTS
 
-FAULTS = replace(usual_faults(3, tool=0.0), periodic=(0.0, 0.0))
 NOISE = 1e-5
 
 
@@ -44,10 +44,10 @@ def checked(identified: xd.IdentificationResult, faults: object, *, compensated:
     arm, random = Arm(faults), np.random.default_rng(7)  # type: ignore[arg-type]
     frame = pd.concat([xd.compensate(identified, configuration(20)).frame] * 10, ignore_index=True)
     if not compensated:
-        frame[[f"q{k}_rad" for k in range(1, 7)]] = np.tile(TARGETS, (10, 1))
+        frame[JOINTS] = np.tile(TARGETS, (10, 1))
     values, stand = values_of(identified), stand_of(identified)
     markers = np.array([[values[f"marker {name} {axis}_m"] for axis in "xyz"] for name in PLACES])
-    for row, command in enumerate(frame[[f"q{k}_rad" for k in range(1, 7)]].to_numpy()):
+    for row, command in enumerate(frame[JOINTS].to_numpy()):
         seen = np.array([stand.act(arm.position(command, place)) for place in PLACES.values()])
         left, _, right = np.linalg.svd((seen - seen.mean(axis=0)).T @ (markers - markers.mean(axis=0)))
         turn = left @ np.diag([1.0, 1.0, np.linalg.det(left @ right)]) @ right
@@ -114,8 +114,7 @@ def test_targets_of_joints_are_written_in_the_frame_that_is_asked_for(identified
     names = [f"target_{name}" for name in SPATIAL.pose]
     seen = in_instrument(base, stand_of(identified))
     np.testing.assert_allclose(found[names], seen[names], atol=1e-11)
-    joints = [f"q{k}_rad" for k in range(1, 7)]
-    np.testing.assert_allclose(found[joints], base[joints], atol=1e-11)
+    np.testing.assert_allclose(found[JOINTS], base[JOINTS], atol=1e-11)
 
 
 @pytest.mark.parametrize("compensated", [True, False])
@@ -179,13 +178,13 @@ def test_cartesian_targets_are_verified_as_joint_targets_are(identified: xd.Iden
     angles = np.array([pin.rpy.matrixToRpy(turn) for turn in turns])
     names = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
     frame = pd.DataFrame(np.column_stack([places, angles]), columns=names)
-    frame[[f"q{k}_rad" for k in range(1, 7)]] = TARGETS  # the posture
+    frame[JOINTS] = TARGETS  # the posture
     tolerances = dict.fromkeys(("tolerance_dx_m", "tolerance_dy_m", "tolerance_dz_m"), 1e-4)
     frame = frame.assign(sequence=range(1, 4), series=range(1, 4), **tolerances)
     commands = xd.compensate(identified, frame).frame
     np.testing.assert_allclose(commands[[f"target_q{k}_rad" for k in range(1, 7)]], TARGETS, atol=1e-8)
     by_joints = checked(identified, FAULTS)
-    own = [*(f"q{k}_rad" for k in range(1, 7)), *(f"target_{name}" for name in names)]
+    own = [*JOINTS, *(f"target_{name}" for name in names)]
     np.testing.assert_allclose(commands[own], by_joints[own][:3], atol=1e-7)
     readings = [str(name) for name in by_joints if str(name).startswith("measured_")]
     check = commands.assign(**{name: by_joints[name][:3].to_numpy() for name in readings})

@@ -11,8 +11,6 @@ from expdesign.app.api.identify import IdentificationResult
 from expdesign.app.api.inputs import document_of
 from expdesign.chain.models.model_file import model_of_robot, model_text, read_model
 from expdesign.errors import InputError
-from expdesign.io.output import csv_text
-from tests.commands.calls import call
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.identification.experiments import experiment
 
@@ -87,18 +85,3 @@ def test_without_a_noise_level_readings_cannot_be_held() -> None:
         xd.predict(model, points, readings=True)
     stated = xd.predict(model, points.assign(sx_m=2e-6, sy_m=3e-6), readings=True).frame
     np.testing.assert_allclose(stated[["sx_m", "sy_m"]], [[2e-6, 3e-6]])
-
-
-def test_the_command_says_what_the_deviations_contain(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    frame = recorded(1)
-    (tmp_path / "points.csv").write_text(csv_text(frame.drop(columns=[f"d{axis}" for axis in AXES])), encoding="utf-8")
-    xd.identify(ROBOT, frame).save(tmp_path / "out")
-    for options, said in (((), "--readings adds"), (("--readings",), "and the noise of a reading")):
-        arguments = (
-            tmp_path / "out" / "model.yaml",
-            tmp_path / "points.csv",
-            "--out",
-            tmp_path / f"p{len(options)}.csv",
-        )
-        assert call("predict", *arguments, *options) == 0
-        assert said in capsys.readouterr().err

@@ -31,13 +31,6 @@ def identified(simulated: xd.SimulationResult) -> xd.IdentificationResult:
     return xd.identify(ROBOT, simulated)
 
 
-def test_recordings_are_what_was_simulated(
-    simulated: xd.SimulationResult, identified: xd.IdentificationResult, tmp_path: Path
-) -> None:
-    simulated.save(tmp_path / "rows.csv")
-    pd.testing.assert_frame_equal(identified.stiffness, xd.identify(ROBOT, tmp_path / "rows.csv").stiffness)
-
-
 def test_a_result_stands_for_its_model(identified: xd.IdentificationResult, tmp_path: Path) -> None:
     plan = plan_file(tmp_path)
     identified.save(tmp_path / "identified")

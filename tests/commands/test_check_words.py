@@ -57,16 +57,3 @@ def test_under_a_budget_the_numbers_of_measurements_that_fit_are_said(tmp_path: 
     (tmp_path / "budget.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
     assert call("check", tmp_path / "budget.yaml") == 0
     assert "measurements, as many as 60 minutes allow, with " in capsys.readouterr().out
-
-
-def test_a_question_has_no_further_stop(tmp_path: Path, capsys: Printed) -> None:
-    frame = recordings_of(content_of("hexapod-h1"), 5)
-    names = [name for name in frame.columns if name.startswith("d")]
-    frame[names] = -np.asarray(frame[names])
-    frame.to_csv(tmp_path / "turned.csv", index=False)
-    assert (
-        call("identify", CONFIGS / "robots" / "hexapod-h1.yaml", tmp_path / "turned.csv", "--out", tmp_path / "o") == 2
-    )
-    said = capsys.readouterr().err
-    assert "wrong sign? " in said
-    assert "?." not in said

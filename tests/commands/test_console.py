@@ -2,7 +2,6 @@
 
 import re
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -66,18 +65,6 @@ def test_a_number_of_steps_that_is_not_known(clock: list[float], capsys: pytest.
         clock[0] += 10.0
         callback("diagnosing", 4, 0, "refitting")
     assert capsys.readouterr().err == "diagnosing: refitting\n"
-
-
-def test_interrupted_before_anything_was_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def stop(*args: Any, **options: Any) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(xd, "simulate", stop)
-    assert call("simulate", CONFIG, plan_file(tmp_path), "--out", tmp_path / "rows.csv") == 130
-    assert capsys.readouterr().err == "expdesign: interrupted. Nothing was written.\n"
-    assert not (tmp_path / "rows.csv").exists()
 
 
 def test_interrupted_after_something_was_written(

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.commands.calls import CONFIG, ROBOT, call, plan_file, recordings_file
+from tests.commands.calls import CONFIG, call, plan_file, recordings_file
 
 
 def forecast(text: str) -> list[float]:
@@ -45,12 +45,3 @@ def test_it_stops_at_the_accuracy(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert totals[-1] <= 0.35 < totals[-2]
     assert call("next", CONFIG, recordings, "--out", out, "--accuracy", 0.01, "--count", 1) == 0
     assert "not enough for 0.01" in capsys.readouterr().out
-
-
-def test_the_next_measurements_can_be_simulated_and_identified_with_the_others(tmp_path: Path) -> None:
-    recordings, out, more = recordings_file(tmp_path), tmp_path / "next.csv", tmp_path / "more.csv"
-    assert call("next", CONFIG, recordings, "--out", out, "--count", 3) == 0
-    assert call("simulate", CONFIG, out, "--out", more, "--seed", 9) == 0
-    assert call("identify", ROBOT, recordings, more, "--out", tmp_path / "both") == 0
-    record = json.loads((tmp_path / "both" / "identification.json").read_text(encoding="utf-8"))
-    assert record["rows"]["fitted"] == 7

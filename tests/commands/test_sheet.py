@@ -10,7 +10,7 @@ from openpyxl import load_workbook
 
 import expdesign as xd
 from expdesign.io.table import read_table
-from tests.commands.calls import ROBOT, call, config_file, refusal
+from tests.commands.calls import ROBOT, call, config_file
 
 POSES = [(0.01, 0, 0, 0, 0, 0), (-0.02, 0.01, 0, 0.1, 0, 0), (0, 0, 0.01, 0, 0.1, 0)]
 AXES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
@@ -96,15 +96,6 @@ def test_order_time_and_page(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert f"expdesign identify {ROBOT} {tmp_path / 'sheet' / 'sheet.xlsx'} --out" in page
     assert "http" not in page
     assert len(page) < 60_000
-
-
-def test_a_sheet_that_was_not_filled_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    config, plan = costly(tmp_path, shared=True), plan_file(tmp_path)
-    assert call("sheet", config, plan, "--out", tmp_path / "sheet") == 0
-    for name in ("sheet.csv", "sheet.xlsx"):
-        assert "nothing is filled in under reading_x_m" in refusal(
-            capsys, "identify", ROBOT, tmp_path / "sheet" / name, "--out", tmp_path / "out"
-        )
 
 
 def test_numbers_in_the_files_are_those_of_the_page(tmp_path: Path) -> None:

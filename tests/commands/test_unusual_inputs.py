@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import pandas as pd
 import pytest
 import yaml
 
@@ -11,14 +10,6 @@ from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, rec
 BODY_HEADER = (
     "sequence,series,x_m,y_m,z_m,rx_rad,ry_rad,rz_rad,fx_N,fy_N,fz_N,mx_Nm,my_Nm,mz_Nm,drx_rad,dry_rad,srx_rad,sry_rad"
 )
-
-
-def test_columns_without_a_meaning_are_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    recordings = recordings_file(tmp_path)
-    pd.read_csv(recordings).assign(colour="red").to_csv(recordings, index=False)
-    capsys.readouterr()
-    assert call("check", recordings, "--robot", ROBOT) == 0
-    assert "kept but not used: note, colour" in capsys.readouterr().err
 
 
 def test_a_small_compliance_may_be_negative_by_its_noise(tmp_path: Path) -> None:

@@ -59,6 +59,7 @@ def test_wrong_inputs(
         *notes, message = refusal(capsys, *command.split()).strip().splitlines()
         assert message.startswith("expdesign: ")
         assert [part for part in wrong.parts if part not in message] == [], message
+        assert "?." not in message
         assert len(message) < 700
         assert not any("Traceback" in line for line in notes)
         assert contents(folder) == before

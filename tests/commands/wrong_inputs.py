@@ -253,8 +253,6 @@ ROBOTS = [
         Wrong("check arm.yaml", said, entries("arm.yaml", changes))
         for changes, said in (
             ({"urdf": "none.urdf"}, "there is no file"),
-            ({"tip_link": "flangee"}, "Did you mean `flange`?"),
-            ({"base_link": "flange", "tip_link": "base"}, "does not carry"),
             ({"actuator_stiffness": [1e4] * 5}, "6 values are needed here, not 5"),
             ({"limits": {"q7_rad": [0, 1]}}, "unknown coordinate"),
             ({"limits": {"q1_rad": [1, 0]}}, "the wrong way round"),
@@ -273,9 +271,6 @@ NEAREST = [
         ("bipod.yaml", "x_m:", "xm:", "x_m"),
         ("bipod.yaml", "dx_m:", "dx_mm:", "dx_m"),
         ("bipod.yaml", "optimiser:", "optimizer:", "optimiser"),
-        ("sweep.yaml", "vary:", "vry:", "vary"),
-        ("sweep.yaml", "optimiser.seed", "optimizer.seed", "optimiser"),
-        ("sweep.yaml", "from:", "form:", "from"),
     )
 ]
 
@@ -474,7 +469,11 @@ OPTIONS = [
         ("compare config.yaml --out out --plan a=plan.csv --plan a=plan.csv", "two plans `a`"),
         ("compare config.yaml --out out --generations 0", "--generations: 0 is too small"),
         ("compare config.yaml --out out --plan duir=x.csv", "--plan: `duir` is the name of a criterion"),
-        ("compare config.yaml --out out --workers 0", "--workers: 0 is not a number of processes"),
+        *(
+            (f"{command} --workers {workers}", "--workers")
+            for command in ("compare config.yaml --out out", REPEATED, "sweep sweep.yaml --out out")
+            for workers in ("0", "2 --cluster tcp://localhost:1")
+        ),
         ("run config.yaml --out out --seconds -1", "--seconds: -1 s is no time"),
         ("new hexpod --out out", "Did you mean `hexapod`?"),
         ("schema config", "Did you mean `configuration`?"),

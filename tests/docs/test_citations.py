@@ -91,9 +91,3 @@ def test_documents_exist() -> None:
         if name not in documents
     ]
     assert not missing
-
-
-def test_equations_of_the_theory_are_where_the_code_says() -> None:
-    """Identifiers of effects are in section 16, criteria in 4 to 7."""
-    for name in ("leg_backlash", "link_compliance", "o_mv", "friction_hysteresis"):
-        assert f"`{name}`" in THEORY

@@ -26,19 +26,13 @@ from expdesign.mechanics.robots.robot_file import read_robot
 from expdesign.mechanics.robots.serial import SerialRobot
 from expdesign.mechanics.robots.urdf import read_urdf
 from tests.oracle import Array
-from tests.plant import INSTRUMENT, PLACES, Arm, Faults, recordings, usual_faults
-
-ROBOT = Path("configs/robots/ur5.yaml")
-LOADS = ["fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm"]
-STATED = ["spx_m", "spy_m", "spz_m"]
-JOINTS = [f"q{k}_rad" for k in range(1, 7)]
-NOISE = 3e-5
-FAULTS = replace(usual_faults(3, tool=0.0), periodic=(0.0, 0.0))
+from tests.plant import INSTRUMENT, JOINTS, NOISE, PLACES, READ, ROBOT, STATED, Arm, Faults, recordings
+from tests.plant import PLAIN as FAULTS
 
 
 def measured(rows: int = 240, seed: int = 5, faults: Faults = FAULTS) -> pd.DataFrame:
     """Positions of three markers without load columns."""
-    return recordings(faults, rows, seed, deviation=NOISE).drop(columns=LOADS)
+    return recordings(faults, rows, seed, loads=False)
 
 
 @pytest.fixture(scope="module")
@@ -99,9 +93,9 @@ def test_the_corrected_urdf_predicts_the_same(identified: IdentificationResult, 
 
 def test_the_model_file_holds_the_geometry(identified: IdentificationResult, tmp_path: Path) -> None:
     identified.save(tmp_path / "out")
-    points = measured().drop(columns=["px_m", "py_m", "pz_m", *STATED])
+    points = measured().drop(columns=[*READ, *STATED])
     predicted = xd.predict(tmp_path / "out/model.yaml", points).frame
-    error = (predicted[["px_m", "py_m", "pz_m"]] - measured()[["px_m", "py_m", "pz_m"]]).to_numpy()
+    error = (predicted[READ] - measured()[READ]).to_numpy()
     assert np.sqrt((error**2).mean()) < 1.2 * NOISE
     assert predicted["spx_m"].max() < NOISE
 
@@ -109,8 +103,7 @@ def test_the_model_file_holds_the_geometry(identified: IdentificationResult, tmp
 def test_turning_the_instrument_changes_no_geometry(identified: IdentificationResult) -> None:
     frame = measured()
     turn = pin.SE3(pin.rpy.rpyToMatrix(0.7, -0.4, 2.0), np.array([5.0, -3.0, 1.0]))
-    moved = np.array([turn.act(point) for point in frame[["px_m", "py_m", "pz_m"]].to_numpy()])
-    frame[["px_m", "py_m", "pz_m"]] = moved
+    frame[READ] = np.array([turn.act(point) for point in frame[READ].to_numpy()])
     np.testing.assert_allclose(geometry(xd.identify(ROBOT, frame)), geometry(identified), atol=2e-8)
 
 
@@ -139,10 +132,9 @@ def test_a_diagnosis_predicts_alike_whatever_deviation_is_stated(factor: float, 
     frame[STATED] *= factor
     found = xd.diagnose(ROBOT, frame)
     found.save(tmp_path / "found")
-    read = ["px_m", "py_m", "pz_m"]
-    predicted = xd.predict(tmp_path / "found/model.yaml", frame.drop(columns=read), readings=True).frame
+    predicted = xd.predict(tmp_path / "found/model.yaml", frame.drop(columns=READ), readings=True).frame
     held_out = (frame["split"] == "test").to_numpy()
-    error, deviation = (frame[read] - predicted[read]).to_numpy()[held_out], predicted[STATED].to_numpy()[held_out]
+    error, deviation = (frame[READ] - predicted[READ]).to_numpy()[held_out], predicted[STATED].to_numpy()[held_out]
     assert np.sqrt((error**2).mean()) < 1.2 * NOISE
     assert 0.90 <= (np.abs(error) <= 1.96 * deviation).mean() <= 0.98
     assert factor < 1.0 or any(isinstance(remark, GenerousNoise) for remark in found.result.caveats)
@@ -188,7 +180,7 @@ def mixed(count: int = 90, seed: int = 1) -> pd.DataFrame:
         position = arm.position(command, PLACES["one"]) + NOISE * generator.standard_normal(3)
         if number % 3 == 2:
             row |= {"kind": "position", "marker": "one"}
-            row |= dict(zip(("px_m", "py_m", "pz_m"), position, strict=True))
+            row |= dict(zip(READ, position, strict=True))
             if number % 2:
                 del row["py_m"]
         else:
@@ -221,8 +213,7 @@ def test_poses_and_positions_with_empty_cells_and_without_loads() -> None:
 
 def test_geometry_alone_needs_no_stiffness(tmp_path: Path) -> None:
     """Of an arm that does not yield: the whole of the truth is found."""
-    urdf = Path("configs/robots/ur5.urdf").resolve()
-    text = f"name: plain\nkind: serial\nurdf: {urdf}\nbase_link: base\ntip_link: flange\n"
+    text = f"name: plain\nkind: serial\nurdf: {ROBOT.with_suffix('.urdf')}\nbase_link: base\ntip_link: flange\n"
     (tmp_path / "robot.yaml").write_text(text)
     faults = replace(FAULTS, softness=np.zeros(6))
     found = xd.identify(tmp_path / "robot.yaml", measured(180, faults=faults))

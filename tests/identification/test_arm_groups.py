@@ -1,7 +1,6 @@
 """Sizes of the groups of an arm's errors, which positions decide; pinocchio is the machine (`tests/plant.py`)."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,17 +9,15 @@ import expdesign as xd
 from expdesign.app.api.identify import IdentificationResult
 from expdesign.errors import InputError
 from expdesign.estimation.arm_options import Held
-from tests.plant import Faults, recordings, usual_faults
+from tests.plant import ROBOT, Faults, recordings, usual_faults
 
-ROBOT = Path("configs/robots/ur5.yaml")
-LOADS = ["fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm"]
 EVERYTHING = replace(usual_faults(4, tool=0.0), periodic=(0.0, 0.0))
 ZEROS = replace(EVERYTHING, placements=np.zeros((6, 6)))
 
 
 def identified(faults: Faults, *hold: Held) -> IdentificationResult:
     """From 80 positions of three markers, noise of 30 µm, and 40 others that are held out."""
-    frame = recordings(faults, 120, 8, deviation=3e-5).drop(columns=LOADS)
+    frame = recordings(faults, 120, 8, loads=False)
     return xd.identify(ROBOT, frame.assign(split=np.where(np.arange(120) < 80, "train", "test")), hold=hold)
 
 

@@ -9,18 +9,13 @@ import pytest
 import expdesign as xd
 from expdesign.report.fit_texts import identified
 from expdesign.report.words import size
-from tests.plant import recordings, usual_faults
-
-ROBOT = Path("configs/robots/ur5.yaml")
+from tests.plant import PLAIN, ROBOT, recordings
 
 
 def read(zero: float) -> xd.IdentificationResult:
     """Joint 3's mark is off by `zero` (rad)."""
-    usual = usual_faults(3, tool=0.0)
-    zeros = usual.zeros + zero * (np.arange(6) == 2)
-    frame = recordings(replace(usual, periodic=(0.0, 0.0), zeros=zeros), 90, 7, markers=2)
-    frame = frame.drop(columns=[name for name in frame if str(name).endswith(("_N", "_Nm"))])
-    return xd.identify(ROBOT, frame)
+    zeros = PLAIN.zeros + zero * (np.arange(6) == 2)
+    return xd.identify(ROBOT, recordings(replace(PLAIN, zeros=zeros), 90, 7, markers=2, loads=False))
 
 
 def test_a_zero_beyond_manufacture_comes_first_and_into_no_urdf(tmp_path: Path) -> None:

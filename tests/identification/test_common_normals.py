@@ -85,7 +85,7 @@ def test_frames_of_a_drawing_stay() -> None:
 
 
 def test_identification_does_not_depend_on_them(tmp_path: Path) -> None:
-    frame = recordings(usual_faults(3, tool=0.0), 80, 5, deviation=3e-5)
+    frame = recordings(usual_faults(3, tool=0.0), 80, 5)
     found = {}
     for name, slides in (("near", {}), ("far", SLIDES)):
         identified = xd.identify(written(tmp_path / name, TILT, slides), frame)

@@ -1,6 +1,5 @@
 """What is identified of an arm on request: masses, tools, harmonics, a wandering stand; pinocchio is the machine."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +10,9 @@ import expdesign as xd
 from expdesign.app.api.identify import IdentificationResult
 from expdesign.errors import InputError
 from expdesign.estimation.arm_options import Further
-from tests.identification.test_arm_calibration import ROBOT
-from tests.plant import Faults, recordings, usual_faults
+from tests.plant import NOISE, PLAIN, READ, ROBOT, Faults, recordings, usual_faults
 
-NOISE = 3e-5
 TOOL = usual_faults(3, tool=3.0)
-PLAIN = replace(TOOL, tool=(0.0, np.zeros(3)), periodic=(0.0, 0.0))
 
 
 def found(frame: pd.DataFrame, *further: Further) -> IdentificationResult:
@@ -43,8 +39,8 @@ def wandering(faults: Faults, *, shift: float = 1e-4, turn: float = 5e-5) -> pd.
     pose = np.arange(len(frame)) // 3
     steps = random.standard_normal((pose.max() + 1, 6)) * ([shift] * 3 + [turn] * 3) / np.sqrt(pose.max() + 1)
     moved = np.cumsum(steps, axis=0)[pose]
-    place = frame[["px_m", "py_m", "pz_m"]].to_numpy()
-    frame[["px_m", "py_m", "pz_m"]] = place + moved[:, :3] + np.cross(moved[:, 3:], place)
+    place = frame[READ].to_numpy()
+    frame[READ] = place + moved[:, :3] + np.cross(moved[:, 3:], place)
     return frame.assign(time_s=180.0 * pose, series=frame["sequence"])
 
 
@@ -68,7 +64,7 @@ def test_a_tool_that_nobody_weighed_and_a_runout(tmp_path: Path) -> None:
     result.save(tmp_path / "found")
     again = xd.predict(tmp_path / "found" / "model.yaml", frame, readings=True).frame
     direct = xd.predict(result, frame, readings=True).frame
-    np.testing.assert_allclose(again[["px_m", "py_m", "pz_m"]], direct[["px_m", "py_m", "pz_m"]], atol=1e-9)
+    np.testing.assert_allclose(again[READ], direct[READ], atol=1e-9)
     assert "tool_mass_kg" in (tmp_path / "found" / "report.html").read_text(encoding="utf-8")
 
 
@@ -88,7 +84,7 @@ def test_a_stand_that_wanders_is_followed(tmp_path: Path) -> None:
     moving.save(tmp_path / "found")
     again = xd.predict(tmp_path / "found" / "model.yaml", frame).frame
     direct = xd.predict(moving, frame).frame
-    np.testing.assert_allclose(again[["px_m", "py_m", "pz_m"]], direct[["px_m", "py_m", "pz_m"]], atol=1e-9)
+    np.testing.assert_allclose(again[READ], direct[READ], atol=1e-9)
 
 
 def test_a_stand_that_stands_still_costs_next_to_nothing() -> None:

@@ -1,8 +1,6 @@
 """What speaks against a model whatever the noise of the instrument is, and what is said where nothing can be tested."""
 
 import logging
-from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -11,18 +9,13 @@ import pytest
 import expdesign as xd
 from expdesign.estimation.left_over import ALIKE, neighbours_of
 from expdesign.report.fit_texts import identified
-from tests.plant import recordings, usual_faults
-
-ROBOT = Path("configs/robots/ur5.yaml")
-READ, STATED = ["px_m", "py_m", "pz_m"], ["spx_m", "spy_m", "spz_m"]
-FAULTS = replace(usual_faults(3, tool=0.0), periodic=(0.0, 0.0))
+from tests.plant import PLAIN, READ, ROBOT, STATED, recordings
 
 
 @pytest.fixture(scope="module")
 def measured() -> pd.DataFrame:
     """Sixty poses at two markers, with stated noise of 30 µm; the model of `identify` is right."""
-    frame = recordings(FAULTS, 120, 7, markers=2)
-    return frame.drop(columns=[name for name in frame if str(name).endswith(("_N", "_Nm"))])
+    return recordings(PLAIN, 120, 7, markers=2, loads=False)
 
 
 def said(found: xd.IdentificationResult) -> str:

@@ -1,6 +1,5 @@
 """Ball bars, draw wires and gauges: an arm is calibrated from distances alone, and from distances beside positions."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,29 +10,28 @@ import expdesign as xd
 from expdesign.chain.recordings.recordings import complete_positions
 from expdesign.errors import InputError
 from expdesign.mechanics.minimal_set import MinimalSet
-from tests.identification.test_arm_calibration import ROBOT, recordings_of
-from tests.plant import INSTRUMENT, PLACES, Arm, recordings, usual_faults
+from tests.identification.test_arm_calibration import recordings_of
+from tests.plant import INSTRUMENT, JOINTS, PLACES, PLAIN, READ, ROBOT, STATED, Arm, recordings
+from tests.plant import NOISE as PLACE
 
-FAULTS = replace(usual_faults(3, tool=0.0), periodic=(0.0, 0.0))
 POINTS = {"ball": np.array([0.9, 0.3, 0.2]), "wire": np.array([-0.5, 1.0, 0.0])}
-ZERO, DISTANCE, GAUGE, PLACE = 0.25, 2e-5, 1e-5, 3e-5
-READ = ["distance_m", "sdistance_m", "gauge_m", "sgauge_m", "px_m", "py_m", "pz_m", "spx_m", "spy_m", "spz_m"]
+ZERO, DISTANCE, GAUGE = 0.25, 2e-5, 1e-5
 
 
 def measured(count: int = 260, *, positions: bool = False) -> pd.DataFrame:
     """Distances of three markers from two points, every fourth row a gauge; with `positions` every third a position."""
-    generator, arm, rows = np.random.default_rng(1), Arm(FAULTS), []
+    generator, arm, rows = np.random.default_rng(1), Arm(PLAIN), []
     for number in range(count):
         command = generator.uniform([-2.5, -2.4, -2.0, -2.5, -2.5, -2.8], [2.5, -0.7, 2.0, 2.5, 2.5, 2.8])
         marker = list(PLACES)[number // 4 % 3]
         read = arm.position(command, PLACES[marker])
         place, noise = INSTRUMENT.act(read), generator.standard_normal(3)
         row: dict[str, object] = {"sequence": number + 1, "series": number + 1, "marker": marker}
-        row |= {f"q{k}_rad": value for k, value in enumerate(command, start=1)}
+        row |= dict(zip(JOINTS, command, strict=True))
         row |= {"split": "test" if number % 5 == 0 else "train"}
         if positions and number % 3 == 0:
-            row |= dict(zip(("px_m", "py_m", "pz_m"), read + PLACE * noise, strict=True))
-            row |= dict.fromkeys(("spx_m", "spy_m", "spz_m"), PLACE)
+            row |= dict(zip(READ, read + PLACE * noise, strict=True))
+            row |= dict.fromkeys(STATED, PLACE)
         elif number % 4 == 3:
             along = generator.standard_normal(3)
             along /= np.linalg.norm(along)
@@ -63,7 +61,8 @@ def test_held_out_distances_are_predicted_to_their_noise(positions: bool, tmp_pa
     if positions:
         assert entries["held out", "position"].after.rms < 1.5 * PLACE * np.sqrt(3.0)
     found.save(tmp_path / "found")
-    points = frame.drop(columns=[name for name in READ if name in frame])
+    read = ["distance_m", "sdistance_m", "gauge_m", "sgauge_m", *READ, *STATED]
+    points = frame.drop(columns=read, errors="ignore")
     points = points[points["point"].notna()]
     predicted = xd.predict(tmp_path / "found" / "model.yaml", points, readings=True).frame
     for name in ("distance_m", "gauge_m"):
@@ -99,7 +98,7 @@ def test_a_diagnosis_says_what_it_leaves_out(caplog: pytest.LogCaptureFixture) -
 
 
 def test_two_coordinates_of_every_position_calibrate_an_arm_and_are_too_few_for_a_diagnosis() -> None:
-    frame = recordings(FAULTS, 90, 11, markers=1).drop(columns=["pz_m", "spz_m"])
+    frame = recordings(PLAIN, 90, 11, markers=1).drop(columns=["pz_m", "spz_m"])
     arm = xd.identify(ROBOT, frame).result.arm
     assert arm.accuracy["held out", "position"].after.rms < 2.0 * PLACE * np.sqrt(2.0)
     assert np.all(np.diag(arm.fit.covariance)[arm.minimal.kept] > 0.0)

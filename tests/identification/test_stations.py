@@ -1,6 +1,5 @@
 """An instrument that is moved, and a marker that is seated anew, between rows of one file."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,18 +9,13 @@ from scipy.spatial.transform import Rotation
 
 import expdesign as xd
 from expdesign.errors import InputError
-from tests.plant import PLACES, Arm, recordings, usual_faults
-
-ROBOT = Path("configs/robots/ur5.yaml")
-READ, LOADS = ["px_m", "py_m", "pz_m"], ["fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm"]
-NOISE = 3e-5
-FAULTS = replace(usual_faults(3, tool=0.0), periodic=(0.0, 0.0))
+from tests.plant import JOINTS, NOISE, PLACES, PLAIN, READ, ROBOT, Arm, recordings
 
 
 @pytest.fixture(scope="module")
 def standing() -> pd.DataFrame:
     """Eighty poses at three markers; the instrument stands still, and every fourth pose is held out."""
-    frame = recordings(FAULTS, 240, 7, deviation=NOISE).drop(columns=LOADS)
+    frame = recordings(PLAIN, 240, 7, loads=False)
     return frame.assign(split=np.where(np.arange(len(frame)) // 3 % 4 == 3, "test", "train"))
 
 
@@ -57,7 +51,7 @@ def test_one_pose_of_the_instrument_does_not_serve_two_stations(standing: pd.Dat
 
 def seated_anew(frame: pd.DataFrame, first: int) -> pd.DataFrame:
     """From a row on marker `two` sits 4 mm from where it sat; a column says so."""
-    arm, joints = Arm(FAULTS), frame[[f"q{k}_rad" for k in range(1, 7)]].to_numpy()
+    arm, joints = Arm(PLAIN), frame[JOINTS].to_numpy()
     late, read = np.arange(len(frame)) >= first, frame[READ].to_numpy().copy()
     for row in np.flatnonzero(late & (frame["marker"] == "two").to_numpy()):
         there = arm.position(joints[row], PLACES["two"] + [3e-3, -2e-3, 2e-3])
@@ -81,7 +75,7 @@ def test_a_column_of_one_station_changes_nothing(standing: pd.DataFrame) -> None
 
 
 def test_a_given_instrument_has_no_two_stations(standing: pd.DataFrame, tmp_path: Path) -> None:
-    text = ROBOT.read_text(encoding="utf-8").replace("urdf: ", f"urdf: {ROBOT.resolve().parent}/")
+    text = ROBOT.read_text(encoding="utf-8").replace("urdf: ", f"urdf: {ROBOT.parent}/")
     (tmp_path / "arm.yaml").write_text(f"{text}\ninstrument: [1, 0, 0, 0, 0, 0]\n", encoding="utf-8")
     with pytest.raises(InputError, match="2 stations, and the robot file gives one pose"):
         xd.identify(tmp_path / "arm.yaml", moved(standing, 130))

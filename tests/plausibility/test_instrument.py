@@ -7,16 +7,14 @@ import pytest
 import expdesign as xd
 from expdesign.assurance.plausibility.finding import Implausibility
 from expdesign.assurance.plausibility.instrument import change_points, instrument_findings
-from tests.identification.test_stations import FAULTS, LOADS, NOISE, READ, ROBOT, seated_anew
-from tests.plant import recordings
-
-STATED = ["spx_m", "spy_m", "spz_m"]
+from tests.identification.test_stations import seated_anew
+from tests.plant import PLAIN, READ, ROBOT, STATED, recordings
 
 
 @pytest.fixture(scope="module")
 def standing() -> pd.DataFrame:
     """Sixty poses at two markers, without stated noise."""
-    return recordings(FAULTS, 120, 7, deviation=NOISE, held_out=0.0, markers=2).drop(columns=LOADS + STATED)
+    return recordings(PLAIN, 120, 7, held_out=0.0, markers=2, loads=False).drop(columns=STATED)
 
 
 def found(frame: pd.DataFrame) -> list[Implausibility]:

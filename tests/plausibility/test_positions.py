@@ -16,14 +16,11 @@ from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import read_robot
 from tests.identification.experiments import table_of
 from tests.identification.test_arm_calibration import mixed, recordings_of
-from tests.plant import recordings, usual_faults
+from tests.plant import JOINTS, READ, recordings, usual_faults
+from tests.plant import ROBOT as ARM
 from tests.plausibility.mistaken_recordings import cell, shifted
 from tests.plausibility.mistakes import Frame, swapped, times
 from tests.robots.torso import FILE, LIFTED, STIFFNESS, Torso, read_torso
-
-ARM = Path(__file__).parents[2] / "configs" / "robots" / "ur5.yaml"
-READ = ["px_m", "py_m", "pz_m"]
-JOINTS = [f"q{k}_rad" for k in range(1, 7)]
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,6 @@ from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
 from tests.identification.experiments import table_of
-from tests.robots.arms import ARMS
 from tests.robots.urdf import joint_text, link_text, robot_of
 
 TORSO = (
@@ -203,10 +202,3 @@ def test_a_tag_that_stands_there_twice_is_an_error(tmp_path: Path) -> None:
     twice = PARALLELOGRAM.replace("RULE", '<mimic joint="one"/><mimic joint="one" multiplier="2"/>')
     with pytest.raises(InputError, match="two <mimic> tags"):
         robot_of(tmp_path, twice, PARALLELOGRAM_FILE)
-
-
-def test_published_robots_have_sensible_masses() -> None:
-    from expdesign.mechanics.robots.urdf import read_urdf  # noqa: PLC0415
-
-    for arm in ARMS.values():
-        assert read_urdf(arm.path).links

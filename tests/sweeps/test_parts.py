@@ -117,14 +117,6 @@ def test_an_error_says_the_same_wherever_it_happens(tmp_path: Path) -> None:
     assert caught.value.message == f"{problem.source}: nothing is known. Measure."
 
 
-@pytest.mark.parametrize("command", ["compare", "montecarlo"])
-def test_options_that_cannot_be_right(command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    files = [CONFIG] if command == "compare" else [CONFIG, plan_file(tmp_path)]
-    for options in (["--workers", 0], ["--workers", 2, "--cluster", "tcp://localhost:1"]):
-        assert "--workers" in refusal(capsys, command, *files, "--out", tmp_path / "out", *options)
-    assert not (tmp_path / "out").exists()
-
-
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")  # of Dask and its event loop
 def test_a_cluster_gives_the_bytes_of_one_process(tmp_path: Path) -> None:

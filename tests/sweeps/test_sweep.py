@@ -165,12 +165,6 @@ def test_damaged_results_are_named(done: tuple[Path, Path], tmp_path: Path) -> N
         xd.sweep(done[0], tmp_path / "out")
 
 
-@pytest.mark.parametrize("options", [["--workers", "0"], ["--workers", "2", "--cluster", "tcp://localhost:1"]])
-def test_options_that_cannot_be_right(done: tuple[Path, Path], tmp_path: Path, options: list[str]) -> None:
-    assert call("sweep", done[0], "--out", tmp_path / "out", *options) == 2
-    assert not (tmp_path / "out").exists()
-
-
 # Executors themselves, on tasks of their own.
 
 
