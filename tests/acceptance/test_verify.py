@@ -203,9 +203,7 @@ def test_the_command_writes_a_certificate(tmp_path: Path, capsys: pytest.Capture
     files["model.yaml"].write_text(model_text(model(), tmp_path))
     files["check.csv"].write_text(csv_text(measured(commands(2), np.random.default_rng(1))))
     files["config.yaml"].write_text(yaml.safe_dump(CONFIG))
-    files["about.yaml"].write_text(
-        "instrument: interferometer <X>\noperator: A. N. Other\ndate: 2026-03-01\nenvironment: 20.0 ± 0.1 °C\n"
-    )
+    files["about.yaml"].write_text(ABOUT)
     out = tmp_path / "out"
     code = call(
         "verify", files["model.yaml"], files["check.csv"], "--config", files["config.yaml"],
@@ -253,6 +251,12 @@ def test_the_number_of_readings_that_would_prove_conformity() -> None:
     assert target(0, AxisResult("dx_m", None, None, 1.0, 2.0)).measurements_needed is None
 
 
+def key_figures(found: xd.VerificationResult) -> list[str]:
+    """Titles at the head of the certificate."""
+    blocks = found.page().sections[0].blocks
+    return [figure.label for block in blocks if isinstance(block, KeyFigures) for figure in block.items]
+
+
 def test_a_certificate_that_does_not_pass_states_no_risk_and_says_how_many_readings_would_prove_it() -> None:
     frame = measured(commands(1), np.random.default_rng(2)).iloc[:1]
     found = xd.verify(model(), frame, config=case())
@@ -260,12 +264,8 @@ def test_a_certificate_that_does_not_pass_states_no_risk_and_says_how_many_readi
     said = " ".join(statement(found.result))
     assert "No axis is proven to be beyond its tolerance" in said
     assert f"{words.count(found.result.readings_needed or 0, 'independent reading')} of every target" in said
-    page = found.page()
-    titles = {
-        figure.label for block in page.sections[0].blocks if isinstance(block, KeyFigures) for figure in block.items
-    }
-    assert "Risk" not in titles
-    assert "Readings needed" in titles
+    assert "Risk" not in key_figures(found)
+    assert "Readings needed" in key_figures(found)
     assert found.record["readings_needed"] == found.result.readings_needed
 
 
@@ -286,13 +286,7 @@ def test_a_certificate_that_passes_states_its_risk() -> None:
     found = xd.verify(model(), measured(commands(3), np.random.default_rng(1)), config=case())
     assert found.result.readings_needed == 3
     assert "Three independent readings of every target proved it." in statement(found.result)
-    titles = [
-        figure.label
-        for block in found.page().sections[0].blocks
-        if isinstance(block, KeyFigures)
-        for figure in block.items
-    ]
-    assert "Risk" in titles
+    assert "Risk" in key_figures(found)
 
 
 def test_readings_at_no_target_of_the_configuration_are_named() -> None:

@@ -60,35 +60,18 @@ def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
 def check_record(record: dict[str, Any]) -> None:
-    """Every key of file-formats.md, diagnosis.json, with its type."""
+    """What is said of any diagnosis; `tests/docs/test_file_formats.py` has the keys."""
     assert record["verdict"] in VERDICTS
-    assert set(record["tests"]) >= {"chi2", "dof", "p_value"}
-    assert is_number(record["tests"]["dof"])
     location = record["location"]
     assert (location is None) == (record["verdict"] == "consistent")
     if location is not None:
-        component = location["component"]
-        assert isinstance(component, str) or all(isinstance(part, str) for part in component)
         assert location["axes"]
         assert set(location["axes"]) <= {"dx_m", "dy_m"}
-        assert isinstance(location["region"], str)
         assert 0.0 <= location["share"] <= 1.0
     for effect in record["effects"]:
-        assert isinstance(effect["physics"], str)
-        assert isinstance(effect["component"], str)
         assert 0.0 <= effect["probability"] <= 1.0
-        assert all(isinstance(name, str) for name in effect["indistinguishable_from"])
-        for interval in effect["parameters"].values():
-            assert len(interval) == 3
-            assert is_number(interval[0])
-            assert all(value is None or is_number(value) for value in interval)
-    for name in ("noise_rms", "train_before", "train_after", "test_before", "test_after"):
-        assert is_number(record["fit"][name])
+        assert all(len(interval) == 3 for interval in effect["parameters"].values())
     assert record["next_experiment"] is None or record["next_experiment"].endswith(".csv")
 
 

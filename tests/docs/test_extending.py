@@ -20,37 +20,28 @@ from expdesign.io.yaml_reader import parse_yaml
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import read_robot, robot_from_document
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.problem import DesignProblem
-from expdesign.planning.problem_file import problem_from_document
 from expdesign.planning.search import search
 from expdesign.report.design_report import design_report
 from expdesign.report.page import render
 from tests.commands.calls import call
+from tests.design import problems
 from tests.design.optimality.central_differences import errors_of_gradients
+from tests.design.problems import changed
 from tests.identification.experiments import read
 
 PAGE = (Path(__file__).parents[2] / "docs" / "extending.md").read_text(encoding="utf-8")
 FILES = dict(re.findall(r'```python title="(?:src/)?([^"]+)"\n(.*?)```', PAGE, flags=re.DOTALL))
 
-BIPOD = {
-    "schema_version": 1,
-    "robot": {
-        "name": "bipod",
-        "kind": "bipod",
-        "home": [0.0, 0.6],
-        "base_joints": [[-0.5, 0.0], [0.5, 0.0]],
-        "actuator_stiffness": [1e7, 1.3e7],
+BIPOD = changed(
+    problems.BIPOD,
+    {
+        "experiment.load.fy_N": [-500, 500],
+        "experiment.deflection_noise.std": {"dx_m": 1e-6, "dy_m": 1e-6},
+        "experiment.load_error": [{"source": "wrench", "std": [2, 2]}],
+        "targets": [{"pose": [0.1, 0.7], "wrench": [100, -400], "tolerance": {"dx_m": 1e-5, "dy_m": 1e-5}}],
+        "optimiser": {"population": 12, "generations": 5, "polish": True},
     },
-    "experiment": {
-        "measurements": 2,
-        "poses": {"bounds": {"x_m": [-0.3, 0.3], "y_m": [-0.2, 0.3]}},
-        "load": {"kind": "wrench", "fx_N": [-500, 500], "fy_N": [-500, 500]},
-        "deflection_noise": {"std": {"dx_m": 1e-6, "dy_m": 1e-6}},
-        "load_error": [{"source": "wrench", "std": [2, 2]}],
-    },
-    "targets": [{"pose": [0.1, 0.1], "wrench": [100, -400], "tolerance": {"dx_m": 1e-5, "dy_m": 1e-5}}],
-    "optimiser": {"population": 12, "generations": 5, "polish": True},
-}
+)
 
 
 @pytest.fixture
@@ -73,10 +64,6 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[
     known_criteria.cache_clear()
 
 
-def problem(changes: dict[str, object]) -> DesignProblem:
-    return problem_from_document(parse_yaml(yaml.safe_dump({**BIPOD, **changes}), "run.yaml", Path()))
-
-
 def test_the_page_has_a_file_of_every_kind() -> None:
     folders = {str(Path(path).parent) for path in FILES}
     assert folders == {
@@ -91,7 +78,7 @@ def test_the_page_has_a_file_of_every_kind() -> None:
 def test_a_new_criterion_is_optimised_and_reported(place: Callable[[str], None]) -> None:
     """The criterion has no derivative of its own: it spans a front, is polished and has a proximity to optimality."""
     place("expdesign/planning/criteria/ellipsoid.py")
-    case = replace(problem({"objectives": ["ellipsoid", "feir"]}), estimator="weighted")
+    case = replace(problems.problem(BIPOD, {"objectives": ["ellipsoid", "feir"]}), estimator="weighted")
     front = search(case)
     assert len(front) > 3
     root = case.assess(*case.space.decode(front.decisions)).noise_root[:, 0] / 1e-5
@@ -224,8 +211,7 @@ def test_markers_on_a_new_family_show_its_compliances(place: Callable[[str], Non
 
 def test_a_new_source_of_load_error_counts_in_feir(place: Callable[[str], None]) -> None:
     place("expdesign/mechanics/loads/errors/ratio.py")
-    experiment = {**BIPOD["experiment"], "load_error": [{"source": "ratio", "std": 0.01}]}  # type: ignore[dict-item]
-    case = problem({"experiment": experiment})
+    case = problems.problem(BIPOD, {"experiment.load_error": [{"source": "ratio", "std": 0.01}]})
     decisions = case.space.sample(2, np.random.default_rng(1))[None]
     feir = known_criteria()["feir"].values(case.assess(*case.space.decode(decisions)))
     # One common ratio makes all compliances, and so the deflection at the target, wrong by the same share.

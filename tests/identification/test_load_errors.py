@@ -8,6 +8,7 @@ import pytest
 
 import expdesign as xd
 from expdesign.arrays import FloatArray
+from expdesign.chain.row import row_data
 from expdesign.errors import InputError
 from expdesign.estimation.identify import Identification, identify
 from expdesign.estimation.load_errors import Estimator, load_columns
@@ -59,7 +60,7 @@ def test_estimate_covariance_and_chi2_are_those_of_one_model(name: str, shared_r
     loads = result.loads
     assert loads is not None
     inverse, sized = (np.linalg.inv(written_out(result, train, scales)) for scales in (loads.weights, loads.sizes))
-    sensitivities = result.fit.chain.predict_with_sensitivities(_rows(result, train), result.fit.values)[1]
+    sensitivities = result.fit.chain.predict_with_sensitivities(row_data(train, result.robot), result.fit.values)[1]
     matrix = sensitivities[:, train.axes].reshape(train.deflections.size, -1)
     gain = np.linalg.solve(matrix.T @ inverse @ matrix, matrix.T @ inverse)
     covariance = gain @ np.linalg.solve(sized, gain.T)
@@ -73,12 +74,6 @@ def test_estimate_covariance_and_chi2_are_those_of_one_model(name: str, shared_r
     assert np.abs(plain.fit.values - values).max() > 1e-4
 
 
-def _rows(result: Identification, train: Any) -> Any:
-    from expdesign.chain.row import row_data  # noqa: PLC0415
-
-    return row_data(train, result.robot)
-
-
 def test_the_weighted_estimate_is_that_of_exact_loads_and_its_covariance_has_their_errors() -> None:
     case, frame = simulated(SHARED, seed=4)
     exact = xd.identify(HEXAPOD["robot"], frame).result
@@ -86,7 +81,7 @@ def test_the_weighted_estimate_is_that_of_exact_loads_and_its_covariance_has_the
     np.testing.assert_allclose(found.fit.values, exact.fit.values, rtol=1e-12)
     train = found.recordings.rows(found.fitted)
     covariance = written_out(found, train, np.ones(2))
-    sensitivities = found.fit.chain.predict_with_sensitivities(_rows(found, train), found.fit.values)[1]
+    sensitivities = found.fit.chain.predict_with_sensitivities(row_data(train, found.robot), found.fit.values)[1]
     matrix = sensitivities[:, train.axes].reshape(train.deflections.size, -1) / train.deviations.reshape(-1, 1)
     gain = np.linalg.solve(matrix.T @ matrix, matrix.T) / train.deviations.ravel()
     np.testing.assert_allclose(

@@ -63,20 +63,18 @@ def test_a_front_of_total_and_meir(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("section", "place"),
+    ("section", "place", "said"),
     [
-        ({"physics": []}, "model_error"),
-        ({"physics": ["link_compliance"]}, "model_error.physics"),
-        ({"sizes": {"leg_backlash": 0.0}}, "model_error.sizes.leg_backlash"),
-        ({"sizes": {"leg_backlashes": 1.0}}, "model_error.sizes"),
-        ({"level": 0.9}, "model_error"),
+        ({"physics": []}, "model_error", "no physics is left"),
+        ({"physics": ["link_compliance"]}, "model_error.physics", "link_compliance"),
+        ({"sizes": {"leg_backlash": 0.0}}, "model_error.sizes.leg_backlash", "prior size 0"),
+        ({"sizes": {"leg_backlashes": 1.0}}, "model_error.sizes", "`leg_backlash`"),
+        ({"level": 0.9}, "model_error", "does not exist"),
     ],
 )
-def test_bad_input_says_where(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], section: dict[str, Any], place: str
-) -> None:
+def test_bad_input_says_where(tmp_path: Path, section: dict[str, Any], place: str, said: str) -> None:
     path = written(tmp_path, {"model_error": section})
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(InputError, match=said) as caught:
         read_problem(path)
     assert caught.value.where.endswith(f"config.yaml, {place}")
     assert caught.value.remedy

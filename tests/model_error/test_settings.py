@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 
 from expdesign.assurance.model_error.meir import Meir
-from expdesign.assurance.model_error.physics import left_out, sampled_points
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.declaration import TYPICAL, Declaration, Size
 from expdesign.chain.effect import Effect
@@ -43,10 +42,6 @@ def test_every_shipped_effect_declares_itself_with_sizes_on_every_kind_of_robot(
                 assert effect.acts_at in port_classes()
 
 
-def _left_out(assumptions: Assumptions) -> None:
-    left_out(problem("bipod"), sampled_points(problem("bipod")), assumptions)
-
-
 class _Nameless(LegBacklash):
     """As somebody else would add it: it declares nothing."""
 
@@ -73,24 +68,9 @@ def test_a_declared_size_is_a_positive_number() -> None:
         Size("gap_m", 0.0, "a catalogue")
 
 
-def test_a_size_of_zero_is_refused_with_its_place() -> None:
-    with pytest.raises(InputError, match=r"model_error\.sizes\.leg_backlash.*prior size 0.*without"):
-        Assumptions(sizes={"leg_backlash": 0.0})
-
-
-def test_unknown_names_are_refused_with_the_nearest() -> None:
-    with pytest.raises(InputError, match="leg_backlash"):
-        Assumptions(sizes={"leg_backlsh": 1e-6})
+def test_a_parameter_that_an_effect_does_not_have_is_refused_with_the_nearest() -> None:
     with pytest.raises(InputError, match="gap_m"):
         Assumptions(sizes={"leg_backlash": {"gap": 1e-6}})
-    with pytest.raises(InputError, match=r"model_error\.physics.*joint_backlash"):
-        _left_out(Assumptions(physics={"joint_backlash"}))
-
-
-def test_nothing_left_to_consider() -> None:
-    only = Assumptions(physics={"leg_backlash"}, without={"leg_backlash"})
-    with pytest.raises(InputError, match=r"no physics is left"):
-        _left_out(only)
 
 
 def test_a_size_of_the_configuration_replaces_that_of_the_table() -> None:
@@ -99,8 +79,3 @@ def test_a_size_of_the_configuration_replaces_that_of_the_table() -> None:
     assert changed.size(effect, effect.parameters[0]).value == 5e-6
     assert not changed.size(effect, effect.parameters[0]).assumed
     assert Assumptions().size(effect, effect.parameters[0]).value == 1.5e-6
-
-
-def test_another_calibration_is_refused() -> None:
-    with pytest.raises(InputError, match="elastostatic"):
-        Meir(problem("hexapod-geometric"))

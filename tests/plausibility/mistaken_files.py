@@ -110,6 +110,8 @@ YAML: dict[str, tuple[str, str, str]] = {
         "actuator_stiffness: [5,24e6, 5,24e6, 5,24e6, 5,24e6, 5,24e6, 5,24e6]",
         "Are these decimal commas? Write points",
     ),
+    "a decimal comma in one entry of a list": ("home: [0.0, 0.0, 0.3]", "home: [0, 0, 0,3]", "Write a point: `0.3`."),
+    "an entry too many": ("home: [0.0, 0.0, 0.3]", "home: [0.0, 0.0, 0.3, 0.2]", "Correct the list."),
     "a decimal comma in a number": ("std: 0.01", "std: 0,01", "Is there a decimal comma before it? Write a point."),
     "decimal commas in a range": ("com_x_m: [-0.1, 0.1]", "com_x_m: [-0,1, 0,1]", "decimal commas?"),
     "a number in quotes": ("com_z_m: 0.12", 'com_z_m: "1.2e-1"', "a number is needed here"),

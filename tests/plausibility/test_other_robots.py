@@ -1,13 +1,11 @@
 """Robot files and recordings that fit a machine, and not this one: joints, legs, limits, units of deviations."""
 
 from copy import deepcopy
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 
 import expdesign as xd
 from expdesign.app.api.inputs import robot_of, table_of
@@ -15,7 +13,6 @@ from expdesign.assurance.plausibility.finding import Implausibility
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.assurance.plausibility.robot import robot_findings
 from expdesign.chain.recordings.reader import recordings_from_table
-from expdesign.errors import InputError
 from tests.plausibility.sound import content_of, recordings_of
 
 CONTENT = content_of("hexapod-h1")
@@ -66,22 +63,6 @@ def test_a_robot_whose_limits_exclude_its_home_is_not_called_usable(height: floa
     checked = xd.check(robot_of(robot))
     assert ("is usable" in checked.summary) == usable
     assert ("cannot be at its reference pose" in checked.summary) == (not usable)
-
-
-@pytest.mark.parametrize(
-    ("entries", "says"),
-    [
-        ("[0, 0, 0,298]", "Is `0,298` a decimal comma? Write a point: `0.298`."),
-        ("[0.0, 0.0, 0.3, 0.2]", "Correct the list."),
-        ("[0,1, 0,2, 0,298]", "Are these decimal commas?"),
-    ],
-)
-def test_a_single_decimal_comma_in_a_list_is_named(entries: str, says: str, tmp_path: Path) -> None:
-    text = yaml.safe_dump(CONTENT["robot"] | {"home": "HOME"}).replace("HOME", entries)
-    (tmp_path / "robot.yaml").write_text(text, encoding="utf-8")
-    with pytest.raises(InputError) as error:
-        xd.check(tmp_path / "robot.yaml")
-    assert says in error.value.message
 
 
 def test_a_recorded_pose_out_of_reach_is_named_with_its_rows_and_no_swap() -> None:

@@ -3,7 +3,6 @@
 import html
 import re
 import shutil
-import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,8 @@ from expdesign.planning.search import search
 from expdesign.report.design_report import design_report
 from expdesign.report.page import render
 from tests.commands.calls import config_file
+from tests.design.problems import BIPOD
+from tests.design.problems import problem as changed_problem
 
 ROOT = Path(__file__).parents[2]
 
@@ -70,33 +71,23 @@ def hexapod(tmp_path_factory: pytest.TempPathFactory) -> Case:
 @pytest.fixture(scope="session")
 def bipod(tmp_path_factory: pytest.TempPathFactory) -> Case:
     """Three objectives in the plane, a free wrench, and a name full of markup."""
-    folder = tmp_path_factory.mktemp("bipod")
-    quoted = EVIL_NAME.replace("'", "''")
-    text = f"""\
-        schema_version: 1
-        robot:
-          name: '{quoted}'
-          kind: bipod
-          home: [0, 0.6]
-          base_joints: [[-0.5, 0], [0.5, 0]]
-          actuator_stiffness: [1.0e7, 1.3e7]
-        experiment:
-          measurements: 3
-          poses: {{bounds: {{x_m: [-0.3, 0.3], y_m: [-0.2, 0.3]}}}}
-          load: {{kind: wrench, fx_N: [-500, 500], fy_N: [-500, 500]}}
-          deflection_noise: {{std: {{dx_m: 1.0e-6, dy_m: 1.0e-6}}}}
-          load_error:
-            - {{source: wrench, std: [2, 2], shared: true}}
-            - {{source: direction, std: 0.002, shared: false}}
-        targets:
-          - {{pose: [0.1, 0.1], wrench: [100, -400], tolerance: {{dx_m: 1.0e-5, dy_m: 1.0e-5}}}}
-          - {{pose: [-0.2, 0.2], wrench: [0, -400], tolerance: {{dy_m: 1.0e-5}}}}
-        objectives: [duir, feir, o1]
-        optimiser: {{population: 20, generations: 8, polish: false}}
-        """
-    config = folder / "config.yaml"
-    config.write_text(textwrap.dedent(text), encoding="utf-8")
-    return _case(read_problem(config), None, folder)
+    changes = {
+        "robot.name": EVIL_NAME,
+        "experiment.measurements": 3,
+        "experiment.load.fy_N": [-500, 500],
+        "experiment.deflection_noise.std": {"dx_m": 1e-6, "dy_m": 1e-6},
+        "experiment.load_error": [
+            {"source": "wrench", "std": [2, 2], "shared": True},
+            {"source": "direction", "std": 0.002, "shared": False},
+        ],
+        "targets": [
+            {"pose": [0.1, 0.7], "wrench": [100, -400], "tolerance": {"dx_m": 1e-5, "dy_m": 1e-5}},
+            {"pose": [-0.2, 0.8], "wrench": [0, -400], "tolerance": {"dy_m": 1e-5}},
+        ],
+        "objectives": ["duir", "feir", "o1"],
+        "optimiser": {"population": 20, "generations": 8, "polish": False},
+    }
+    return _case(changed_problem(BIPOD, changes), None, tmp_path_factory.mktemp("bipod"))
 
 
 @pytest.fixture(scope="session")
