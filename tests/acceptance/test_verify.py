@@ -25,7 +25,7 @@ from expdesign.report import words
 from expdesign.report.blocks import KeyFigures
 from expdesign.report.verification_report import statement
 from tests.acceptance.verified import CONFIG, STD, case, commands, measured, model
-from tests.commands.calls import call, refusal
+from tests.commands.calls import Printed, call, refusal
 from tests.design.problems import changed, problem
 
 
@@ -198,7 +198,7 @@ def test_a_check_measurement_is_read_in_the_order_of_its_sequence() -> None:
 ABOUT = "instrument: interferometer <X>\noperator: A. N. Other\ndate: 2026-03-01\nenvironment: 20.0 ± 0.1 °C\n"
 
 
-def test_the_command_writes_a_certificate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_writes_a_certificate(tmp_path: Path, capsys: Printed) -> None:
     files = {name: tmp_path / name for name in ("model.yaml", "check.csv", "config.yaml", "about.yaml")}
     files["model.yaml"].write_text(model_text(model(), tmp_path))
     files["check.csv"].write_text(csv_text(measured(commands(2), np.random.default_rng(1))))
@@ -232,7 +232,7 @@ def test_the_command_writes_a_certificate(tmp_path: Path, capsys: pytest.Capture
     ("text", "words"),
     [("operater: X\n", "Did you mean `operator`"), ("- a\n", "a mapping"), ("operator: [1]\n", "text is needed")],
 )
-def test_bad_texts_of_a_certificate(tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, words: str) -> None:
+def test_bad_texts_of_a_certificate(tmp_path: Path, capsys: Printed, text: str, words: str) -> None:
     (tmp_path / "about.yaml").write_text(text)
     (tmp_path / "model.yaml").write_text(model_text(model(), tmp_path))
     (tmp_path / "check.csv").write_text(csv_text(measured(commands(1), np.random.default_rng(1))))

@@ -8,7 +8,7 @@ import pytest
 
 import expdesign as xd
 from expdesign.app.commands.listed import function_of, listed_commands
-from tests.commands.calls import CONFIG, ROBOT, ROOT, call, recordings_file
+from tests.commands.calls import CONFIG, ROBOT, ROOT, Printed, call, recordings_file
 
 FILES_ALONE = {"new"}
 """Commands that write files, and compute nothing."""
@@ -42,7 +42,7 @@ def test_type_checkers_see_what_is_there() -> None:
     assert set(dir(xd)) == {"__version__", *(alias.name for node in imports for alias in node.names)}
 
 
-def test_check_returns_what_the_command_prints(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_returns_what_the_command_prints(tmp_path: Path, capsys: Printed) -> None:
     recordings = recordings_file(tmp_path)
     problem = xd.check(CONFIG)
     assert problem.feasibility is not None

@@ -15,6 +15,9 @@ ROOT = Path(__file__).parents[2]
 ROBOT = ROOT / "configs" / "robots" / "hexapod-h1.yaml"
 CONFIG = ROOT / "configs" / "hexapod-h1.yaml"
 
+Printed = pytest.CaptureFixture[str]
+"""What a command has printed."""
+
 PLAN = """sequence,series,x_m,y_m,z_m,rx_rad,ry_rad,rz_rad,mass_kg,com_x_m,com_y_m,com_z_m,note
 1,1,0.01,0,0,0,0,0,26.5,0.1,0.05,0.12,first
 2,1,0.01,0,0,0,0,0,10,0.1,-0.05,0.12,second
@@ -31,14 +34,14 @@ def call(*arguments: object) -> int:
     return 0 if code is None else int(code)
 
 
-def refusal(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
+def refusal(capsys: Printed, *arguments: object) -> str:
     """What a call says on standard error that must end with status 2."""
     capsys.readouterr()
     assert call(*arguments) == 2
     return capsys.readouterr().err
 
 
-def refused(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
+def refused(capsys: Printed, *arguments: object) -> str:
     """The one message of a call that must be refused."""
     (message,) = refusal(capsys, *arguments).strip().splitlines()
     assert message.startswith("expdesign: ")

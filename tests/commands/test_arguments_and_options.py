@@ -8,7 +8,7 @@ import pytest
 import expdesign as xd
 from expdesign.app.commands.spelling import SPELLINGS, Spelling
 from expdesign.errors import ExpdesignError
-from tests.commands.calls import CONFIG, ROBOT, call, plan_file, refusal
+from tests.commands.calls import CONFIG, ROBOT, Printed, call, plan_file, refusal
 
 SOURCES = Path(xd.__file__).parent
 _OPTION = re.compile(r"(?<!var)[( `]--[a-z]")
@@ -28,7 +28,7 @@ def test_a_message_is_spelled_by_whoever_reads_it() -> None:
     assert SPELLINGS["register"].said("argument `deviation`") == "--std"
 
 
-def test_the_same_refusal_in_python_and_as_a_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_same_refusal_in_python_and_as_a_command(tmp_path: Path, capsys: Printed) -> None:
     plan = plan_file(tmp_path)
     for arguments, options, python, command in (
         ({"conceal": "creep"}, ["--conceal", "creep"], "argument `conceal`: `creep`", "--conceal: `creep`"),
@@ -41,7 +41,7 @@ def test_the_same_refusal_in_python_and_as_a_command(tmp_path: Path, capsys: pyt
         assert f"expdesign: {command}" in said
 
 
-def test_results_speak_of_arguments_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_results_speak_of_arguments_too(tmp_path: Path, capsys: Printed) -> None:
     plan = plan_file(tmp_path)
     assert "argument `readings` adds" in xd.predict(ROBOT, plan).notes[0]
     assert call("predict", ROBOT, plan, "--out", tmp_path / "x.csv") == 0

@@ -4,13 +4,10 @@ import re
 from pathlib import Path
 
 import numpy as np
-import pytest
 import yaml
 
-from tests.commands.calls import call
+from tests.commands.calls import Printed, call
 from tests.plausibility.sound import CONFIGS, content_of, recordings_of
-
-Printed = pytest.CaptureFixture[str]
 
 
 def test_a_mistake_is_said_once_with_one_word_and_a_remedy(tmp_path: Path, capsys: Printed) -> None:

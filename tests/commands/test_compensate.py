@@ -16,7 +16,7 @@ from expdesign.chain.models.model_file import read_model
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
 from expdesign.planning.target_table import targets_table
-from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, refusal
+from tests.commands.calls import CONFIG, ROBOT, Printed, call, model_file, plan_file, refusal
 
 POSE = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
 DEFLECTION = ["dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad"]
@@ -51,9 +51,7 @@ def targets_with(folder: Path, **changes: object) -> Path:
     return path
 
 
-def test_corrections_and_what_to_expect_are_written_and_said(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_corrections_and_what_to_expect_are_written_and_said(tmp_path: Path, capsys: Printed) -> None:
     model, targets, commands = model_file(tmp_path), plan_file(tmp_path), tmp_path / "commands.csv"
     capsys.readouterr()
     assert call("compensate", model, targets, "--out", commands) == 0
@@ -77,16 +75,14 @@ def test_corrections_and_what_to_expect_are_written_and_said(
         np.testing.assert_allclose(in_mm[f"{name}_{other}"], 1e3 * written[f"{name}_{unit}"], rtol=1e-12)
 
 
-def test_targets_that_are_doubtful_are_computed_and_asked_about(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_targets_that_are_doubtful_are_computed_and_asked_about(tmp_path: Path, capsys: Printed) -> None:
     model, out = model_file(tmp_path), tmp_path / "commands.csv"
     capsys.readouterr()
     assert call("compensate", model, targets_with(tmp_path, mass_kg=265.0), "--out", out) == 0
     assert "row 2: the mass is 265 kg, 10 times the largest that was calibrated" in capsys.readouterr().err
 
 
-def test_extrapolation_is_said_for_its_row(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_extrapolation_is_said_for_its_row(tmp_path: Path, capsys: Printed) -> None:
     model, out = model_file(tmp_path), tmp_path / "commands.csv"
     capsys.readouterr()
     assert call("compensate", model, targets_with(tmp_path, mass_kg=40.0, y_m=-0.02), "--out", out) == 0
@@ -99,9 +95,7 @@ def test_extrapolation_is_said_for_its_row(tmp_path: Path, capsys: pytest.Captur
     assert "1 of 4 targets beyond what was calibrated" in said
 
 
-def test_a_configuration_gives_its_targets_and_has_to_be_of_the_robot(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_configuration_gives_its_targets_and_has_to_be_of_the_robot(tmp_path: Path, capsys: Printed) -> None:
     model, out = model_file(tmp_path), tmp_path / "commands.csv"
     assert call("compensate", model, CONFIG, "--out", out) == 0
     written = pd.read_csv(out)

@@ -8,7 +8,7 @@ import pytest
 import expdesign as xd
 from expdesign.app.api.callbacks import remaining, stages
 from expdesign.counted import counted
-from tests.commands.calls import CONFIG, call, plan_file
+from tests.commands.calls import CONFIG, Printed, call, plan_file
 from tests.commands.test_diagnose import ROBOT as BIPOD
 from tests.commands.test_diagnose import recordings
 
@@ -36,7 +36,7 @@ def test_time_is_stated_where_it_is_known(elapsed: float, done: int, total: int,
     assert remaining(elapsed, done, total) == text
 
 
-def test_stages_are_counted(clock: list[float], capsys: pytest.CaptureFixture[str]) -> None:
+def test_stages_are_counted(clock: list[float], capsys: Printed) -> None:
     with stages("searching", "bounding") as report:
         for title, done, total in (
             ("searching", 10, 40),
@@ -51,7 +51,7 @@ def test_stages_are_counted(clock: list[float], capsys: pytest.CaptureFixture[st
     assert lines[-1] == "bounding (stage 2 of 2): 2/2 front 3"
 
 
-def test_steps_that_cost_alike(clock: list[float], capsys: pytest.CaptureFixture[str]) -> None:
+def test_steps_that_cost_alike(clock: list[float], capsys: Printed) -> None:
     with stages("sweeping") as report:
         for done in (10, 11, 20):  # ten were done before: this command does one, then nine more, in 10 s each
             report("sweeping", done, 30, "")
@@ -59,7 +59,7 @@ def test_steps_that_cost_alike(clock: list[float], capsys: pytest.CaptureFixture
     assert capsys.readouterr().err.splitlines() == ["sweeping: 11/30", "sweeping: 20/30 (20 s left)"]
 
 
-def test_a_number_of_steps_that_is_not_known(clock: list[float], capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_number_of_steps_that_is_not_known(clock: list[float], capsys: Printed) -> None:
     with stages("diagnosing") as callback:
         callback("diagnosing", 1, 0, "fitting")
         clock[0] += 10.0
@@ -68,7 +68,7 @@ def test_a_number_of_steps_that_is_not_known(clock: list[float], capsys: pytest.
 
 
 def test_interrupted_after_something_was_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Printed
 ) -> None:
     def stop(text: str) -> None:
         raise KeyboardInterrupt
@@ -79,7 +79,7 @@ def test_interrupted_after_something_was_written(
     assert capsys.readouterr().err == f"expdesign: interrupted. Complete and kept: {out}.\n"
 
 
-def test_numbers_with_their_nouns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_numbers_with_their_nouns(tmp_path: Path, capsys: Printed) -> None:
     assert (counted(1, "axis", "axes"), counted(2, "axis", "axes"), counted(2, "row")) == ("1 axis", "2 axes", "2 rows")
     plan = plan_file(tmp_path)
     plan.write_text("\n".join(plan.read_text().splitlines()[:2]) + "\n")
@@ -90,9 +90,7 @@ def test_numbers_with_their_nouns(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert not re.search(r"\b1 (?!series)\w+s\b", printed.out), printed.out
 
 
-def test_progress_and_callback_are_told_the_same(
-    tmp_path: Path, clock: list[float], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_progress_and_callback_are_told_the_same(tmp_path: Path, clock: list[float], capsys: Printed) -> None:
     told: list[str] = []
 
     def callback(stage: str, done: int, total: int, note: str) -> None:

@@ -20,7 +20,7 @@ from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
-from tests.commands.calls import ROOT, call
+from tests.commands.calls import ROOT, Printed, call
 
 ROBOT = ROOT / "configs" / "robots" / "bipod.yaml"
 GAP = 8e-6
@@ -92,7 +92,7 @@ def test_it_writes_what_it_found(diagnosed: Path) -> None:
 
 
 def test_it_says_so_and_the_same_recordings_give_the_same_bytes(
-    diagnosed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    diagnosed: Path, tmp_path: Path, capsys: Printed
 ) -> None:
     assert call("diagnose", ROBOT, diagnosed / "recordings.csv", "--out", tmp_path / "again") == 0
     printed = capsys.readouterr()
@@ -142,7 +142,7 @@ def test_recordings_of_the_base_robot_are_consistent(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("stage", ["looking for effect 2", "checking on held-out recordings", "weighing alternatives"])
 def test_what_is_interrupted_ends_with_the_best_model_so_far(
-    stage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    stage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Printed
 ) -> None:
     """Ctrl-C during a stage: the search has found the play by then."""
     shown = ProgressReport.update
@@ -170,7 +170,7 @@ def test_what_is_interrupted_ends_with_the_best_model_so_far(
 
 
 def test_what_is_interrupted_before_there_is_a_model_writes_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Printed
 ) -> None:
     monkeypatch.setattr(ProgressReport, "update", lambda *given: signal.raise_signal(signal.SIGINT))
     assert call("diagnose", ROBOT, recordings(tmp_path), "--out", tmp_path / "out") == 130

@@ -12,7 +12,7 @@ import pytest
 
 import expdesign as xd
 from expdesign.app.commands.terminal import encode_anything, terminated_as_interrupted
-from tests.commands.calls import CONFIG, ROBOT, call, config_file, plan_file
+from tests.commands.calls import CONFIG, ROBOT, Printed, call, config_file, plan_file
 
 COMMAND = [sys.executable, "-m", "expdesign"]
 
@@ -66,9 +66,7 @@ def test_standard_output_is_full(arguments: tuple[object, ...], unbuffered: str)
     assert message.startswith("expdesign: standard output cannot be written (No space left on device).")
 
 
-def test_sigterm_is_an_interruption(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_sigterm_is_an_interruption(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Printed) -> None:
     monkeypatch.setattr(xd, "simulate", lambda *args, **options: signal.raise_signal(signal.SIGTERM))
     assert call("simulate", CONFIG, plan_file(tmp_path), "--out", tmp_path / "rows.csv") == 130
     assert capsys.readouterr().err == "expdesign: interrupted. Nothing was written.\n"
@@ -85,7 +83,7 @@ def test_sigterm_does_what_ctrl_c_does_there() -> None:
     assert heard == [signal.SIGINT]
 
 
-def test_check_where_no_pose_can_be_reached(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_where_no_pose_can_be_reached(tmp_path: Path, capsys: Printed) -> None:
     far = {f"{axis}_m": [-3.0, 3.0] for axis in "xyz"}
     path = config_file(tmp_path, {"experiment.poses": {"bounds": far}})
     assert call("check", path) == 3
@@ -93,7 +91,7 @@ def test_check_where_no_pose_can_be_reached(tmp_path: Path, capsys: pytest.Captu
     assert call("check", CONFIG) == 0
 
 
-def test_strict_refuses_what_is_doubtful(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_strict_refuses_what_is_doubtful(tmp_path: Path, capsys: Printed) -> None:
     text = ROBOT.read_text(encoding="utf-8").replace("leg_length: [0.25,", "leg_length: [0.35,")
     path = tmp_path / "robot.yaml"
     path.write_text(text, encoding="utf-8")
@@ -103,7 +101,7 @@ def test_strict_refuses_what_is_doubtful(tmp_path: Path, capsys: pytest.CaptureF
     assert call("check", ROBOT, "--strict") == 0
 
 
-def test_identify_of_swapped_columns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_identify_of_swapped_columns(tmp_path: Path, capsys: Printed) -> None:
     rows, swapped = tmp_path / "rows.csv", tmp_path / "swapped.csv"
     assert call("simulate", CONFIG, plan_file(tmp_path), "--out", rows) == 0
     frame = pd.read_csv(rows)

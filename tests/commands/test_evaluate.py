@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.commands.calls import call, yaml_file
+from tests.commands.calls import Printed, call, yaml_file
 from tests.design.problems import BIPOD, changed
 
 CONFIG = changed(
@@ -26,9 +26,7 @@ VECTOR_U = [[1.1442042521, -0.2390983402], [-0.2390983402, 1.1581359476]]
 VECTOR_Z = np.array([[-0.1086639676, -0.0330364372], [0.0240485830, -0.0746558704]]) * 1e-6
 
 
-def evaluate(
-    folder: Path, rows: str, capsys: pytest.CaptureFixture[str], config: dict[str, Any] = CONFIG
-) -> tuple[int, str, str]:
+def evaluate(folder: Path, rows: str, capsys: Printed, config: dict[str, Any] = CONFIG) -> tuple[int, str, str]:
     plan = folder / "plan.csv"
     plan.write_text(rows if rows.startswith("sequence") else HEADER + rows)
     code = call("evaluate", yaml_file(folder / "config.yaml", config), plan, "--json")
@@ -36,7 +34,7 @@ def evaluate(
     return code, printed.out, printed.err
 
 
-def test_vectors_of_the_theory(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_vectors_of_the_theory(tmp_path: Path, capsys: Printed) -> None:
     """`tests/docs/test_theory.py` has the vectors themselves."""
     code, output, _ = evaluate(tmp_path, "1,1,-0.20,0.55,200,-900\n", capsys)
     record = json.loads(output)
@@ -52,7 +50,7 @@ def test_vectors_of_the_theory(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert record["condition"] == pytest.approx(1.0 / record["o2"], rel=1e-9)
 
 
-def test_what_cannot_be_identified_is_null_and_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_cannot_be_identified_is_null_and_said(tmp_path: Path, capsys: Printed) -> None:
     # Along the second leg's direction the first leg carries nothing.
     code, output, error = evaluate(tmp_path, "1,1,0.0,0.5,-500,500\n", capsys)
     record = json.loads(output)

@@ -8,13 +8,13 @@ import pytest
 
 from expdesign.app.commands.grouped import GROUPS
 from expdesign.app.commands.listed import COMMANDS, listed_commands
-from tests.commands.calls import ROBOT, call, refused
+from tests.commands.calls import ROBOT, Printed, call, refused
 
 HEAVY = ("casadi", "numpy", "pandas", "plotly", "pymoo", "scipy")
 
 
 @pytest.mark.parametrize("name", listed_commands())
-def test_every_command_has_help_with_an_example(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_command_has_help_with_an_example(name: str, capsys: Printed) -> None:
     """An option is a noun or an imperative, not the rest of a sentence, and stands in its group."""
     assert call(name, "--help") == 0
     text = capsys.readouterr().out
@@ -41,7 +41,7 @@ def test_the_list_of_commands_imports_no_library() -> None:
         assert first.split()[0] in done.stdout
 
 
-def test_the_commands_stand_in_three_groups(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_commands_stand_in_three_groups(capsys: Printed) -> None:
     assert call("--help") == 0
     text = capsys.readouterr().out
     places = [text.index(f"{title}:") for title in COMMANDS]
@@ -60,7 +60,7 @@ def test_the_commands_stand_in_three_groups(capsys: pytest.CaptureFixture[str]) 
         ("run a.yaml --seconds soon", "--seconds: input should be a valid number"),
     ],
 )
-def test_words_that_are_no_command(words: str, said: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_words_that_are_no_command(words: str, said: str, capsys: Printed) -> None:
     """Answered like everything else: where, what, and what to do, in one line."""
     assert refused(capsys, *words.split()).startswith(f"expdesign: {said}")
 
@@ -75,7 +75,7 @@ def test_a_shell_can_complete(words: str, wanted: str, monkeypatch: pytest.Monke
     assert wanted in done.stdout.split()
 
 
-def test_choices_of_an_option_that_is_repeated_are_listed_and_checked(capsys: pytest.CaptureFixture[str]) -> None:
+def test_choices_of_an_option_that_is_repeated_are_listed_and_checked(capsys: Printed) -> None:
     assert call("identify", "--help") == 0
     assert "--further <list[masses|tool|harmonics|drift]>" in capsys.readouterr().out
     said = refused(capsys, "identify", ROBOT, "recordings.csv", "--out", "x", "--further", "mases")

@@ -6,17 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import pytest
 
 from expdesign.io.output import csv_text
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
-from tests.commands.calls import ROBOT, call, recordings_file, refusal
+from tests.commands.calls import ROBOT, Printed, call, recordings_file, refusal
 from tests.identification.experiments import experiment
 from tests.identification.test_identify import idle_leg
 
 
-def test_it_writes_model_record_and_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_it_writes_model_record_and_report(tmp_path: Path, capsys: Printed) -> None:
     recordings, out = recordings_file(tmp_path), tmp_path / "out"
     capsys.readouterr()
     assert call("identify", ROBOT, recordings, "--out", out) == 0
@@ -66,7 +65,7 @@ def test_options_reach_the_estimator(tmp_path: Path) -> None:
     assert prior["covariance"][0][0] < plain["covariance"][0][0]
 
 
-def test_a_leg_without_load_ends_with_2_and_its_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_leg_without_load_ends_with_2_and_its_name(tmp_path: Path, capsys: Printed) -> None:
     here = read_robot(ROBOT)
     assert isinstance(here, ParallelRobot)
     made = idle_leg(replace(experiment("H1", 6, seed=17), robot=here))

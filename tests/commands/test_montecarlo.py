@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import expdesign as xd
-from tests.commands.calls import CONFIG, ROOT, call, plan_file
+from tests.commands.calls import CONFIG, ROOT, Printed, call, plan_file
 
 BIPOD = ROOT / "configs" / "bipod.yaml"
 
@@ -18,7 +18,7 @@ def bipod_plan(folder: Path) -> Path:
     return path
 
 
-def test_prediction_and_simulation_stand_beside_each_other(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_prediction_and_simulation_stand_beside_each_other(tmp_path: Path, capsys: Printed) -> None:
     plan = plan_file(tmp_path)
     assert call("montecarlo", CONFIG, plan, "--out", tmp_path / "out", "--samples", 20_000) == 0
     assert capsys.readouterr().out.splitlines()[-1] == str(tmp_path / "out" / "report.html")

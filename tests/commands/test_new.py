@@ -7,13 +7,13 @@ import pytest
 import yaml
 
 from expdesign.app.templates import kinds
-from tests.commands.calls import call
+from tests.commands.calls import Printed, call
 
 CONFIGURATIONS = [kind for kind, files in kinds().items() if "config.yaml" in {file.name for file in files}]
 
 
 @pytest.mark.parametrize("kind", CONFIGURATIONS)
-def test_what_is_written_runs_as_it_is(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_written_runs_as_it_is(kind: str, tmp_path: Path, capsys: Printed) -> None:
     folder = tmp_path / "mine"
     assert call("new", kind, "--out", folder) == 0
     assert capsys.readouterr().out.split() == [str(folder / file.name) for file in kinds()[kind]]
@@ -30,7 +30,7 @@ def test_what_is_written_runs_as_it_is(kind: str, tmp_path: Path, capsys: pytest
     assert len(pd.read_csv(folder / "results" / "plan.csv")) == content["experiment"]["measurements"]
 
 
-def test_a_sweep_of_what_was_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_sweep_of_what_was_written(tmp_path: Path, capsys: Printed) -> None:
     assert call("new", "bipod", "--out", tmp_path) == 0
     assert call("new", "sweep", "--out", tmp_path) == 0
     capsys.readouterr()
@@ -38,7 +38,7 @@ def test_a_sweep_of_what_was_written(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert "sweep of 9 runs over targets[0].weight" in capsys.readouterr().out
 
 
-def test_a_sweep_alone_comes_with_what_it_points_to(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_sweep_alone_comes_with_what_it_points_to(tmp_path: Path, capsys: Printed) -> None:
     assert call("new", "sweep", "--out", tmp_path / "my sweep") == 0
     said = capsys.readouterr().err
     assert f"next: expdesign sweep '{tmp_path / 'my sweep' / 'sweep.yaml'}'" in said

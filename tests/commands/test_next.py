@@ -5,9 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import pytest
 
-from tests.commands.calls import CONFIG, call, plan_file, recordings_file
+from tests.commands.calls import CONFIG, Printed, call, plan_file, recordings_file
 
 
 def forecast(text: str) -> list[float]:
@@ -19,7 +18,7 @@ def forecast(text: str) -> list[float]:
     ]
 
 
-def test_the_plan_goes_on_where_the_recordings_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_plan_goes_on_where_the_recordings_end(tmp_path: Path, capsys: Printed) -> None:
     recordings, out = recordings_file(tmp_path), tmp_path / "next.csv"
     capsys.readouterr()
     assert call("next", CONFIG, recordings, "--out", out, "--count", 2) == 0
@@ -37,7 +36,7 @@ def test_the_plan_goes_on_where_the_recordings_end(tmp_path: Path, capsys: pytes
     np.testing.assert_allclose(json.loads(capsys.readouterr().out)["total"], two, rtol=1e-3)
 
 
-def test_it_stops_at_the_accuracy(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_it_stops_at_the_accuracy(tmp_path: Path, capsys: Printed) -> None:
     recordings, out = recordings_file(tmp_path), tmp_path / "next.csv"
     capsys.readouterr()
     assert call("next", CONFIG, recordings, "--out", out, "--accuracy", 0.35) == 0

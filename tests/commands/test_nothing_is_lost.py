@@ -13,7 +13,7 @@ from openpyxl import load_workbook
 import expdesign as xd
 from expdesign.errors import InputError
 from expdesign.io.written import RECORD
-from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file, refusal
+from tests.commands.calls import CONFIG, ROBOT, Printed, call, model_file, plan_file, recordings_file, refusal
 
 BIPOD = CONFIG.parent / "bipod.yaml"
 OTHERS = "this was measured for a week\n"
@@ -41,9 +41,7 @@ WRITERS: dict[str, tuple[list[object], str]] = {
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_what_others_wrote_stays(
-    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_others_wrote_stays(name: str, tmp_path: Path, capsys: Printed, monkeypatch: pytest.MonkeyPatch) -> None:
     """It is said before the work: the inputs need not even be there."""
     monkeypatch.chdir(tmp_path)
     arguments, inner = WRITERS[name]
@@ -58,7 +56,7 @@ def test_what_others_wrote_stays(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["out"]
 
 
-def test_the_same_command_replaces_what_it_wrote(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_same_command_replaces_what_it_wrote(tmp_path: Path, capsys: Printed) -> None:
     plan, out = plan_file(tmp_path), tmp_path / "rows.csv"
     assert call("simulate", CONFIG, plan, "--out", out) == 0
     first = out.read_text()
@@ -86,7 +84,7 @@ def test_what_moved_is_known_again(tmp_path: Path) -> None:
     assert call("simulate", CONFIG, tmp_path / "second" / "plan.csv", "--out", tmp_path / "second/out/rows.csv") == 0
 
 
-def test_a_file_into_which_somebody_wrote(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_into_which_somebody_wrote(tmp_path: Path, capsys: Printed) -> None:
     plan, out = plan_file(tmp_path), tmp_path / "rows.csv"
     assert call("simulate", CONFIG, plan, "--out", out) == 0
     out.write_text(out.read_text().replace("first", "read again by hand"))
@@ -96,7 +94,7 @@ def test_a_file_into_which_somebody_wrote(tmp_path: Path, capsys: pytest.Capture
     assert "read again by hand" in out.read_text()
 
 
-def test_a_folder_of_another_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_folder_of_another_robot(tmp_path: Path, capsys: Printed) -> None:
     recordings = recordings_file(tmp_path)
     out = tmp_path / "out"
     assert call("identify", ROBOT, recordings, "--out", out) == 0
@@ -111,7 +109,7 @@ def test_a_folder_of_another_robot(tmp_path: Path, capsys: pytest.CaptureFixture
 
 
 @pytest.mark.parametrize("form", ["sheet.xlsx", "sheet.csv"])
-def test_a_filled_sheet_is_never_replaced(form: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_filled_sheet_is_never_replaced(form: str, tmp_path: Path, capsys: Printed) -> None:
     plan, out = plan_file(tmp_path), tmp_path / "sheet"
     assert call("sheet", CONFIG, plan, "--out", out) == 0
     assert call("sheet", CONFIG, plan, "--out", out) == 0  # nothing was read yet
@@ -135,7 +133,7 @@ def test_a_filled_sheet_is_never_replaced(form: str, tmp_path: Path, capsys: pyt
     assert path.read_bytes() == filled
 
 
-def test_an_input_is_never_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_input_is_never_replaced(tmp_path: Path, capsys: Printed) -> None:
     model, targets = model_file(tmp_path), plan_file(tmp_path)
     (tmp_path / "link.csv").symlink_to(targets)
     before = targets.read_bytes()

@@ -11,7 +11,7 @@ import pytest
 import expdesign as xd
 from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
-from tests.commands.calls import CONFIG, ROBOT, ROOT, call, plan_file
+from tests.commands.calls import CONFIG, ROBOT, ROOT, Printed, call, plan_file
 
 DEFLECTION = ["dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad"]
 
@@ -107,7 +107,7 @@ def test_what_cannot_be_concealed(text: str, said: str, tmp_path: Path) -> None:
     assert said in error.value.message
 
 
-def test_the_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_commands(tmp_path: Path, capsys: Printed) -> None:
     assert call("physics", ROBOT) == 0
     printed = capsys.readouterr().out
     assert '--conceal "leg_backlash at leg 1, middle, 1.5 um"' in printed

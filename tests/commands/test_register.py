@@ -13,7 +13,7 @@ from expdesign.errors import InputError
 from expdesign.io.table import read_table
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import read_robot
-from tests.commands.calls import CONFIG, ROBOT, call, config_file, plan_file, refusal, yaml_file
+from tests.commands.calls import CONFIG, ROBOT, Printed, call, config_file, plan_file, refusal, yaml_file
 from tests.recordings.test_registered_deflections import INSTRUMENT, MARKERS
 
 NOISE = 1e-6
@@ -74,7 +74,7 @@ def test_from_two_lists_to_stiffness(folder: Path) -> None:
     assert record["shared_reference"]
 
 
-def test_without_a_deviation_it_is_estimated(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_deviation_it_is_estimated(folder: Path, capsys: Printed) -> None:
     lists = (folder / "unloaded.txt", folder / "loaded.txt")
     assert call("register", folder / "robot.yaml", folder / "plan.csv", *lists, "--out", folder / "e.csv") == 0
     text = capsys.readouterr().out.split("estimated from the residuals: ")[1]
@@ -142,7 +142,7 @@ def test_columns_of_the_plan_may_name_the_sets(folder: Path, tmp_path: Path) -> 
     ],
 )
 def test_sets_that_belong_to_no_row_are_refused(
-    right: str, wrong: str, what: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    right: str, wrong: str, what: str, folder: Path, tmp_path: Path, capsys: Printed
 ) -> None:
     lists = []
     for name in ("unloaded.txt", "loaded.txt"):

@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from tests.commands.calls import call, config_file, refusal
+from tests.commands.calls import Printed, call, config_file, refusal
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,7 @@ def test_the_same_seed_gives_the_same_bytes(twice: tuple[Path, Path]) -> None:
         assert (one / name).read_bytes() == (two / name).read_bytes()
 
 
-def test_unknown_frames_have_no_lower_bound_and_say_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_unknown_frames_have_no_lower_bound_and_say_so(tmp_path: Path, capsys: Printed) -> None:
     search = {"population": 6, "generations": 2, "seed": 3, "polish": False}
     changes = {"experiment.frames": "unknown", "experiment.measurements": 8, "optimiser": search}
     out = tmp_path / "out"

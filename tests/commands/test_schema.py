@@ -12,7 +12,7 @@ from expdesign.app.api.schema import KINDS, robot_sections
 from expdesign.app.templates import kinds
 from expdesign.io.output import json_text
 from expdesign.io.yaml_reader import read_yaml
-from tests.commands.calls import call
+from tests.commands.calls import Printed, call
 
 ROOT = Path(__file__).parents[2]
 FILES = [file for file in sorted((ROOT / "configs").glob("*.yaml")) if not file.name.startswith("study")]
@@ -87,7 +87,7 @@ def test_it_marks_mistakes(place: tuple[str, ...], value: object) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_is_kept_is_current(kind: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_kept_is_current(kind: str, capsys: Printed) -> None:
     """Make it again with `expdesign schema KIND > docs/schema/KIND.schema.json`."""
     assert call("schema", kind) == 0
     assert json.loads(capsys.readouterr().out) == xd.schema(kind)
@@ -95,7 +95,7 @@ def test_what_is_kept_is_current(kind: str, capsys: pytest.CaptureFixture[str]) 
     assert kept == json_text(xd.schema(kind, KEPT))
 
 
-def test_numbers_may_be_texts_with_their_units(capsys: pytest.CaptureFixture[str]) -> None:
+def test_numbers_may_be_texts_with_their_units(capsys: Printed) -> None:
     assert call("schema", "configuration") == 0
     printed = json.loads(capsys.readouterr().out)
     content = read_yaml(ROOT / "configs/hexapod-h1.yaml").content

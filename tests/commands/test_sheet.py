@@ -10,7 +10,7 @@ from openpyxl import load_workbook
 
 import expdesign as xd
 from expdesign.io.table import read_table
-from tests.commands.calls import ROBOT, call, config_file
+from tests.commands.calls import ROBOT, Printed, call, config_file
 
 POSES = [(0.01, 0, 0, 0, 0, 0), (-0.02, 0.01, 0, 0.1, 0, 0), (0, 0, 0.01, 0, 0.1, 0)]
 AXES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
@@ -31,9 +31,7 @@ def plan_file(folder: Path) -> Path:
 
 
 @pytest.mark.parametrize("shared", [True, False])
-def test_the_workbook_filled_in_identifies_what_deflections_do(
-    shared: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_workbook_filled_in_identifies_what_deflections_do(shared: bool, tmp_path: Path, capsys: Printed) -> None:
     config, plan = costly(tmp_path, shared=shared), plan_file(tmp_path)
     assert call("sheet", config, plan, "--out", tmp_path / "sheet", "--units", "mm,mrad") == 0
     sheet = xd.load(tmp_path / "sheet" / "sheet.xlsx")
@@ -80,7 +78,7 @@ def fill_in(path: Path, recordings, empty: int) -> None:  # type: ignore[no-unty
     book.save(path)
 
 
-def test_order_time_and_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_order_time_and_page(tmp_path: Path, capsys: Printed) -> None:
     config, plan = costly(tmp_path, shared=True), plan_file(tmp_path)
     assert call("sheet", config, plan, "--out", tmp_path / "sheet") == 0
     said = capsys.readouterr().out

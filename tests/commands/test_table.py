@@ -12,7 +12,7 @@ import pytest
 
 import expdesign as xd
 from expdesign.arrays import FloatArray
-from tests.commands.calls import call, model_file, refusal
+from tests.commands.calls import Printed, call, model_file, refusal
 
 OVER = {"x_mm": (-20, 20), "y_mm": (-20, 20), "rx_mrad": (-80, 80), "mass_kg": (0, 30), "com_x_m": (-0.1, 0.1)}
 SI = ("x_m", "y_m", "rx_rad", "mass_kg", "com_x_m")
@@ -113,9 +113,7 @@ def test_the_header_says_ranges_units_and_errors(folder: Path) -> None:
         (("--over", "rx_mrad=-99:99", "--at", "mass_kg=25", "--nodes", "3"), "more than 3 nodes"),
     ],
 )
-def test_what_cannot_be_tabulated(
-    arguments: tuple[str, ...], what: str, folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_cannot_be_tabulated(arguments: tuple[str, ...], what: str, folder: Path, capsys: Printed) -> None:
     message = refusal(capsys, "table", folder / "identified" / "model.yaml", *arguments, "--out", folder / "none")
     assert what in message
     assert not (folder / "none").exists()

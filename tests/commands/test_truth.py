@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 import expdesign as xd
-from tests.commands.calls import CONFIG, ROBOT, call, plan_file, yaml_file
+from tests.commands.calls import CONFIG, ROBOT, Printed, call, plan_file, yaml_file
 
 
 def softer(folder: Path, factor: float = 2.0) -> Path:
@@ -49,6 +49,6 @@ def test_montecarlo_with_another_geometry_is_worse(tmp_path: Path) -> None:
     assert done[1].criteria["rms"]["total"] > 1.05 * done[0].criteria["rms"]["total"]
 
 
-def test_the_version(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_version(capsys: Printed) -> None:
     assert call("--version") == 0
     assert capsys.readouterr().out == f"expdesign {xd.__version__}\n"

@@ -5,10 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import pytest
 
 from expdesign.io.table import read_table
-from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file
+from tests.commands.calls import CONFIG, ROBOT, Printed, call, model_file, plan_file, recordings_file
 
 
 def stiffness(folder: Path) -> np.ndarray:
@@ -16,9 +15,7 @@ def stiffness(folder: Path) -> np.ndarray:
     return np.array(list(found.values()))
 
 
-def test_recordings_in_other_units_and_forms_identify_the_same(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_recordings_in_other_units_and_forms_identify_the_same(tmp_path: Path, capsys: Printed) -> None:
     plain = recordings_file(tmp_path)
     assert call("identify", ROBOT, plain, "--out", tmp_path / "plain") == 0
     import expdesign as xd  # noqa: PLC0415
@@ -39,9 +36,7 @@ def test_recordings_in_other_units_and_forms_identify_the_same(
         np.testing.assert_allclose(stiffness(out), stiffness(tmp_path / "plain"), rtol=1e-9)
 
 
-def test_configuration_and_robot_in_other_units_give_the_same(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_configuration_and_robot_in_other_units_give_the_same(tmp_path: Path, capsys: Printed) -> None:
     text = CONFIG.read_text(encoding="utf-8").replace("robots/", f"{ROBOT.parent}/")
     changed = text.replace("x_m: [-0.03, 0.03]", 'x_m: ["-30 mm", 3 cm]').replace("5.0e-7", "0.5 µm")
     assert changed != text

@@ -2,10 +2,9 @@
 
 from pathlib import Path
 
-import pytest
 import yaml
 
-from tests.commands.calls import CONFIG, ROBOT, call, model_file, plan_file, recordings_file, yaml_file
+from tests.commands.calls import CONFIG, ROBOT, Printed, call, model_file, plan_file, recordings_file, yaml_file
 
 BODY_HEADER = (
     "sequence,series,x_m,y_m,z_m,rx_rad,ry_rad,rz_rad,fx_N,fy_N,fz_N,mx_Nm,my_Nm,mz_Nm,drx_rad,dry_rad,srx_rad,sry_rad"
@@ -30,16 +29,14 @@ def test_one_row_of_a_body_is_not_set_aside_as_an_outlier(tmp_path: Path) -> Non
     assert {"diagnosis.json", "report.html"} <= {path.name for path in (tmp_path / "out").iterdir()}
 
 
-def test_a_column_that_is_nearly_known_is_compared_with_the_known_ones(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_column_that_is_nearly_known_is_compared_with_the_known_ones(tmp_path: Path, capsys: Printed) -> None:
     recordings = recordings_file(tmp_path)
     recordings.write_text(recordings.read_text(encoding="utf-8").replace("dx_m", "dx_mmm"), encoding="utf-8")
     assert call("check", recordings, "--robot", ROBOT) == 0
     assert "dx_mmm (is `dx_m` meant?)" in capsys.readouterr().err
 
 
-def test_poses_in_millimetres_are_noticed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_poses_in_millimetres_are_noticed(tmp_path: Path, capsys: Printed) -> None:
     text = CONFIG.read_text(encoding="utf-8").replace("robots/", f"{ROBOT.parent}/")
     config = tmp_path / "config.yaml"
     config.write_text(text.replace("x_m: [-0.03, 0.03]", "x_m: [-30, 30]"), encoding="utf-8")

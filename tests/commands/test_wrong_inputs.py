@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from expdesign.app.commands import main as entry
-from tests.commands.calls import CONFIG, ROBOT, ROOT, call, model_file, refusal, refused, yaml_file
+from tests.commands.calls import CONFIG, ROBOT, ROOT, Printed, call, model_file, refusal, refused, yaml_file
 from tests.commands.wrong_inputs import WRONG, Wrong
 from tests.design.problems import BIPOD
 
@@ -49,7 +49,7 @@ def test_right_inputs_are_taken(inputs: Path, monkeypatch: pytest.MonkeyPatch) -
 
 @pytest.mark.parametrize("wrong", WRONG, ids=str)
 def test_wrong_inputs(
-    wrong: Wrong, inputs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    wrong: Wrong, inputs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Printed
 ) -> None:
     folder = Path(shutil.copytree(inputs, tmp_path / "inputs"))
     monkeypatch.chdir(folder)
@@ -68,7 +68,7 @@ def test_wrong_inputs(
 @pytest.mark.parametrize("where", ["taken", "taken/below"])
 @pytest.mark.parametrize("command", ["run config.yaml", "diagnose robot.yaml recordings.csv"])
 def test_a_file_where_the_folder_should_be(
-    inputs: Path, capsys: pytest.CaptureFixture[str], command: str, where: str, monkeypatch: pytest.MonkeyPatch
+    inputs: Path, capsys: Printed, command: str, where: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(inputs)
     (inputs / "taken").write_text("mine")
@@ -78,14 +78,14 @@ def test_a_file_where_the_folder_should_be(
     assert (inputs / "taken").read_text() == "mine"
 
 
-def test_a_place_where_no_folder_can_be_made_is_refused_before_the_work(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_place_where_no_folder_can_be_made_is_refused_before_the_work(capsys: Printed) -> None:
     place = Path("/proc/nothing-can-be-made-here")
     if not place.parent.is_dir():
         pytest.skip("no /proc here")
     assert "cannot be written" in refused(capsys, "montecarlo", "not-read.yaml", "not-read.csv", "--out", place)
 
 
-def test_too_little_memory_is_a_message(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_little_memory_is_a_message(capsys: Printed, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(**_: object) -> None:
         raise MemoryError
 

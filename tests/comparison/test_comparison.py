@@ -20,7 +20,7 @@ from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.plan import Plan
 from expdesign.planning.search import search_single
 from expdesign.report.comparison_report import agreement
-from tests.commands.calls import call, refusal
+from tests.commands.calls import Printed, call, refusal
 from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 
 SAMPLES = 3000
@@ -127,7 +127,7 @@ def test_every_criterion_s_design_beats_random_ones_by_it(compared: ComparisonRe
     assert [section.id for section in page.sections][:2] == ["summary", "several"]
 
 
-def test_the_command_writes_what_the_interfaces_say(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_writes_what_the_interfaces_say(tmp_path: Path, capsys: Printed) -> None:
     config, out = Path("configs/bipod.yaml").resolve(), tmp_path / "out"
     options = ["--samples", 50, "--random", 5, "--generations", 1]
     assert call("compare", config, "--out", out, *options) == 0

@@ -17,7 +17,7 @@ from expdesign.app.templates import kinds
 from expdesign.chain.models.model_file import model_text, read_model
 from expdesign.errors import InputError
 from expdesign.io.kinds import CURRENT_VERSIONS, READ_BACK, Kind, readable_versions
-from tests.commands.calls import call, refusal
+from tests.commands.calls import Printed, call, refusal
 
 OLD = Path(__file__).parent / "version_1"
 EVALUATED = {"duir": 0.7990483435167716, "feir": 0.16983322480708912, "total": 0.8168975330635244}
@@ -51,7 +51,7 @@ def test_a_configuration_of_version_1_is_judged_as_it_was_by_the_estimator_of_th
 
 
 @pytest.mark.parametrize("kind", FILES)
-def test_files_of_version_1_are_read(kind: Kind, capsys: pytest.CaptureFixture[str]) -> None:
+def test_files_of_version_1_are_read(kind: Kind, capsys: Printed) -> None:
     assert call("check", FILES[kind]) == 0
 
 
@@ -72,9 +72,7 @@ def test_a_model_of_version_1_is_written_in_the_version_of_today(tmp_path: Path)
 
 @pytest.mark.parametrize("kind", FILES)
 @pytest.mark.parametrize("off", ["later", "earlier"])
-def test_other_versions_are_refused_with_what_to_do(
-    kind: Kind, off: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_other_versions_are_refused_with_what_to_do(kind: Kind, off: str, tmp_path: Path, capsys: Printed) -> None:
     """Before anything else: a key that a later version added must not be called unknown."""
     read = readable_versions(kind)
     version = read[-1] + 1 if off == "later" else read[0] - 1

@@ -9,7 +9,7 @@ import yaml
 
 import expdesign as xd
 from expdesign.errors import InputError
-from tests.commands.calls import CONFIG, call, plan_file
+from tests.commands.calls import CONFIG, Printed, call, plan_file
 from tests.commands.test_register import folder as folder  # noqa: PLC0414 (a fixture)
 from tests.commands.test_register import robot_file
 from tests.plausibility.mistaken_files import POINTS, READ_AS, REFUSED, WORKBOOKS, YAML
@@ -17,7 +17,6 @@ from tests.plausibility.sound import CONFIGS, content_of, recordings_of
 from tests.recordings.test_registered_deflections import MARKERS
 
 Log = pytest.LogCaptureFixture
-Printed = pytest.CaptureFixture[str]
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.report.blocks import NextSteps
 from expdesign.report.identification_tables import varied
 from expdesign.report.page import Page
-from tests.commands.calls import call
+from tests.commands.calls import Printed, call
 
 CONFIG, ROBOT = Path("configs/bipod.yaml"), Path("configs/robots/bipod.yaml")
 
@@ -49,9 +49,7 @@ def test_commands_name_robot_and_configuration(tmp_path: Path) -> None:
     assert float(rows["O2 (inverse condition)"][4]) >= float(rows["O2 (inverse condition)"][3])
 
 
-def test_commands_can_be_copied_as_they_stand(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_commands_can_be_copied_as_they_stand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Printed) -> None:
     """Files beside the page are named as they are seen from the folder in which the command was given."""
     shutil.copytree(CONFIG.parent / "robots", tmp_path / "robots")
     short = yaml.safe_load(CONFIG.read_text(encoding="utf-8"))

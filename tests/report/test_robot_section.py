@@ -12,7 +12,7 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.report.page import content_of
 from expdesign.report.robot_section import actuator_frame, actuator_sentences
 from expdesign.report.robot_view import at_rest, view_data
-from tests.commands.calls import refusal
+from tests.commands.calls import Printed, refusal
 
 ROOT = Path(__file__).parents[2]
 ROBOTS = ROOT / "configs" / "robots"
@@ -104,7 +104,7 @@ def test_check_writes_a_page_with_the_drawing(name: str, tmp_path: Path) -> None
     assert view["loaded"] == isinstance(found.read, DesignProblem)
 
 
-def test_recordings_have_no_robot_to_draw(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_recordings_have_no_robot_to_draw(tmp_path: Path, capsys: Printed) -> None:
     table = tmp_path / "recordings.csv"
     table.write_text("sequence,series,x_m,y_m,fx_N,fy_N,dx_m,dy_m\n1,1,0,0,1,0,1e-6,0\n", encoding="utf-8")
     assert "no robot to draw" in refusal(capsys, "check", table, "--out", tmp_path / "out")

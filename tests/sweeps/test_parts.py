@@ -14,7 +14,7 @@ from expdesign.errors import NotIdentifiableError
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
 from expdesign.report.page import render
-from tests.commands.calls import CONFIG, ROBOT, call, plan_file, refusal
+from tests.commands.calls import CONFIG, ROBOT, Printed, call, plan_file, refusal
 from tests.sweeps.small import CONFIGS, SMALL, Sent
 
 COMPARED = {"samples": 50, "random": 2, "generations": 2, "seed": 3}
@@ -136,7 +136,7 @@ def test_a_cluster_gives_the_bytes_of_one_process(tmp_path: Path) -> None:
             assert texts(tmp_path / f"{name}-here") == texts(tmp_path / f"{name}-there")
 
 
-def test_nobody_answers(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nobody_answers(tmp_path: Path, capsys: Printed, monkeypatch: pytest.MonkeyPatch) -> None:
     distributed = pytest.importorskip("distributed", reason="Dask is not installed (extra `cluster`)")
 
     def refuse(*values: object, **options: object) -> None:

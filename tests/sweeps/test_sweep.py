@@ -20,7 +20,7 @@ import expdesign as xd
 from expdesign.app.parallel import Executors, Processes, WorkersError, results
 from expdesign.app.sweeps.store import sole_writer
 from expdesign.errors import InputError
-from tests.commands.calls import call
+from tests.commands.calls import Printed, call
 from tests.sweeps.small import Sent, contents, sweep_file
 
 VARY = {"experiment.measurements": [1, 2], "optimiser.seed": {"from": 1, "to": 3}}
@@ -105,7 +105,7 @@ def test_a_longer_sweep_does_only_what_is_new(done: tuple[Path, Path], tmp_path:
 
 
 def test_a_full_disk_costs_no_finished_run(
-    done: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    done: tuple[Path, Path], tmp_path: Path, capsys: Printed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = tmp_path / "out"
     written = 0
