@@ -204,13 +204,14 @@ def test_play_that_grows_with_the_extension(arm: SerialRobot) -> None:
 
 
 def test_a_tool_is_a_payload_that_nobody_entered(arm: SerialRobot) -> None:
-    """Oracle: the wrench m·g at R·c as the load of the rows; mass and centre are found from positions."""
+    """Oracle: the payload of mass m at c as the load of the rows; mass and centre are found from positions."""
     q = configurations(150, 9)
     mass, centre = 2.5, np.array([0.04, -0.02, 0.15])
     effect = UnknownTool.from_text(arm, "platform")
     lever = arm.jacobians(q).rotation @ centre
     force = np.tile(mass * arm.gravity, (len(q), 1))
     loaded = untimed(arm, q, np.hstack([force, np.cross(lever, force)]))
+    loaded = replace(loaded, payload=np.tile([mass, *centre], (len(q), 1)))
     rows, truth = untimed(arm, q), [mass, *(mass * centre)]
     read = positions(arm, (), [], loaded)
     np.testing.assert_allclose(positions(arm, (effect,), truth, rows), read, atol=1e-15)

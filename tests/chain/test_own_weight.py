@@ -80,3 +80,31 @@ def test_a_bearing_tilts_under_the_weight_beyond_it(tmp_path: Path) -> None:
         assert abs(turn[2]) < 1e-15  # the waist's axis is vertical: all of it lies across
         expected = np.cross(turn, robot.position(command) - waist)
         np.testing.assert_allclose(tilted[row], expected, rtol=0.0, atol=1e-11)
+
+
+def test_positions_show_the_equilibrium_to_second_order(tmp_path: Path) -> None:
+    """Oracle: the fixed point of δ = c∘τ(q + δ) with pinocchio's torques. What is left is of third order in c."""
+    robot = read_arm(tmp_path)
+    robot.markers, robot.instrument = {"ball": np.zeros(3)}, np.zeros(6)
+    q = configurations(6, seed=3)
+    recordings = recordings_of(robot, q, np.zeros((6, 3)))
+    chain, rows = Chain(robot, reading=reading_of(robot, recordings)), row_data(recordings, robot)
+    model = pin.buildModelFromUrdf(str(tmp_path / "arm.urdf"))
+    model.gravity.linear = robot.gravity
+    data = model.createData()
+
+    def stands(command: Array, softness: float) -> Array:
+        bent = command
+        for _ in range(50):
+            torque = -pin.computeGeneralizedGravity(model, data, bent)
+            bent = command + softness * torque / robot.stiffness
+        return robot.position(bent)
+
+    def off(softness: float) -> float:
+        values = chain.start()
+        values[: chain.compliances] = softness
+        exact = np.array([stands(command, softness) for command in q])
+        return float(np.abs(chain.predict(rows, values) - exact).max())
+
+    assert off(20.0) < 2e-4 * np.abs(robot.position(q) - [stands(command, 20.0) for command in q]).max()
+    assert off(40.0) / off(20.0) == pytest.approx(8.0, rel=0.05)

@@ -17,6 +17,7 @@ from expdesign.chain.declaration import Parameter
 from expdesign.chain.effect import Effect
 from expdesign.chain.readings.reading import DEFLECTION, Reading
 from expdesign.chain.row import Row, RowData, row_symbols
+from expdesign.mechanics.robots.orientation import rotation_vector
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.symbolic import BatchFunction, evaluate_through
 
@@ -156,15 +157,12 @@ class Chain:
         for effect, part in acting:
             wrench = effect.load(wrench, effect.seen(row), part)
         force = forward.T @ wrench + row.carried if self.compliances else ca.SX.zeros(0)
-        elongation = compliance * force
-        states, offset = [], 0
-        for effect, part in acting:
-            # An empty slice of a CasADi scalar is a row, and would spoil the stack of states.
-            own = state[offset : offset + effect.states] if effect.states else ca.SX.zeros(0)
-            elongation, own = effect.actuator(elongation, force, compliance, effect.seen(row), own, part)
-            states.append(own)
-            offset += effect.states
+        elongation, states = self._elongated(force, compliance, row, state, acting)
         deflection = pose_map @ elongation if self.compliances else ca.SX.zeros(robot.coordinates.n)
+        if self.compliances and robot.jointed and self.reading.absolute:
+            force, wrench = self._force_where_it_stands(row, elongation, acting, errors)
+            elongation, states = self._elongated(force, compliance, row, state, acting)
+            deflection = self._moved_tip(row, elongation, errors)
         following = [ca.SX.zeros(0)]
         for (effect, part), own in zip(acting, states, strict=True):
             deflection = effect.structure(deflection, wrench, compliance, effect.seen(row), part)
@@ -179,6 +177,55 @@ class Chain:
         elif self.from_command:
             reading = self.reading.displacement(robot, deflection, stands, unknown, row.pose)
         return reading, ca.vertcat(*following)
+
+    def _elongated(
+        self, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, acting: Acting
+    ) -> tuple[ca.SX, list[ca.SX]]:
+        """Length changes of the actuators (n_p,) under their forces, and the next states of every effect."""
+        elongation = compliance * force
+        states, offset = [], 0
+        for effect, part in acting:
+            # An empty slice of a CasADi scalar is a row, and would spoil the stack of states.
+            own = state[offset : offset + effect.states] if effect.states else ca.SX.zeros(0)
+            elongation, own = effect.actuator(elongation, force, compliance, effect.seen(row), own, part)
+            states.append(own)
+            offset += effect.states
+        return elongation, states
+
+    def _turned(self, row: Row, elongation: ca.SX) -> ca.SX:
+        """Coordinates (n_q,) at which an arm stands whose joints yield: the command, and what is no joint unchanged."""
+        return row.pose + ca.vertcat(elongation, ca.SX.zeros(row.pose.shape[0] - elongation.shape[0]))
+
+    def _force_where_it_stands(
+        self, row: Row, elongation: ca.SX, acting: Acting, errors: ca.SX | None
+    ) -> tuple[ca.SX, ca.SX]:
+        """Actuator forces (n_p,) and the wrench (n,) on an arm whose joints have yielded by `elongation`.
+
+        τ(q + δ) = J(q + δ)ᵀ·F(q + δ) + τ_g(q + δ) with δ = c∘τ(q): one step of the fixed point of δ = c∘τ(q + δ), which
+        is the equilibrium to second order. Readings of where an arm stands contain it; differences hardly do.
+        """
+        links, q = self.robot.links, ca.SX.sym("q", row.pose.shape[0])
+        forward, pose_map, rotation = links.jacobian_expressions(q, errors)
+        stands = replace(
+            row, pose=q, forward=forward, pose_map=pose_map, rotation=rotation,
+            wrench=row.wrench + turned_lever(rotation, row, row.wrench),
+            lever=rotation @ row.rotation.T @ row.lever, carried=links.own_weight_expression(q, row.gravity),
+        )  # fmt: skip
+        for effect, part in acting:
+            stands = self.reading.with_own_weight(stands, effect.own_weight_change(stands, part))
+        wrench = stands.wrench
+        for effect, part in acting:
+            wrench = effect.load(wrench, effect.seen(stands), part)
+        force = forward.T @ wrench + stands.carried
+        force, wrench = ca.substitute([force, wrench], [q], [self._turned(row, elongation)])
+        return force, wrench
+
+    def _moved_tip(self, row: Row, elongation: ca.SX, errors: ca.SX | None) -> ca.SX:
+        """How far the tip of an arm is from where it were if no joint yielded, exactly: in pose coordinates (n,)."""
+        links = self.robot.links
+        position, rotation = links.tip(row.pose, errors)
+        moved, turned = links.tip(self._turned(row, elongation), errors)
+        return ca.vertcat(moved - position, rotation_vector(turned @ rotation.T))
 
     def _with_true_legs(self, row: Row, compliance: ca.SX, acting: Acting) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
         """J, J̌, the wrench and the pose to which the commanded lengths lead with the true geometry.
