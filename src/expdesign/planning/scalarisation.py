@@ -30,6 +30,11 @@ class Aims:
     centres: FloatArray
     weights: FloatArray
 
+    @classmethod
+    def of_one(cls, count: int) -> "Aims":
+        """So many that look at one criterion, which is the only one."""
+        return cls(np.zeros((count, 1)), np.ones((count, 1)))
+
     def __len__(self) -> int:
         return len(self.centres)
 

@@ -116,15 +116,15 @@ def _improved(problem: DesignProblem, known: Information, decisions: FloatArray,
     space = problem.space.alone()
     space.measurements = len(decisions)
     here = replace(problem, space=space, objectives=(Total(),), known=known, noise=problem.noise.alone())
-    aims = Aims(np.zeros((1, 1)), np.ones((1, 1)))
     objectives, exchange = Objectives(here), Exchange(here, ("total",))
     best, least = decisions, np.inf
     for _ in range(6):
         # Ends of ranges and other poses may be beyond the robot's limits, from which a descent may come back.
-        tried = np.concatenate([exchange.singles(best[None], aims, pool, varied=varied) for varied in (False, True)])
+        tried = np.concatenate(
+            [exchange.singles(best[None], Aims.of_one(1), pool, varied=varied) for varied in (False, True)]
+        )
         if objectives.smooth:
-            starts = Aims(*(np.repeat(part, 2, axis=0) for part in (aims.centres, aims.weights)))
-            tried = np.concatenate([tried, descended(objectives, tried, starts, _PACE)])
+            tried = np.concatenate([tried, descended(objectives, tried, Aims.of_one(2), _PACE)])
         values = np.nan_to_num(objectives.values(here.assessed(tried))[:, 0], nan=np.inf)
         values[~problem.loaded.robot.usable(space.decode(tried)[0]).all(axis=1)] = np.inf
         reached = int(values.argmin())

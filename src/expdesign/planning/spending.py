@@ -15,9 +15,10 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.counted import counted
 from expdesign.planning.budget import LARGEST, Budget
 from expdesign.planning.front import Front
-from expdesign.planning.optimality.plan_sums import PlanSums
+from expdesign.planning.optimality.exchange import Exchange
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import design_minutes
+from expdesign.planning.scalarisation import Aims
 from expdesign.planning.search import kept
 
 _SHARE = 6
@@ -87,35 +88,31 @@ def _repeated(problem: DesignProblem, design: FloatArray, counts: IntArray, room
 
 def _shared_out(problem: DesignProblem, designs: FloatArray, counts: IntArray, left: IntArray) -> IntArray:
     """How often each measurement of designs (b, m, g) is read, (b, m), with so many further readings (b,)."""
-    sums, everyone = PlanSums(problem, 1.0), np.arange(len(designs))
-    parts = sums.parts(designs.reshape(-1, designs.shape[-1])).reshape(*designs.shape[:2], -1)
-    poses, possible, counts, rest = designs[..., problem.space.of_pose], counts > 0, counts.copy(), left.copy()
+    exchange, aims, everyone = Exchange(problem, ("total",)), Aims.of_one(len(designs)), np.arange(len(designs))
+    told, possible, counts, rest = exchange.told(designs), counts > 0, counts.copy(), left.copy()
+
+    def totals(counts: IntArray, step: IntArray) -> FloatArray:
+        """`total` (b, m) where one measurement after the other is read `step` (b,) times more."""
+        times, more = counts[..., None, None], step[:, None, None, None]
+        return exchange.distances(exchange.with_more(told * times, told * more, designs), aims)
+
     while rest.any():
         step = -(-rest // _SHARE)
-        scores = _totals(sums, parts, poses, counts, step)
-        best = np.where(possible, scores, np.inf).argmin(axis=1)
+        best = np.where(possible, totals(counts, step), np.inf).argmin(axis=1)
         counts[everyone, best] += step
         rest -= step
     given = left > 0
     for _ in range(_MOVES if given.any() else 0):
-        fewer = np.where(possible & (counts > 1), _totals(sums, parts, poses, counts, -np.ones_like(left)), np.inf)
-        donor = fewer.argmin(axis=1)
+        donor = np.where(possible & (counts > 1), totals(counts, -np.ones_like(left)), np.inf).argmin(axis=1)
         moved = counts.copy()
         moved[everyone, donor] -= 1
-        scores = np.where(possible, _totals(sums, parts, poses, moved, np.ones_like(left)), np.inf)
+        scores = np.where(possible, totals(moved, np.ones_like(left)), np.inf)
         best = scores.argmin(axis=1)
-        now = sums.total(sums.sums(parts * counts[..., None], poses))
-        better = given & np.isfinite(fewer[everyone, donor]) & (scores[everyone, best] < now * (1.0 - 1e-9))
+        now = exchange.distances(exchange.sums(told * counts[..., None, None], designs), aims)
+        better = given & (counts[everyone, donor] > 1) & (scores[everyone, best] < now * (1.0 - 1e-9))
         if not better.any():
             break
         moved[everyone, best] += 1
         counts = np.where(better[:, None], moved, counts)
         given &= better
     return counts
-
-
-def _totals(sums: PlanSums, parts: FloatArray, poses: FloatArray, counts: IntArray, step: IntArray) -> FloatArray:
-    """`total`² (b, m) of designs of which one measurement after the other is read `step` (b,) times more."""
-    with np.errstate(all="ignore"):
-        found = sums.total(sums.with_more(parts * counts[..., None], parts * step[:, None, None], poses))
-    return np.where(np.isfinite(found), found, np.inf)

@@ -52,8 +52,8 @@ def relaxed_designs(problem: DesignProblem) -> FloatArray:
         exchange = Exchange(problem, ("total",), factor)
         plans = rounded(last.weights[:listed], space.measurements, 400, generator)
         designs = last.shortlist[np.unique(np.sort(plans, axis=1), axis=0)]
-        best = np.argsort(exchange.scores(designs, _total(len(designs))), kind="stable")[:8]
-        better = exchange.singles(designs[best], _total(len(best)), last.shortlist[:listed])
+        best = np.argsort(exchange.scores(designs, Aims.of_one(len(designs))), kind="stable")[:8]
+        better = exchange.singles(designs[best], Aims.of_one(len(best)), last.shortlist[:listed])
         # Rounding to what can be set must not take a measurement at the robot's limits beyond them.
         found.append(problem.settable(np.concatenate([designs[best], better])))
     return np.concatenate(found) if found else np.zeros((0, space.measurements, space.decisions))
@@ -103,14 +103,10 @@ def structured_designs(
         designs = np.where(space.of_pose, rows[:, np.arange(m) % p], rows)
         designs[..., settings.gene] = np.where(np.arange(m) < fit.max(), settings.first, 0.0)
         designs = problem.settable(designs)
-        best = designs[np.argsort(exchange.scores(designs, _total(number)), kind="stable")[:kept]]
-        best = exchange.moved(best, _total(len(best)), offered)
-        found.append(problem.settable(exchange.singles(best, _total(len(best)), offered)))
+        best = designs[np.argsort(exchange.scores(designs, Aims.of_one(number)), kind="stable")[:kept]]
+        best = exchange.moved(best, Aims.of_one(len(best)), offered)
+        found.append(problem.settable(exchange.singles(best, Aims.of_one(len(best)), offered)))
     return np.concatenate(found)
-
-
-def _total(count: int) -> Aims:
-    return Aims(np.zeros((count, 1)), np.ones((count, 1)))
 
 
 def every_design(problem: DesignProblem) -> FloatArray | None:

@@ -7,7 +7,6 @@ import pytest
 
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.exchange import Exchange, rounded, variants
-from expdesign.planning.optimality.plan_sums import PlanSums
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import starting_designs
 from expdesign.planning.scalarisation import Aims
@@ -32,18 +31,13 @@ def criterion(here: DesignProblem, plans: Array, name: str) -> Array:
     return known_criteria()[name].values(here.assessed(here.space.canonical(plans)))
 
 
-def alone(count: int) -> Aims:
-    """One criterion."""
-    return Aims(np.zeros((count, 1)), np.ones((count, 1)))
-
-
 @pytest.mark.parametrize("changes", [{}, {"aggregate": "max"}])
 @pytest.mark.parametrize("base", [BIPOD, HEXAPOD])
 def test_sums_over_measurements_are_the_criteria(base: dict[str, object], changes: dict[str, object]) -> None:
     here = problem(base, changes)
     plans = designs(here, 6)
     for name in ("duir", "feir", "total"):
-        found = Exchange(here, (name,)).scores(plans, alone(6))
+        found = Exchange(here, (name,)).scores(plans, Aims.of_one(6))
         np.testing.assert_allclose(found, criterion(here, plans, name), rtol=1e-6)
 
 
@@ -56,17 +50,14 @@ def test_sums_over_series_are_the_criteria(own: bool) -> None:
     plans[:3, 1] = np.where(pose, plans[:3, 0], plans[:3, 1])
     plans[:2, 2] = np.where(pose, plans[:2, 0], plans[:2, 2])
     plans[5] = plans[5, 0]
-    sums = PlanSums(here, 1.0)
-    parts = sums.parts(plans.reshape(-1, plans.shape[-1])).reshape(6, 4, -1)
-    added = sums.joined(parts[:, 1:], plans[:, 1:, pose], parts[:, :1], plans[:, :1, pose])[:, 0]
-    for found in (sums.sums(parts, plans[..., pose]), added):
-        noise, force = sums.variances(found)
-        for name, squares in (("duir", noise), ("feir", force)):
-            expected = criterion(here, plans, name)
-            regular = np.isfinite(expected) & (np.arange(6) < 5)
-            assert regular.sum() == 5
-            np.testing.assert_allclose(np.sqrt(squares.max(axis=-1))[regular], expected[regular], rtol=1e-6)
-    np.testing.assert_allclose(sums.repeated(parts[5, :1], 4)[0], sums.sums(parts, plans[..., pose])[5], rtol=1e-9)
+    for name in ("duir", "feir", "total"):
+        exchange, expected = Exchange(here, (name,)), criterion(here, plans, name)
+        told = exchange.told(plans)
+        added = exchange.with_one(told[:, 1:], plans[:, 1:], plans[:, :1], told[:, :1])[:, 0]
+        regular = np.isfinite(expected) & (np.arange(6) < 5)
+        assert regular.sum() == 5
+        for found in (exchange.sums(told, plans), added):
+            np.testing.assert_allclose(exchange.distances(found, Aims.of_one(6))[regular], expected[regular], rtol=1e-6)
 
 
 @pytest.mark.parametrize("changes", [{}, SHARED])
@@ -80,7 +71,7 @@ def test_among_few_candidates_the_best_plan_is_found(name: str, changes: dict[st
     plans = listed[np.array(list(combinations_with_replacement(range(12), 3)))]
     best = np.nanmin(criterion(here, plans, name))
     starts = plans[::20]
-    improved = Exchange(here, (name,)).singles(starts, alone(len(starts)), listed)
+    improved = Exchange(here, (name,)).singles(starts, Aims.of_one(len(starts)), listed)
     found = criterion(here, improved, name)
     assert (found <= criterion(here, starts, name) * (1.0 + 1e-9)).all()
     # Where references are shared a step away has one of its own, which no plan of the list has.
@@ -96,7 +87,7 @@ def test_exchanges_leave_none_that_a_variant_of_one_measurement_improves() -> No
     }
     here = problem(BIPOD, grid)
     parents = designs(here, 12)
-    found = Exchange(here, ("feir",)).singles(parents, alone(12), parents[0], varied=True)
+    found = Exchange(here, ("feir",)).singles(parents, Aims.of_one(12), parents[0], varied=True)
     reached = criterion(here, found, "feir")
     assert (reached <= criterion(here, parents, "feir") * (1.0 + 1e-12)).all()
     options = variants(here, found)
@@ -113,7 +104,7 @@ def test_exchanges_leave_none_that_a_variant_of_one_measurement_improves() -> No
 def test_repeated_measurements_are_the_best_of_all_plans_of_two() -> None:
     here = problem(BIPOD, {"experiment.measurements": 3})
     listed = candidates(here, 10)
-    plans, of, scores = Exchange(here, ("feir",)).repeated(listed, alone(1), 1, 10)
+    plans, of, scores = Exchange(here, ("feir",)).repeated(listed, Aims.of_one(1), 1, 10)
     every = listed[np.array(list(combinations_with_replacement(range(10), 3)))]
     pairs = np.array([len(np.unique(plan, axis=0)) <= 2 for plan in every])
     assert (of == 0).all()

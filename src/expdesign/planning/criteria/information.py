@@ -335,67 +335,75 @@ class Information:
 
 @dataclass(frozen=True)
 class Sums:
-    """M, N and S of sets of measurements, with any batch dimensions in front.
+    """M, N and S of sets of measurements, with any batch dimensions in front, in one array, which adds up.
 
     Attributes:
-        matrix: M, shape (..., p, p).
-        own: N, shape (..., p, p).
-        shared: S, shape (..., p, d).
+        packed: [M, N, S] side by side, M and N of q unknowns, shape (..., q, 2·q + d).
+        estimated: how many of the last unknowns are load errors, which have the place of S: they do what they are.
     """
 
-    matrix: FloatArray
-    own: FloatArray
-    shared: FloatArray
+    packed: FloatArray
+    estimated: int = 0
+
+    @property
+    def unknowns(self) -> int:
+        """q, how many there are."""
+        return self.packed.shape[-2]
+
+    @property
+    def matrix(self) -> FloatArray:
+        """M, shape (..., q, q)."""
+        return self.packed[..., : self.unknowns]
+
+    @property
+    def own(self) -> FloatArray:
+        """N, shape (..., q, q)."""
+        return self.packed[..., self.unknowns : 2 * self.unknowns]
+
+    @property
+    def shared(self) -> FloatArray:
+        """S, shape (..., q, d)."""
+        if not self.estimated:
+            return self.packed[..., 2 * self.unknowns :]
+        ones = np.eye(self.unknowns)[:, self.unknowns - self.estimated :]
+        return np.broadcast_to(ones, (*self.packed.shape[:-2], *ones.shape))
 
     @classmethod
-    def of_measurements(cls, rows: FloatArray, errors: FloatArray, shared: BoolArray) -> "Sums":
-        """Of single ones, with whitened rows (..., k, p) and errors (..., k, d), some of them shared (d,)."""
+    def of_measurements(cls, rows: FloatArray, own: FloatArray, shared: FloatArray) -> "Sums":
+        """Of single ones, with whitened rows (..., k, q), and readings per standard deviation of the load errors that
+        each has of its own (..., k, e) and of those that all have in common (..., k, d).
+        """
         transposed = rows.swapaxes(-1, -2)
-        reach = transposed @ errors[..., ~shared]
-        return cls(transposed @ rows, reach @ reach.swapaxes(-1, -2), transposed @ errors[..., shared])
+        reach = transposed @ own
+        return cls(np.concatenate([transposed @ rows, reach @ reach.swapaxes(-1, -2), transposed @ shared], axis=-1))
 
     @classmethod
     def of_information(cls, known: Information) -> "Sums":
         """Of what is known, its errors of shared sources joined in their order; parameters stand first here."""
-        transposed = np.roll(known.root, -sum(known.estimated), axis=-1).swapaxes(-1, -2)
+        root = np.roll(known.root, -sum(known.estimated), axis=-1)
+        sources = list(zip(known.errors, known.shared, strict=True))
         own, shared = (
-            transposed @ np.concatenate([known.root[..., :0], *parts], axis=-1)
-            for parts in (
-                [each for each, common in zip(known.errors, known.shared, strict=True) if not common],
-                [each for each, common in zip(known.errors, known.shared, strict=True) if common],
-            )
+            np.concatenate([root[..., :0], *(each for each, common in sources if common is wanted)], axis=-1)
+            for wanted in (False, True)
         )
-        return cls(transposed @ transposed.swapaxes(-1, -2), own @ own.swapaxes(-1, -2), shared)
+        return cls.of_measurements(root, own, shared)
 
     def eliminated(self, nuisance: int, prior: float) -> "Sums":
         """Without the last parameters, which are only a nuisance, each with so much prior information."""
-        kept = self.matrix.shape[-1] - nuisance
+        kept = self.unknowns - nuisance
         among = self.matrix[..., kept:, kept:] + prior * np.eye(nuisance)
         answer = np.linalg.solve(among, self.matrix[..., kept:, :kept]).swapaxes(-1, -2)
         least = np.concatenate([np.broadcast_to(np.eye(kept), (*answer.shape[:-1], kept)), -answer], axis=-1)
-        back = least.swapaxes(-1, -2)
         matrix = self.matrix[..., :kept, :kept] - answer @ self.matrix[..., kept:, :kept]
-        return Sums(matrix, least @ self.own @ back, least @ self.shared)
-
-    def gain(self, targets: FloatArray) -> FloatArray:
-        """T·M⁻¹ of targets (t, r, p), shape (..., t, r, p)."""
-        # A ridge far below rounding of a regular matrix keeps a singular one from stopping the batch.
-        size = np.trace(self.matrix, axis1=-2, axis2=-1)[..., None, None]
-        inverse = np.linalg.inv(self.matrix + 1e-14 * np.maximum(size, 1e-300) * np.eye(self.matrix.shape[-1]))
-        found: FloatArray = targets @ inverse[..., None, :, :]
-        return found
-
-    def with_prior(self, count: int) -> "Sums":
-        """With what is known beforehand of the last unknowns, load errors that are estimated: one standard deviation
-        each, which is also what they do.
-        """
-        q = self.matrix.shape[-1]
-        ones = np.eye(q)[:, q - count :]
-        return Sums(self.matrix + ones @ ones.T, self.own, np.broadcast_to(ones, (*self.shared.shape[:-2], q, count)))
+        parts = matrix, least @ self.own @ least.swapaxes(-1, -2), least @ self.shared
+        return Sums(np.concatenate(parts, axis=-1), self.estimated)
 
     def variances(self, targets: FloatArray, estimator: Estimator) -> Parts:
-        """Variances along the axes of targets (t, r, p) due to noise and to load errors, shape (..., t, r) each."""
-        return parted(self.gain(targets), targets, self.shared, self.own, estimator)
+        """Variances along the axes of targets (t, r, q) due to noise and to load errors, shape (..., t, r) each."""
+        # A ridge far below rounding of a regular matrix keeps a singular one from stopping the batch.
+        size = np.trace(self.matrix, axis1=-2, axis2=-1)[..., None, None]
+        inverse = np.linalg.inv(self.matrix + 1e-14 * np.maximum(size, 1e-300) * np.eye(self.unknowns))
+        return parted(targets @ inverse[..., None, :, :], targets, self.shared, self.own, estimator)
 
 
 def _below(first: FloatArray, second: FloatArray, batch: tuple[int, ...]) -> FloatArray:

@@ -1,13 +1,20 @@
-"""Exchange of measurements where criteria are sums over them (`plan_sums.py`): one, or a plan of repeated ones.
+"""Exchange of measurements where criteria are sums over them: one, or a plan of repeated ones.
 
 Fedorov 1972 exchanges one measurement after the other until none helps. What it does not find: load errors that each
 measurement has of its own average out over repetitions of whichever measurement suffers least.
+
+DUIR and FEIR are functions of sums over the measurements (`Sums`) or, where these share references, over their series:
+a measurement then has rows of the unknown reading of its reference too, and a series is the sum over its measurements,
+from which that reading is eliminated. So exchanging one measurement costs the same however many there are. Sums square
+the condition of Ã, which the ranking of exchanges can bear; the value that is reported is computed without them.
 """
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.planning.optimality.plan_sums import PlanSums
+from expdesign.mechanics.differentiation import inverse_root, one_and_gram
+from expdesign.planning.criteria.information import Sums
+from expdesign.planning.optimality.measurement_maps import MeasurementMaps, regular_only
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import Aims, achieved
 
@@ -15,6 +22,8 @@ _TOGETHER = 10_000_000
 """Entries of the sums that are formed at a time, at most."""
 _HELPS = 1e-9
 """Relative gain that counts as one."""
+_SWEEPS = 8
+"""Times that every measurement of a design is exchanged, at most."""
 
 ADDITIVE = ("duir", "feir", "total")
 """Criteria that are functions of sums over measurements."""
@@ -28,31 +37,114 @@ def exchanges_are_sums(problem: DesignProblem, names: tuple[str, ...]) -> bool:
 class Exchange:
     """Exchanges of measurements, judged by sums.
 
+    Sums are `Sums.packed`, shape (..., q, w); of single measurements, whose reference may be shared, they have the
+    reading of that reference as further unknowns.
+
     Args:
         problem: the design problem.
         names: of the criteria k of the aims, all in `ADDITIVE`.
-        factor: on the load errors, so that `total` is √(DUIR² + factor²·FEIR²).
+        factor: s, on the load errors, so that `total` is √(DUIR² + s²·FEIR²).
     """
 
     def __init__(self, problem: DesignProblem, names: tuple[str, ...], factor: float = 1.0) -> None:
-        self._problem, self._space, self._names = problem, problem.space, names
-        self._sums = PlanSums(problem, factor)
+        self._problem, self._space, self._names, self._factor = problem, problem.space, names, factor
+        self._readings = len(problem.noise.axes) if problem.noise.shared_reference else 0
+        maps, self._weighs = MeasurementMaps(problem, factor), problem.estimator == "generalised"
+        self._common, self._own = maps.common, maps.own
+        common, parameters = int(self._common.sum()), len(problem.loaded.scale)
+        self._estimated, seen = (common, 0) if self._weighs else (0, common)
+        unknowns = parameters + self._estimated
+        self._targets = maps.relaxation().targets[..., :unknowns]
+        # What is known before: load errors that are estimated to one standard deviation each.
+        among = np.diag((np.arange(unknowns) >= parameters).astype(float))
+        self._before = np.pad(among, ((0, 0), (0, unknowns + seen)))
+        if problem.known is not None:
+            self._before += Sums.of_information(problem.known.in_units(problem.loaded.scale)).packed
 
-    def _scores(self, sums: FloatArray, centres: FloatArray, weights: FloatArray) -> FloatArray:
-        """How far designs are from their aims, (...), by their sums (..., c); centres and weights (..., k)."""
+    def told(self, measurements: FloatArray) -> FloatArray:
+        """Sums of single measurements (..., g), 0 of those that are not taken."""
+        observation, errors = self._problem.whitened(*self._space.decode(measurements))
+        # Apart from its reference a reading has half the variance of a deflection.
+        sharpness = np.sqrt(2.0) if self._readings else 1.0
+        rows, errors = regular_only(
+            sharpness * self._problem.loaded.scale * observation, sharpness * self._factor * errors
+        )
+        own, common = errors[..., self._own], errors[..., self._common]
+        if self._weighs:
+            rows, common = np.concatenate([rows, common], axis=-1), common[..., :0]
+        if self._readings:
+            one = np.broadcast_to(sharpness * np.eye(self._readings), (*rows.shape[:-1], self._readings))
+            rows = np.concatenate([rows, one], axis=-1)
+        if self._weighs:
+            weight = inverse_root(one_and_gram(own))
+            rows, own = weight @ rows, weight @ own
+        return Sums.of_measurements(rows, own, common).packed * self._space.taken(measurements)[..., None, None]
+
+    def sums(self, told: FloatArray, designs: FloatArray) -> FloatArray:
+        """Sums (b, q, w) over the measurements of designs (b, m, g), of which each has told (b, m, q', w')."""
+        return told.sum(axis=1) if not self._readings else self._series(told, designs)[1].sum(axis=1)
+
+    def with_more(self, told: FloatArray, more: FloatArray, designs: FloatArray) -> FloatArray:
+        """Sums (b, m, q, w) of designs (b, m, g) of which one measurement after the other has `more` (b, m, q', w')."""
+        if not self._readings:
+            return told.sum(axis=1)[:, None] + more
+        together, series = self._series(told, designs)
+        return series.sum(axis=1)[:, None] + self._closed(together + more) - self._closed(together)
+
+    def with_one(self, told: FloatArray, designs: FloatArray, options: FloatArray, new: FloatArray) -> FloatArray:
+        """Sums (b, l, q, w) of designs (b, m − 1, g) with one measurement more, for l of them.
+
+        Args:
+            told: sums of the measurements that they have, shape (b, m − 1, q', w').
+            designs: what they have.
+            options: what comes to it, shape (b, l, g) or (1, l, g).
+            new: sums of that, shape (b, l, q', w') or (1, l, q', w').
+        """
+        if not self._readings:
+            return told.sum(axis=1)[:, None] + new
+        together, series = self._series(told, designs)
+        found = series.sum(axis=1)[:, None] + self._closed(new)
+        # Where another measurement is at the pose, both are one series.
+        pose = self._space.of_pose
+        meets = (designs[:, :, None, pose] == options[:, None][..., pose]).all(axis=3)
+        design, option = np.nonzero(meets.any(axis=1))
+        if len(design):
+            with_it = meets.argmax(axis=1)[design, option]
+            source = design if len(new) == len(told) else np.zeros_like(design)
+            others = _mixed(1.0 - np.eye(told.shape[1]), series)
+            longer = together[design, with_it] + new[source, option]
+            found[design, option] = others[design, with_it] + self._closed(longer)
+        return found
+
+    def _series(self, told: FloatArray, designs: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Sums of single measurements (b, m, q', w') over the series of each, and what it adds to those of the design,
+        (b, m, q, w), which is zero but for its first measurement.
+        """
+        poses = designs[..., self._space.of_pose]
+        same = (poses[:, :, None] == poses[:, None]).all(axis=3)
+        first = ~np.tril(same, -1).any(axis=2)
+        together = _mixed(same.astype(float), told)
+        return together, np.where(first[..., None, None], self._closed(together), 0.0)
+
+    def _closed(self, told: FloatArray) -> FloatArray:
+        """What complete series add, from sums over their measurements (..., q', w'), shape (..., q, w)."""
+        return Sums(told).eliminated(self._readings, 2.0).packed if self._readings else told
+
+    def distances(self, sums: FloatArray, aims: Aims) -> FloatArray:
+        """How far designs are from their aims, (b, ...), by their sums (b, ..., q, w)."""
+        shape = (len(aims), *(1,) * (sums.ndim - 3), -1)
         with np.errstate(all="ignore"):
-            noise, force = self._sums.variances(sums)
+            found = Sums(sums + self._before, self._estimated).variances(self._targets, self._problem.estimator)
+            noise, force = (part.sum(axis=-1) for part in found)
             both = {"duir": noise, "feir": force, "total": noise + force}
             values = np.stack([np.sqrt(both[name].max(axis=-1)) for name in self._names], axis=-1)
-            score = achieved(values, centres, weights)
+            score = achieved(values, aims.centres.reshape(shape), aims.weights.reshape(shape))
         usable: FloatArray = np.where(np.isfinite(score), score, 1e30)
         return usable
 
     def scores(self, designs: FloatArray, aims: Aims) -> FloatArray:
         """How far designs (b, m, g) are from their aims, shape (b,)."""
-        parts = self._sums.parts(designs.reshape(-1, designs.shape[-1])).reshape(*designs.shape[:2], -1)
-        sums = self._sums.sums(parts, designs[..., self._space.of_pose])
-        return self._scores(sums, aims.centres, aims.weights)
+        return self.distances(self.sums(self.told(designs), designs), aims)
 
     def singles(
         self, designs: FloatArray, aims: Aims, common: FloatArray, *, varied: bool = False, loaded: bool = False
@@ -69,71 +161,58 @@ class Exchange:
         """
         if len(designs) == 0:
             return designs
-        sums, designs = self._sums, designs.copy()
-        (batch, m, g), count, pose = designs.shape, len(common), self._space.of_pose
-        shared, own = sums.parts(common), varied or self._space.settings is not None
-        there = sums.parts(designs.reshape(-1, g)).reshape(batch, m, -1)
-        score = self._scores(sums.sums(there, designs[..., pose]), aims.centres, aims.weights)
-        moving, settings = np.arange(batch), self._space.settings
-        together = max(1, _TOGETHER // (count * shared.shape[1]))
-        for sweep in range(8):
-            helped = np.zeros(batch, dtype=bool)
-            for place in range(m):
+        found, listed, told = designs.copy(), self.told(common), self.told(designs)
+        together = max(1, _TOGETHER // listed.size)
+        if len(designs) > together:
+            parts = [slice(start, start + together) for start in range(0, len(designs), together)]
+            one = [self.singles(designs[p], aims[p], common, varied=varied, loaded=loaded) for p in parts]
+            return np.concatenate(one)
+        score, moving = self.distances(self.sums(told, found), aims), np.arange(len(found))
+        for sweep in range(_SWEEPS):
+            helped = np.zeros(len(found), dtype=bool)
+            for place in range(found.shape[1]):
                 self._problem.interrupt()
-                for start in range(0, len(moving), together):
-                    part = moving[start : start + together]
-                    # Sums of what remains, not differences, which would lose digits.
-                    others, rest = np.delete(designs[part], place, axis=1), np.delete(there[part], place, axis=1)
-                    options = sums.joined(rest, others[..., pose], shared[None], common[None][..., pose])
-                    if own:
-                        more = self._own_options(designs[part], place, varied, sweep if loaded else None)
-                        theirs = sums.parts(more.reshape(-1, g)).reshape(*more.shape[:2], -1)
-                        joined = sums.joined(rest, others[..., pose], theirs, more[..., pose])
-                        options = np.concatenate([options, joined], axis=1)
-                    scores = self._scores(options, aims.centres[part, None], aims.weights[part, None])
-                    if settings is not None and settings.budget is not None:
-                        listed = np.broadcast_to(common, (len(part), *common.shape))
-                        within = settings.affordable(others, np.concatenate([listed, more], axis=1))
-                        scores = np.where(within, scores, np.inf)
-                    if own and varied:
-                        # What lies beyond the robot's limits would be best, and descents would have to lead back.
-                        beyond = ~self._problem.reachable(more)
-                        scores[:, count:] = np.where(beyond, np.inf, scores[:, count:])
-                    best = scores.argmin(axis=1)
-                    found = scores[np.arange(len(part)), best]
-                    better = found < score[part] - _HELPS * (1.0 + np.abs(score[part]))
-                    for row in np.flatnonzero(better):
-                        index, chosen = part[row], best[row]
-                        listed = chosen < count
-                        designs[index, place] = common[chosen] if listed else more[row, chosen - count]
-                        there[index, place] = shared[chosen] if listed else theirs[row, chosen - count]
-                    score[part[better]], helped[part[better]] = found[better], True
+                own = self._own_options(found[moving], place, varied, sweep if loaded else None)
+                some = found[moving], told[moving], place, aims[moving]
+                chosen, its, reached = self._best(*some, common, listed, own)
+                better = reached < score[moving] - _HELPS * (1.0 + np.abs(score[moving]))
+                changed = moving[better]
+                if len(changed):
+                    found[changed, place], told[changed, place] = chosen[better], its[better]
+                    score[changed], helped[changed] = reached[better], True
             moving = np.flatnonzero(helped)
             if moving.size == 0:
                 break
-        return designs
-
-    def moved(self, designs: FloatArray, aims: Aims, offered: FloatArray) -> FloatArray:
-        """Designs (b, m, g) of which whole settings of the robot are at the poses of others (l, g) where that helps.
-
-        Its measurements keep their loads. One exchanged alone would need a setting more.
-        """
-        settings, pose, sums = self._space.settings, self._space.of_pose, self._sums
-        assert settings is not None
-        found = designs.copy()
-        for design, centre, weight in zip(found, aims.centres, aims.weights, strict=True):
-            parts = sums.parts(design)
-            score = float(self._scores(sums.sums(parts[None], design[None][..., pose]), centre, weight)[0])
-            for first in np.flatnonzero(settings.units(design)):
-                own = (design[:, pose] == design[first, pose]).all(axis=1)
-                tried = np.where(own[:, None] & pose, offered[:, None], design)
-                theirs = np.repeat(parts[None], len(offered), axis=0)
-                theirs[:, own] = sums.parts(tried[:, own].reshape(-1, len(pose))).reshape(len(offered), own.sum(), -1)
-                scores = self._scores(sums.sums(theirs, tried[..., pose]), centre, weight)
-                best = int(scores.argmin())
-                if scores[best] < score - _HELPS * (1.0 + abs(score)):
-                    design[:], parts, score = tried[best], theirs[best], float(scores[best])
         return found
+
+    def _best(
+        self,
+        designs: FloatArray,
+        told: FloatArray,
+        place: int,
+        aims: Aims,
+        common: FloatArray,
+        listed: FloatArray,
+        own: FloatArray,
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The best alternatives (b, g) to the measurements of designs (b, m, g) at a place, out of those for all (l, g)
+        and of their own (b, v, g), their sums, and how far the designs with them are from their aims, (b,).
+        """
+        # Sums of what remains, not differences, which would lose digits.
+        rest, others = np.delete(told, place, axis=1), np.delete(designs, place, axis=1)
+        sums = self.with_one(rest, others, common[None], listed[None])
+        if own.shape[1]:
+            theirs = self.told(own)
+            sums = np.concatenate([sums, self.with_one(rest, others, own, theirs)], axis=1)
+        options = np.concatenate([np.broadcast_to(common, (len(designs), *common.shape)), own], axis=1)
+        scores, settings, every = self.distances(sums, aims), self._space.settings, np.arange(len(designs))
+        if settings is not None and settings.budget is not None:
+            scores = np.where(settings.affordable(others, options), scores, np.inf)
+        best = scores.argmin(axis=1)
+        its, of_own = listed[np.minimum(best, len(common) - 1)], best >= len(common)
+        if of_own.any():
+            its[of_own] = theirs[of_own, best[of_own] - len(common)]
+        return options[every, best], its, scores[every, best]
 
     def _own_options(self, designs: FloatArray, place: int, varied: bool, sweep: int | None) -> FloatArray:
         """Alternatives (b, v, g) to the measurement of designs (b, m, g) at a place: where wanted, its variants; where
@@ -141,9 +220,11 @@ class Exchange:
         those of some of them, or left out.
         """
         own, space = designs[:, place, None], self._space
-        found = [variants(self._problem, own)[:, 0]] if varied else [space.anew(own)]
-        if space.settings is not None:
+        if space.settings is None:
+            found = [variants(self._problem, own)[:, 0]] if varied else [own[:, :0]]
+        else:
             others, count = np.delete(designs, place, axis=1), designs.shape[1] - 1
+            found = [variants(self._problem, own)[:, 0]] if varied else [space.anew(own)]
             found += [np.where(space.of_pose, others, own), np.where(space.of_pose, space.anew(others), own)]
             if space.settings.budget is not None:
                 out = own.copy()
@@ -155,7 +236,31 @@ class Exchange:
                 some = (place + sweep + near) % count
                 more = variants(self._problem, others[:, np.sort(some)], ~space.of_pose)
                 found.append(more.reshape(len(designs), -1, space.decisions))
-        return np.concatenate(found, axis=1)
+        options = np.concatenate(found, axis=1)
+        # What lies beyond the robot's limits would be best, and descents would have to lead back.
+        return np.where(self._problem.reachable(options)[..., None], options, own) if varied else options
+
+    def moved(self, designs: FloatArray, aims: Aims, offered: FloatArray) -> FloatArray:
+        """Designs (b, m, g) of which whole settings of the robot are at the poses of others (l, g) where that helps.
+
+        Its measurements keep their loads. One exchanged alone would need a setting more.
+        """
+        settings, pose = self._space.settings, self._space.of_pose
+        assert settings is not None
+        found = designs.copy()
+        for index, design in enumerate(found):
+            aim, told = aims[index : index + 1], self.told(design)
+            score = float(self.distances(self.sums(told[None], design[None]), aim)[0])
+            for first in np.flatnonzero(settings.units(design)):
+                own = (design[:, pose] == design[first, pose]).all(axis=1)
+                tried = np.where(own[:, None] & pose, offered[:, None], design)
+                theirs = np.repeat(told[None], len(offered), axis=0)
+                theirs[:, own] = self.told(tried[:, own])
+                scores = self.distances(self.sums(theirs, tried)[None], aim)[0]
+                best = int(scores.argmin())
+                if scores[best] < score - _HELPS * (1.0 + abs(score)):
+                    design[:], told, score = tried[best], theirs[best], float(scores[best])
+        return found
 
     def repeated(
         self, drawn: FloatArray, aims: Aims, count: int, paired: int
@@ -171,11 +276,7 @@ class Exchange:
         Returns:
             The plans, for which aim (d,) each is, and how far from it (d,).
         """
-        m, sums, pose = self._space.measurements, self._sums, self._space.of_pose
-        parts, everyone = sums.parts(drawn), np.arange(len(drawn))
-
-        def scored(options: FloatArray) -> FloatArray:
-            return self._scores(options, aims.centres[:, None], aims.weights[:, None])
+        m, told, everyone = self._space.measurements, self.told(drawn), np.arange(len(drawn))
 
         def least(
             scores: FloatArray, first: IntArray, second: IntArray, times: int
@@ -185,7 +286,7 @@ class Exchange:
             plans = np.where(np.arange(m) < times, first[best.ravel(), None], second[best.ravel(), None])
             return drawn[plans], of, scores[of, best.ravel()]
 
-        scores = scored(sums.repeated(parts, m))
+        scores = self.distances(self._closed(m * told)[None], aims)
         found = [least(scores, everyone, everyone, m)]
         # Those that are the least by themselves, and some of all.
         alone = np.unique(scores.argsort(axis=1, kind="stable")[:, : max(1, paired // (4 * len(scores)))])
@@ -193,13 +294,20 @@ class Exchange:
         first, second = (chosen[index].ravel() for index in np.indices((len(chosen), len(chosen))))
         if self._problem.noise.shared_reference:
             # At one pose the two would share their reference, and be one series.
+            pose = self._space.of_pose
             apart = (drawn[first][:, pose] != drawn[second][:, pose]).any(axis=1)
             first, second = first[apart], second[apart]
         for times in range(1, m // 2 + 1):
-            one, other = (sums.repeated(parts, number) for number in (times, m - times))
-            found.append(least(scored(one[first] + other[second]), first, second, times))
+            one, other = (self._closed(number * told) for number in (times, m - times))
+            found.append(least(self.distances((one[first] + other[second])[None], aims), first, second, times))
         plans, of, values = (np.concatenate(part) for part in zip(*found, strict=True))
         return plans, of, values
+
+
+def _mixed(weights: FloatArray, sums: FloatArray) -> FloatArray:
+    """Weighted sums (b, m, ...) of those of measurements (b, m, ...), with weights (b, m, m) or (m, m)."""
+    found: FloatArray = (weights @ sums.reshape(*sums.shape[:2], -1)).reshape(sums.shape)
+    return found
 
 
 def rounded(weights: FloatArray, count: int, draws: int, generator: np.random.Generator) -> IntArray:

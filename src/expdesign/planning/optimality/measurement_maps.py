@@ -79,30 +79,11 @@ class MeasurementMaps:
             rows[start : start + CHUNK] = self.of_quantities(quantities, reference=reference)
         return rows
 
-    def weighed(self, variables: FloatArray, *, reference: bool = False) -> tuple[FloatArray, FloatArray]:
-        """R (j, k, q) as in `rows`, and in the same weights the readings per standard deviation of the load errors
-        that each measurement has of its own, (j, k, e).
-        """
-        observation, errors = self.problem.whitened(*self.problem.space.decode(variables))
-        rows, own = self._assembled(observation, errors, reference), errors @ self._chosen(self.own)
-        return rows, inverse_root(one_and_gram(own)) @ own
-
     def of_quantities(self, quantities: FloatArray, *, reference: bool = False) -> FloatArray:
         """R (b, k, q) of readings with quantities (b, z), plain or recorded; behind it, where wanted, H (b, k, k), what
         an unknown reading of the reference adds to the whitened deflection (theory.md 10.6).
         """
-        return self._assembled(*self.problem.whitened(*self.problem.space.split(quantities)), reference)
-
-    def _assembled(self, observation: FloatArray, errors: FloatArray, reference: bool) -> FloatArray:
-        """R = W·[A, B] with the inverse root W of the noise, and W itself behind it where `reference` is set.
-
-        An ascent may pass a singular pose, where the maps overflow; the limit on the condition number keeps such a
-        measurement out of every result, and here it counts as if it told nothing.
-        """
-        size = np.abs(plain(observation)).max(axis=(1, 2)) + np.abs(plain(errors)).max(axis=(1, 2), initial=0.0)
-        regular = (size < _OVERFLOW)[:, None, None]
-        if not regular.all():
-            observation, errors = np.where(regular, observation, 0.0), np.where(regular, errors, 0.0)
+        observation, errors = regular_only(*self.problem.whitened(*self.problem.space.split(quantities)))
         stacked = observation * (self._sharpness * self._scale)
         if self.common.any():
             stacked = np.concatenate([stacked, errors @ self._chosen(self.common)], 2)
@@ -144,3 +125,16 @@ class MeasurementMaps:
                     ends.append(variable.bounds)
         corners = list(product(*ends))
         return LoadVariables(np.array(index, dtype=np.int64), np.array(corners).reshape(len(corners), len(index)))
+
+
+def regular_only(observation: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Whitened maps (..., k, p) and (..., k, d) of single measurements, 0 of those at singular poses.
+
+    An ascent or an exchange may pass a singular pose, where the maps overflow; the limit on the condition number keeps
+    such a measurement out of every result, and here it counts as if it told nothing.
+    """
+    size = np.abs(plain(observation)).max(axis=(-2, -1)) + np.abs(plain(errors)).max(axis=(-2, -1), initial=0.0)
+    regular = (size < _OVERFLOW)[..., None, None]
+    if regular.all():
+        return observation, errors
+    return np.where(regular, observation, 0.0), np.where(regular, errors, 0.0)
