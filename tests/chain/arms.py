@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.mechanics.robots.robot_file import read_robot
 from expdesign.mechanics.robots.serial import SerialRobot
@@ -23,6 +24,8 @@ STIFFNESS = np.array([3e6, 6e4, 8e4, 5e4, 2e4, 1.5e4, 1e4])
 PLACE = np.array([0.06, -0.03, 0.11])
 INSTRUMENT = np.array([2.5, -1.4, 0.9, 0.02, -0.03, 2.1])
 DEVIATION = 5e-5
+READING = MarkerPosition(("ball",), {}, None, np.array([*INSTRUMENT, *PLACE]))
+"""By that instrument, of the marker on the tip."""
 
 
 def write_arm(folder: Path) -> Path:

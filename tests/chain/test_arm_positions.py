@@ -16,7 +16,6 @@ from expdesign.chain.effects.load.payload import UnknownTool
 from expdesign.chain.models.estimable import Calibrated
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.choice import reading_of
-from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import Row, row_data
 from expdesign.diagnosis.evidence.search import Search
@@ -27,17 +26,10 @@ from expdesign.estimation.compensation.prediction import after_campaign, require
 from expdesign.estimation.fit import Fit, fit
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.serial import SerialRobot
-from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+from tests.chain.arms import DEVIATION, READING, configurations, recordings_of
 from tests.fitting import data_of
 from tests.identification.experiments import table_of
 from tests.oracle import Array
-
-READING = MarkerPosition(("ball",), {}, None, np.array([*INSTRUMENT, *PLACE]))
-
-
-@pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> SerialRobot:
-    return read_arm(tmp_path_factory.mktemp("arm"))
 
 
 def untimed(robot: SerialRobot, q: Array, wrenches: Array | None = None) -> Recordings:

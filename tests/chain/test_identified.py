@@ -8,15 +8,9 @@ from expdesign.chain.component import GEOMETRY
 from expdesign.chain.effects.joints.bearings import JointCompliance
 from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
 from expdesign.chain.identified import ChainBeside, Identified
-from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import RowData, row_data
 from expdesign.mechanics.robots.serial import SerialRobot
-from tests.chain.arms import INSTRUMENT, PLACE, configurations, read_arm, recordings_of
-
-
-@pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> SerialRobot:
-    return read_arm(tmp_path_factory.mktemp("arm"))
+from tests.chain.arms import READING, configurations, recordings_of
 
 
 @pytest.fixture(scope="module")
@@ -26,8 +20,7 @@ def rows(arm: SerialRobot) -> RowData:
 
 @pytest.fixture(scope="module")
 def beside(arm: SerialRobot) -> ChainBeside:
-    reading = MarkerPosition(("ball",), {}, None, np.array([*INSTRUMENT, *PLACE]))
-    chain = Chain(arm, (CalibratedGeometryError(arm, GEOMETRY),), reading=reading)
+    chain = Chain(arm, (CalibratedGeometryError(arm, GEOMETRY),), reading=READING)
     errors = 2e-3 * np.random.default_rng(1).standard_normal(len(chain.parameters) - chain.base)
     values = chain.start() + np.concatenate([np.zeros(chain.base), errors])
     sizes = np.concatenate([[p.spread for p in chain.parameters[: chain.base]], np.full(len(errors), 1e-3)])

@@ -26,14 +26,9 @@ from expdesign.estimation.noise_level import noise_from_replicates
 from expdesign.io.yaml_reader import read_yaml
 from expdesign.mechanics.robots.serial import SerialRobot
 from expdesign.report.remark_texts import sentences
-from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, STIFFNESS, configurations, read_arm, recordings_of, write_arm
+from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, READING, STIFFNESS, configurations, recordings_of, write_arm
 from tests.fitting import data_of
 from tests.oracle import Array
-
-
-@pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> SerialRobot:
-    return read_arm(tmp_path_factory.mktemp("arm"))
 
 
 def measured(
@@ -44,8 +39,7 @@ def measured(
     seed: int | None = 0,
 ) -> Recordings:
     """What the instrument reads of the arm with twice the compliance of the robot file."""
-    exact = MarkerPosition(("ball",), {}, None, np.array([*INSTRUMENT, *PLACE]))
-    chain = Chain(robot, effects, reading=exact)
+    chain = Chain(robot, effects, reading=READING)
     truth = np.concatenate([np.full(7, 2.0), INSTRUMENT, PLACE, values])
     empty = recordings_of(robot, q, np.zeros((len(q), 3)))
     positions = chain.predict(row_data(empty, robot), truth)

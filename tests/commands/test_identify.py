@@ -1,18 +1,12 @@
 """`expdesign identify`."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from expdesign.io.output import csv_text
-from expdesign.mechanics.robots.parallel import ParallelRobot
-from expdesign.mechanics.robots.robot_file import read_robot
-from tests.commands.calls import ROBOT, Printed, call, recordings_file, refusal
-from tests.identification.experiments import experiment
-from tests.identification.test_identify import idle_leg
+from tests.commands.calls import ROBOT, Printed, call, recordings_file
 
 
 def test_it_writes_model_record_and_report(tmp_path: Path, capsys: Printed) -> None:
@@ -63,19 +57,6 @@ def test_options_reach_the_estimator(tmp_path: Path) -> None:
     # A prior takes over part of what the readings had to determine.
     assert plain["dof"] < prior["dof"] < plain["dof"] + 6
     assert prior["covariance"][0][0] < plain["covariance"][0][0]
-
-
-def test_a_leg_without_load_ends_with_2_and_its_name(tmp_path: Path, capsys: Printed) -> None:
-    here = read_robot(ROBOT)
-    assert isinstance(here, ParallelRobot)
-    made = idle_leg(replace(experiment("H1", 6, seed=17), robot=here))
-    path = tmp_path / "recordings.csv"
-    path.write_text(csv_text(made.frame(made.noisy(np.random.default_rng(0)))), encoding="utf-8")
-    message = refusal(capsys, "identify", ROBOT, path, "--out", tmp_path / "out")
-    assert "recordings.csv: leg 3 carries no load in any of the fitted rows" in message
-    assert "Traceback" not in message
-    assert not (tmp_path / "out").exists()
-    assert call("identify", ROBOT, path, "--out", tmp_path / "out", "--prior", 30) == 0
 
 
 def test_a_failure_leaves_earlier_results_as_they_were(tmp_path: Path) -> None:

@@ -19,14 +19,13 @@ from expdesign.chain.effects.joints.bearings import JointBacklash, JointComplian
 from expdesign.chain.effects.joints.geometry import ArmGeometryError
 from expdesign.chain.effects.links.links import LinkCompliance
 from expdesign.chain.models.model_file import Model, read_model
-from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, TOGETHER
 from expdesign.errors import InputError
 from expdesign.io.output import csv_text
 from tests.cases import ROBOTS, content_of, robot
 from tests.chain.arm_rows import arm_rows, concealed, six_axis
-from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+from tests.chain.arms import DEVIATION, READING, configurations, read_arm, recordings_of
 from tests.chain.bodies import BODY
 from tests.chain.kinds import KINDS
 from tests.chain.places import WRENCH, rows
@@ -95,8 +94,7 @@ def arm_with_positions(folder: Path, method: str) -> Way:
         *(LinkCompliance.from_text(here, f"link {i}", "") for i in (3, 4)),
         *(ArmGeometryError.from_text(here, f"link {i}", "frame") for i in (3, 4, 5)),
     )
-    placed = MarkerPosition(("ball",), {}, None, np.array([*INSTRUMENT, *PLACE]))
-    chain = Chain(here, effects, reading=placed)
+    chain = Chain(here, effects, reading=READING)
     values = np.concatenate([chain.start()[: chain.base], [4e-3, -3e-3, 5e-3, -4e-3], [3e-4, 2e-4, 5e-4, 3e-4], LINKS])
     exact = chain.predict(row_data(blank, here), values)
     positions = exact + DEVIATION * np.random.default_rng(2).standard_normal(exact.shape)

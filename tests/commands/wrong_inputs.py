@@ -201,8 +201,6 @@ CONFIGURATIONS = [
             ("robot", ".", ""),
         )
     ),
-    Wrong(BIPOD, ("bipod.yaml", "robot", "nowhere.yaml"), entries("bipod.yaml", {"robot": "nowhere.yaml"})),
-    Wrong(BIPOD, "singular", entries("bipod.yaml", {"targets.0.pose": [0.0, 0.0]})),
     Wrong(BIPOD, "targets", entries("bipod.yaml", {"experiment.load.fx_N": 0, "experiment.load.fy_N": 0})),
     *(
         Wrong(PLANNED, words, entries("config.yaml", TWO_POSES | {"experiment.measurements": 6} | changes))
@@ -259,19 +257,6 @@ ROBOTS = [
             ({"gravity_m_s2": [0, 0]}, "three components"),
         )
     ),
-]
-
-NEAREST = [
-    Wrong(f"check {file}", ("Did you mean `", f"`{meant}`?"), text(file, right, wrong))
-    for file, right, wrong, meant in (
-        ("robot.yaml", "actuator_stiffness:", "actuator_stifness:", "actuator_stiffness"),
-        ("robot.yaml", "kind: hexapod", "kind: hexpod", "hexapod"),
-        ("arm.yaml", "base_link:", "bas_link:", "base_link"),
-        ("bipod.yaml", "fy_N:", "fyN:", "fy_N"),
-        ("bipod.yaml", "x_m:", "xm:", "x_m"),
-        ("bipod.yaml", "dx_m:", "dx_mm:", "dx_m"),
-        ("bipod.yaml", "optimiser:", "optimizer:", "optimiser"),
-    )
 ]
 
 PLANS = [
@@ -480,4 +465,4 @@ OPTIONS = [
     )
 ]
 
-WRONG = [*CONFIGURATIONS, *ROBOTS, *NEAREST, *PLANS, *RECORDINGS, *MODELS, *OTHER_FILES, *OPTIONS]
+WRONG = [*CONFIGURATIONS, *ROBOTS, *PLANS, *RECORDINGS, *MODELS, *OTHER_FILES, *OPTIONS]

@@ -12,7 +12,6 @@ from expdesign.chain.effects.structure.compliance import BaseCompliance
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.models.model_file import Model, model_text, read_model
 from expdesign.chain.readings.choice import reading_of
-from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.estimation.compensation.prediction import predict
@@ -21,7 +20,7 @@ from expdesign.estimation.identify import identify
 from expdesign.io.yaml_reader import read_yaml
 from expdesign.mechanics.robots.serial import SerialRobot
 from tests.chain import bodies
-from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+from tests.chain.arms import DEVIATION, READING, configurations, read_arm, recordings_of
 from tests.fitting import data_of
 from tests.identification.experiments import experiment, table_of
 
@@ -33,7 +32,7 @@ def arm_fit(folder: Path) -> tuple[SerialRobot, Recordings, Fit]:
     arm = read_arm(folder)
     q = configurations(80, 1)
     effect = BaseCompliance.from_text(arm, "base", "full")
-    truth = Chain(arm, (effect,), reading=MarkerPosition(("ball",), {}, None, np.array([*INSTRUMENT, *PLACE])))
+    truth = Chain(arm, (effect,), reading=READING)
     values = truth.start()
     values[truth.base : truth.base + 6] = 1e-6
     empty = recordings_of(arm, q, np.zeros((len(q), 3)))

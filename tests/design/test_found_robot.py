@@ -63,7 +63,6 @@ BASE = {("base_compliance", "base", "diagonal"): [2e-9, 3e-9, 1e-9, 4e-8, 5e-8, 
 PLAY = {("leg_backlash", "leg 2", "middle"): [4e-6]}
 GEOMETRIC = {("geometric_stiffness", "geometry", ""): [1.0]}
 PLATFORM = {("platform_compliance", "platform", "diagonal"): [1e-9, 1e-9, 2e-9, 4e-8, 4e-8, 4e-8]}
-SCALE: dict[tuple[str, str, str], list[float]] = {}
 
 
 @pytest.mark.parametrize("effects", [BASE, PLAY, GEOMETRIC, PLATFORM, {**BASE, **PLAY}])
@@ -184,13 +183,6 @@ def test_a_model_file_is_found_by_its_path_and_its_errors_are_told(tmp_path: Pat
         read()
     assert "model.yaml" in str(raised.value)
     assert "witchcraft" in str(raised.value)
-    content = written(model_of(HEXAPOD["robot"], BASE))
-    content["compliance"]["leg 3"] = -1e-9
-    with pytest.raises(InputError, match=r"leg 3.*contradicts `relative_compliance`"):
-        read()
-    del content["relative_compliance"]
-    with pytest.raises(InputError, match=r"leg 3.*(negative|positive)"):
-        read()
 
 
 def test_the_key_for_geometric_stiffness_adds_the_effect_to_a_model_that_lacks_it() -> None:

@@ -29,12 +29,10 @@ def test_one_measurement_of_a_bipod_is_the_best_of_a_fine_grid(name: str) -> Non
 
 
 @pytest.mark.parametrize("name", ["o1", "total"])
-def test_a_hexapods_design_beats_chance_and_repeats_itself(name: str) -> None:
+def test_a_hexapods_design_beats_chance(name: str) -> None:
     problem = read_problem(CONFIGS / "hexapod-h1.yaml")
     criterion = known_criteria()[name]
     found = search_single(problem, criterion, seed=3, generations=8)
-    again = search_single(problem, criterion, seed=3, generations=8)
-    np.testing.assert_array_equal(found.decisions, again.decisions)
     drawn = starting_designs(problem, 500, np.random.default_rng(5))
     sign = -1.0 if criterion.maximise else 1.0
     values = sign * criterion.values(problem.assess(*problem.space.decode(drawn)))

@@ -9,13 +9,12 @@ from expdesign.chain.component import GEOMETRY, PLATFORM
 from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
 from expdesign.chain.effects.load.payload import UnknownTool
 from expdesign.chain.identified import ChainBeside, Identified
-from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.relinearised import AGREES, difference, proper, relinearised
 from expdesign.estimation.fit import Data, fit
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.robots.serial import SerialRobot
-from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+from tests.chain.arms import DEVIATION, READING, configurations, read_arm, recordings_of
 from tests.plant import ROBOT, usual_faults
 from tests.plant import recordings as of_arm
 
@@ -27,8 +26,7 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> SerialRobot:
 
 def chain_of(arm: SerialRobot) -> Chain:
     """With every geometric error free; the instrument and the marker stand anywhere."""
-    reading = MarkerPosition(("ball",), {}, None, np.array([*INSTRUMENT, *PLACE]))
-    return Chain(arm, (CalibratedGeometryError(arm, GEOMETRY),), reading=reading)
+    return Chain(arm, (CalibratedGeometryError(arm, GEOMETRY),), reading=READING)
 
 
 def beside(arm: SerialRobot, *, tool: bool = False) -> ChainBeside:

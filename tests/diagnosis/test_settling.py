@@ -8,14 +8,13 @@ import pytest
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.readings.choice import reading_of
-from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.settling import Settling, settling
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.robots.serial import SerialRobot
-from tests.chain.arms import DEVIATION, INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+from tests.chain.arms import DEVIATION, READING, configurations, read_arm, recordings_of
 from tests.oracle import Array
 
 _ROWS = 60
@@ -26,8 +25,7 @@ def _case(tmp_path: Path, series: Array, moved: float = 0.0) -> tuple[Data, Fit]
     here: SerialRobot = read_arm(tmp_path)
     generator = np.random.default_rng(2)
     blank = replace(recordings_of(here, configurations(_ROWS, 1), np.zeros((_ROWS, 3))), series=series)
-    placed = MarkerPosition(("ball",), {}, None, np.array([*INSTRUMENT, *PLACE]))
-    exact = Chain(here, reading=placed).predict(row_data(blank, here), Chain(here, reading=placed).start())
+    exact = Chain(here, reading=READING).predict(row_data(blank, here), Chain(here, reading=READING).start())
     exact = exact + generator.normal(0.0, DEVIATION, exact.shape)
     shifts = moved * generator.standard_normal((int(series.max()) + 1, 3))
     recordings = replace(blank, deflections=exact + shifts[series])

@@ -25,7 +25,7 @@ from expdesign.mechanics.robots.robot_file import read_robot
 from expdesign.probabilities import p_text, probability_text
 from tests.cases import ROBOTS
 from tests.chain.arm_rows import arm_rows, six_axis
-from tests.chain.arms import INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+from tests.chain.arms import INSTRUMENT, PLACE, READING, configurations, read_arm, recordings_of
 from tests.identification.experiments import by_series, experiment, read
 from tests.oracle import Array
 
@@ -67,7 +67,7 @@ def deflections_of_arm(folder: Path) -> Laboratory:
 def positions_of_arm(folder: Path) -> Laboratory:
     robot = read_arm(folder)
     rows = recordings_of(robot, configurations(46, 3), np.zeros((46, 3)))
-    chain = Chain(robot, reading=MarkerPosition(("ball",), {}, None, np.array([*INSTRUMENT, *PLACE])))
+    chain = Chain(robot, reading=READING)
     truth = np.concatenate([np.full(7, 1.3), INSTRUMENT, PLACE])
     return Laboratory(robot, replace(rows, deflections=chain.predict(row_data(rows, robot), truth)))
 
@@ -94,7 +94,7 @@ def positions_of_hexapod(folder: Path) -> Laboratory:
     robot, commands, wrenches = paired(10)
     rows = recordings_of(six_axis(), commands, np.zeros((20, 3)))
     rows = replace(rows, wrenches=wrenches, absolute=wrenches, gravity=np.tile(robot.gravity, (20, 1)))
-    chain = Chain(robot, reading=MarkerPosition(("ball",), {}, None, np.array([*INSTRUMENT, *PLACE])))
+    chain = Chain(robot, reading=READING)
     truth = np.concatenate([np.full(6, 1.3), INSTRUMENT, PLACE])
     return Laboratory(robot, replace(rows, deflections=chain.predict(row_data(rows, robot), truth)))
 

@@ -60,11 +60,6 @@ def test_a_polished_front_is_optimal_and_within_every_limit(name: str) -> None:
     assert after.min(axis=0) == pytest.approx(np.minimum(after.min(axis=0), before.min(axis=0)))
 
 
-def test_the_same_arguments_give_the_same_designs() -> None:
-    here = problem(BIPOD)
-    np.testing.assert_array_equal(refined(here, start(here)), refined(here, start(here)))
-
-
 def test_one_measurement_of_the_bipod_is_as_good_as_a_fine_grid() -> None:
     here = problem(
         BIPOD, {"experiment.measurements": 1, "experiment.load": {"kind": "wrench", "fx_N": -200.0, "fy_N": -1000.0}}
