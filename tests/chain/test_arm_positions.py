@@ -1,6 +1,7 @@
 """Physics of arms with a telescope, a tool nobody weighed, steps that are not finished and warming without a clock."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import casadi as ca
 import numpy as np
@@ -24,7 +25,6 @@ from expdesign.diagnosis.names import Names
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import after_campaign, require_history
 from expdesign.estimation.fit import Fit, fit
-from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.serial import SerialRobot
 from tests.chain.arms import DEVIATION, READING, configurations, recordings_of
 from tests.fitting import data_of
@@ -107,7 +107,7 @@ def test_what_is_done_after_a_campaign_is_after_its_last_row(arm: SerialRobot) -
     effect = WarmUpByRows.from_text(arm, "joint 2", "warm-up along sequence")
     rows = untimed(arm, configurations(80, 5))
     chain = Chain(arm, (effect,), reading=READING)
-    model = Model(chain, chain.start(), np.eye(len(chain.start())), {}, YamlDocument("", None, {}).folder, "")  # type: ignore[arg-type]
+    model = Model(chain, chain.start(), np.eye(len(chain.start())), {}, Path(), "")
     model = replace(model, calibrated=Calibrated.of(rows, arm, ordered=chain.counts_rows))
     targets = rows.rows(np.array([0, 5]))
     assert after_campaign(model, targets).sequence.tolist() == [81, 81]
@@ -129,7 +129,7 @@ def test_a_model_that_counts_rows_asks_for_their_order_and_not_for_time(arm: Ser
     effect = WarmUpByRows.from_text(arm, "joint 2", "warm-up along sequence")
     chain = Chain(arm, (effect,))
     values = chain.start()
-    model = Model(chain, values, np.eye(len(values)), {}, YamlDocument("", None, {}).folder, "")  # type: ignore[arg-type]
+    model = Model(chain, values, np.eye(len(values)), {}, Path(), "")
     frame = pd.DataFrame({"sequence": [1, 2], "series": [1, 1]})
     require_history(model, table_of(frame))
     with pytest.raises(InputError, match="depend on history"):

@@ -13,7 +13,8 @@ from expdesign.estimation.compensation.prediction import moved, predict
 from expdesign.estimation.identify import identify
 from expdesign.mechanics.robots.bipod import Bipod
 from tests.cases import ROBOTS, content_of, robot
-from tests.compensation.test_prediction import effect, model_of
+from tests.compensation.test_prediction import model_of
+from tests.diagnosis.samples import effect
 from tests.identification.experiments import experiment
 
 NAMES = sorted(ROBOTS)
@@ -55,18 +56,18 @@ def test_the_predicted_pose_under_load_is_the_target(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("physics", "component"),
+    ("physics", "component", "variant"),
     [
-        ("leg_backlash", "leg 3"),
-        ("leg_nonlinear_stiffness", "leg 2"),
-        ("joint_position_error", "leg 1"),
-        ("instrument_scale", "instrument"),
-        ("base_compliance", "base"),
+        ("leg_backlash", "leg 3", "middle"),
+        ("leg_nonlinear_stiffness", "leg 2", "quadratic"),
+        ("joint_position_error", "leg 1", "base"),
+        ("instrument_scale", "instrument", ""),
+        ("base_compliance", "base", "diagonal"),
     ],
 )
-def test_effects_are_compensated_as_the_platform_moves(physics: str, component: str) -> None:
+def test_effects_are_compensated_as_the_platform_moves(physics: str, component: str, variant: str) -> None:
     made = experiment("H1", 6, seed=1)
-    chain = Chain(made.robot, (effect(physics, component),))
+    chain = Chain(made.robot, (effect("H1", physics, component, variant),))
     values = chain.start() + 0.3 * chain.scales()
     values[:6] = 1.0
     model = model_of(chain, values)

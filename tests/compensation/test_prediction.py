@@ -1,35 +1,24 @@
 """Predictions are A·c with the standard deviation that the covariance propagates."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from expdesign.chain.chain import Chain
-from expdesign.chain.effect import Effect
 from expdesign.chain.models.model_file import Model
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import predict, require_history
 from expdesign.estimation.identify import identify
-from expdesign.io.yaml_reader import YamlDocument
 from tests.cases import ROBOTS, robot
-from tests.chain.kinds import kind_for
+from tests.diagnosis.samples import effect
 from tests.identification.experiments import experiment, table_of
 
 
 def model_of(chain: Chain, values: np.ndarray, covariance: np.ndarray | None = None) -> Model:
     count = len(values)
     nothing = np.zeros((count, count)) if covariance is None else covariance
-    return Model(chain, values, nothing, {}, YamlDocument("robot.yaml", None, {}).folder, "model.yaml")  # type: ignore[arg-type]
-
-
-def effect(physics: str, component: str, name: str = "H1", variant: str | None = None) -> Effect:
-    made = experiment(name, 4)
-    points = made.recordings(made.exact)
-    candidates = kind_for(robot(name), points, physics).candidates(robot(name), points)
-    return next(
-        candidate
-        for candidate in candidates
-        if str(candidate.component) == component and (variant is None or str(candidate.variant) == variant)
-    )
+    return Model(chain, values, nothing, {}, Path(), "model.yaml")
 
 
 @pytest.mark.parametrize("name", sorted(ROBOTS))
@@ -60,7 +49,7 @@ def test_predictions_scatter_as_they_say_over_repeated_experiments() -> None:
 
 
 def test_the_platform_moves_without_the_errors_of_the_instrument() -> None:
-    scale = effect("instrument_scale", "instrument")
+    scale = effect("H1", "instrument_scale", "instrument")
     chain = Chain(robot("H1"), (scale,))
     values = chain.start()
     values[6:] = 0.01
@@ -74,23 +63,21 @@ def test_the_platform_moves_without_the_errors_of_the_instrument() -> None:
 
 
 @pytest.mark.parametrize(
-    ("physics", "component", "missing"),
+    ("physics", "component", "variant", "missing"),
     [
-        ("creep", "leg 1", "sequence"),
-        ("friction_hysteresis", "leg 2", "sequence"),
-        ("thermal_drift", "all legs", None),
-        ("leg_backlash", "leg 3", None),
+        ("creep", "leg 1", "", "sequence"),
+        ("friction_hysteresis", "leg 2", "rigid", "sequence"),
+        ("thermal_drift", "all legs", "", None),
+        ("leg_backlash", "leg 3", "middle", None),
     ],
 )
-def test_history_is_asked_for_where_the_model_depends_on_it(physics: str, component: str, missing: str | None) -> None:
+def test_history_is_asked_for_where_the_model_depends_on_it(
+    physics: str, component: str, variant: str, missing: str | None
+) -> None:
     made = experiment("H1", 3)
     frame = made.frame(made.exact)
-    try:
-        here = effect(physics, component)
-    except StopIteration:
-        # The recordings of the experiment cannot show it; the effect itself can be made all the same.
-        here = kind_for(robot("H1"), made.recordings(made.exact), physics).from_text(robot("H1"), component)
-    model = model_of(Chain(robot("H1"), (here,)), Chain(robot("H1"), (here,)).start())
+    chain = Chain(made.robot, (effect("H1", physics, component, variant),))
+    model = model_of(chain, chain.start())
     bare = table_of(frame.drop(columns=["sequence", "series"]))
     if physics == "leg_backlash":
         require_history(model, bare)

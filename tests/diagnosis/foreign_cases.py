@@ -20,6 +20,7 @@ from tests.diagnosis.foreign import (
     rotation,
     wrench_of,
 )
+from tests.oracle import skew
 
 UP_DOWN = (0.0, 0.5, 1.0, 0.5)
 STAIRS = (0.0, 0.3, 0.6, 1.0, 0.6, 0.3)
@@ -210,9 +211,7 @@ def stiff_joints(both: bool, spin: bool) -> Callable[[Machine], Physics]:
                     turning = np.array([[-u[1], u[0]]]) / length
                     total += stiffness * turning.T @ turning
                     continue
-                cross = np.array([[0, -u[2], u[1]], [u[2], 0, -u[0]], [-u[1], u[0], 0]])
-                arm_cross = np.array([[0, -arm[2], arm[1]], [arm[2], 0, -arm[0]], [-arm[1], arm[0], 0]])
-                leg_turn = cross @ np.hstack([np.eye(3), -arm_cross]) / length
+                leg_turn = skew(u) @ np.hstack([np.eye(3), -skew(arm)]) / length
                 spinning = np.hstack([np.zeros((3, 3)), np.eye(3)])
                 total += stiffness * leg_turn.T @ leg_turn
                 if both:

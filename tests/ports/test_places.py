@@ -25,13 +25,10 @@ from expdesign.diagnosis.evidence.state import Present
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.symbolic import BatchFunction
 from tests.cases import ROBOTS, robot
+from tests.oracle import skew
 from tests.ports.machines import recordings_of
 
 NAME = "irregular"
-
-
-def skew(v: FloatArray) -> FloatArray:
-    return np.asarray(np.cross(np.eye(3), v))
 
 
 def _chain(here: Robot, effects: Sequence[Effect], values: FloatArray) -> tuple[Chain, FloatArray]:

@@ -9,6 +9,7 @@ import pytest
 from expdesign.chain.recordings.filled_in import check_structure
 from expdesign.chain.recordings.points import points_from_table
 from expdesign.errors import InputError
+from tests import oracle
 from tests.cases import robot
 from tests.identification.experiments import experiment, read, table_of
 
@@ -135,14 +136,9 @@ def test_no_load_needs_no_centre_of_mass() -> None:
 def test_a_payload_makes_the_wrench_of_the_conventions() -> None:
     frame = valid().drop(columns=list(WRENCH)).assign(mass_kg=10.0, com_x_m=0.05, com_y_m=-0.02, com_z_m=0.1)
     found = read(frame, robot("H1"))
-    force = np.array([0.0, 0.0, -98.0665])
-    for pose, wrench in zip(found.configurations, found.wrenches, strict=True):
-        a, b, c = pose[3:]
-        x = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
-        y = np.array([[np.cos(b), 0, np.sin(b)], [0, 1, 0], [-np.sin(b), 0, np.cos(b)]])
-        z = np.array([[np.cos(c), -np.sin(c), 0], [np.sin(c), np.cos(c), 0], [0, 0, 1]])
-        moment = np.cross(z @ y @ x @ [0.05, -0.02, 0.1], force)
-        np.testing.assert_allclose(wrench, [*force, *moment], atol=1e-12)
+    turned = oracle.rotation(found.configurations[:, 3:], "fixed-xyz")
+    parameters = np.tile([10.0, 0.05, -0.02, 0.1, 0.0, 0.0, -9.80665], (len(turned), 1))
+    np.testing.assert_allclose(found.wrenches, oracle.payload_wrench(parameters, turned), atol=1e-12)
 
 
 @pytest.mark.parametrize(("factor", "contradicts"), [(1.005, False), (1.02, True), (-1.0, True)])
