@@ -3,7 +3,7 @@
 The search chooses among as many measurements as fit with a load each. A reading more at a pose and a load that a
 plan has takes the reading alone, or with a reference of its own the load's two changes as well. Which measurements are
 read how often is a convex question where criteria are those of generalised least squares (theory.md 10.1): readings go
-where `total` falls most, many at a time at first, and at last one by one from where it rises least.
+one by one where `total` falls most.
 """
 
 from copy import copy
@@ -20,11 +20,6 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import design_minutes
 from expdesign.planning.scalarisation import Aims
 from expdesign.planning.search import kept
-
-_SHARE = 6
-"""Part of the readings left that is given to one measurement at a time: one part of so many."""
-_MOVES = 100
-"""Readings of a plan that are moved one by one, at most."""
 
 
 def spent(problem: DesignProblem, front: Front) -> tuple[DesignProblem, Front]:
@@ -89,30 +84,9 @@ def _repeated(problem: DesignProblem, design: FloatArray, counts: IntArray, room
 def _shared_out(problem: DesignProblem, designs: FloatArray, counts: IntArray, left: IntArray) -> IntArray:
     """How often each measurement of designs (b, m, g) is read, (b, m), with so many further readings (b,)."""
     exchange, aims, everyone = Exchange(problem, ("total",)), Aims.of_one(len(designs)), np.arange(len(designs))
-    told, possible, counts, rest = exchange.told(designs), counts > 0, counts.copy(), left.copy()
-
-    def totals(counts: IntArray, step: IntArray) -> FloatArray:
-        """`total` (b, m) where one measurement after the other is read `step` (b,) times more."""
-        times, more = counts[..., None, None], step[:, None, None, None]
-        return exchange.distances(exchange.with_more(told * times, told * more, designs), aims)
-
-    while rest.any():
-        step = -(-rest // _SHARE)
-        best = np.where(possible, totals(counts, step), np.inf).argmin(axis=1)
-        counts[everyone, best] += step
-        rest -= step
-    given = left > 0
-    for _ in range(_MOVES if given.any() else 0):
-        donor = np.where(possible & (counts > 1), totals(counts, -np.ones_like(left)), np.inf).argmin(axis=1)
-        moved = counts.copy()
-        moved[everyone, donor] -= 1
-        scores = np.where(possible, totals(moved, np.ones_like(left)), np.inf)
-        best = scores.argmin(axis=1)
-        now = exchange.distances(exchange.sums(told * counts[..., None, None], designs), aims)
-        better = given & (counts[everyone, donor] > 1) & (scores[everyone, best] < now * (1.0 - 1e-9))
-        if not better.any():
-            break
-        moved[everyone, best] += 1
-        counts = np.where(better[:, None], moved, counts)
-        given &= better
+    told, possible, counts = exchange.told(designs), counts > 0, counts.copy()
+    for given in range(int(left.max())):
+        once_more = exchange.with_more(told * counts[..., None, None], told, designs)
+        best = np.where(possible, exchange.distances(once_more, aims), np.inf).argmin(axis=1)
+        counts[everyone, best] += given < left
     return counts
