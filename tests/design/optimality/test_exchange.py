@@ -90,7 +90,7 @@ def test_exchanges_leave_none_that_a_variant_of_one_measurement_improves() -> No
     found = Exchange(here, ("feir",)).singles(parents, Aims.of_one(12), parents[0], varied=True)
     reached = criterion(here, found, "feir")
     assert (reached <= criterion(here, parents, "feir") * (1.0 + 1e-12)).all()
-    options = variants(here, found)
+    options = variants(here.space, found)
     for place in range(here.space.measurements):
         for variant in range(options.shape[2]):
             changed = found.copy()

@@ -45,7 +45,7 @@ def _bred(state: State, elite: FloatArray, count: int) -> FloatArray:
     # A plan drawn anew takes longer than a budget allows, and what is left of it then is a plan by chance.
     kind = draw(_KINDS if state.problem.budget is None else _KINDS - 1, size=count)
     fresh = state.stock[draw(len(state.stock), size=(count, m))]
-    varied = variants(state.problem, children)[rows, place]
+    varied = variants(state.problem.space, children)[rows, place]
     own = varied[rows, draw(varied.shape[1], size=count)]
     others = np.where((kind == 2)[:, None], own, others)
     children[rows, place] = others

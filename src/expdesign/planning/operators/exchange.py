@@ -124,7 +124,7 @@ def _best_drawn(state: State, parents: FloatArray, aims: Aims, common: FloatArra
     """
     batch, m, _ = parents.shape
     space, drawn = state.problem.space, 60
-    draw, own = state.generator.integers, variants(state.problem, parents)
+    draw, own = state.generator.integers, variants(state.problem.space, parents)
     trials = np.repeat(parents[:, None], drawn, axis=1)
     first, second = np.indices((batch, drawn))
     place = draw(m, size=(batch, drawn))

@@ -17,6 +17,7 @@ from expdesign.planning.criteria.information import Sums
 from expdesign.planning.optimality.measurement_maps import MeasurementMaps, regular_only
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import Aims, achieved
+from expdesign.planning.space import DesignSpace
 
 _TOGETHER = 10_000_000
 """Entries of the sums that are formed at a time, at most."""
@@ -215,26 +216,18 @@ class Exchange:
         return options[every, best], its, scores[every, best]
 
     def _own_options(self, designs: FloatArray, place: int, varied: bool, sweep: int | None) -> FloatArray:
-        """Alternatives (b, v, g) to the measurement of designs (b, m, g) at a place: where wanted, its variants; where
-        settings count, also at its pose set anew, at the poses of the other ones, in a numbered sweep with loads near
-        those of some of them, or left out.
+        """Alternatives (b, v, g) to the measurement of designs (b, m, g) at a place: where wanted, with one variable
+        changed; where settings count, in another one, in a numbered sweep with loads near those of some others there.
         """
-        own, space = designs[:, place, None], self._space
-        if space.settings is None:
-            found = [variants(self._problem, own)[:, 0]] if varied else [own[:, :0]]
-        else:
-            others, count = np.delete(designs, place, axis=1), designs.shape[1] - 1
-            found = [variants(self._problem, own)[:, 0]] if varied else [space.anew(own)]
-            found += [np.where(space.of_pose, others, own), np.where(space.of_pose, space.anew(others), own)]
-            if space.settings.budget is not None:
-                out = own.copy()
-                out[..., space.settings.gene] = 0.0
-                found.append(out)
+        own, space, count = designs[:, place, None], self._space, designs.shape[1] - 1
+        found = [changed(space, own)[:, 0] if varied else own[:, :0]]
+        if space.settings is not None:
+            found.append(regrouped(space, designs)[:, place])
             if sweep is not None:
                 # Of long plans other ones in every sweep: all would be as many alternatives as measurements squared.
                 near = np.linspace(0, count, min(count, 8), endpoint=False, dtype=int)
-                some = (place + sweep + near) % count
-                more = variants(self._problem, others[:, np.sort(some)], ~space.of_pose)
+                some = np.sort((place + sweep + near) % count)
+                more = changed(space, np.delete(designs, place, axis=1)[:, some], ~space.of_pose)
                 found.append(more.reshape(len(designs), -1, space.decisions))
         options = np.concatenate(found, axis=1)
         # What lies beyond the robot's limits would be best, and descents would have to lead back.
@@ -321,38 +314,41 @@ def rounded(weights: FloatArray, count: int, draws: int, generator: np.random.Ge
     return chosen
 
 
-def variants(problem: DesignProblem, parents: FloatArray, wanted: BoolArray | None = None) -> FloatArray:
-    """The measurements of designs (b, m, g), each with one variable changed, all or those wanted (g,), shape
-    (b, m, v, g).
-    """
-    space, found = problem.space, []
-    chosen = np.ones(space.decisions, dtype=bool) if wanted is None else wanted.copy()
+def variants(space: DesignSpace, designs: FloatArray) -> FloatArray:
+    """The measurements of designs (b, m, g), each with one variable changed or in another setting, (b, m, v, g)."""
+    found = changed(space, designs)
+    return found if space.settings is None else np.concatenate([found, regrouped(space, designs)], axis=2)
+
+
+def changed(space: DesignSpace, measurements: FloatArray, wanted: BoolArray | None = None) -> FloatArray:
+    """Measurements (b, m, g), each with one variable changed, all or those wanted (g,), shape (b, m, v, g)."""
+    found, chosen = [], np.ones(space.decisions, dtype=bool) if wanted is None else wanted.copy()
     if space.settings is not None:
         chosen[space.settings.gene] = False
     for decision in np.flatnonzero(chosen):
-        low, high = space.lower[decision], space.upper[decision]
+        low, high, here = space.lower[decision], space.upper[decision], measurements[..., decision]
         if not space.discrete[decision]:
-            values = [np.full(parents.shape[:2], end) for end in (low, 0.5 * (low + high), high)]
+            values = [low, 0.5 * (low + high), high]
         elif high < 6:
-            values = [np.full(parents.shape[:2], level) for level in np.arange(high + 1.0)]
+            values = list(np.arange(high + 1.0))
         else:
-            values = [np.clip(parents[..., decision] + step, low, high) for step in (-1.0, 1.0)]
-            values += [np.full(parents.shape[:2], end) for end in (low, high)]
+            values = [np.clip(here - 1.0, low, high), np.clip(here + 1.0, low, high), low, high]
         for value in values:
-            changed = parents.copy()
-            changed[..., decision] = value
-            found.append(changed)
-    settings = space.settings
-    if settings is not None and wanted is None:
-        others = [np.roll(parents, k, axis=1) for k in range(1, parents.shape[1])]
-        if settings.shared:
-            # Its pose set anew, with a reference of its own; and at the pose of another one, with or without that's.
-            found.append(space.anew(parents))
-            found += [np.where(space.of_pose, space.anew(other), parents) for other in others]
-        found += [np.where(space.of_pose, other, parents) for other in others]
-        if settings.budget is not None:
-            for setting in (0.0, settings.first):
-                changed = parents.copy()
-                changed[..., settings.gene] = setting
-                found.append(changed)
-    return np.stack(found, axis=2) if found else parents[:, :, None]
+            found.append(measurements.copy())
+            found[-1][..., decision] = value
+    return np.stack(found, axis=2) if found else measurements[:, :, None]
+
+
+def regrouped(space: DesignSpace, designs: FloatArray) -> FloatArray:
+    """The measurements of designs (b, m, g) in other settings, shape (b, m, v, g): each with its pose set anew, at the
+    pose of another one, and set anew there, or left out.
+    """
+    settings, others = space.settings, [np.roll(designs, k, axis=1) for k in range(1, designs.shape[1])]
+    assert settings is not None
+    found = [space.anew(designs), *(np.where(space.of_pose, other, designs) for other in others)]
+    if settings.shared:
+        found += [np.where(space.of_pose, space.anew(other), designs) for other in others]
+    if settings.budget is not None:
+        found.append(designs.copy())
+        found[-1][..., settings.gene] = 0.0
+    return np.stack(found, axis=2)
