@@ -216,6 +216,15 @@ def test_poses_that_have_to_occur_are_measured_within_the_budget() -> None:
     np.testing.assert_array_equal(space.canonical(designs), designs)
 
 
+def test_a_design_with_fewer_measurements_than_are_demanded_takes_further_ones() -> None:
+    case = limited(90.0, **{"experiment.constraints": {"distinct_poses": 3}})
+    space, settings = case.space, case.space.settings
+    drawn = space.sample(2 * space.measurements, np.random.default_rng(1)).reshape(2, space.measurements, -1)
+    drawn[:, 1:, settings.gene] = 0.0
+    assert (space.taken(drawn).sum(axis=1) == 1).all()
+    assert (space.taken(space.canonical(drawn)).sum(axis=1) == 3).all()
+
+
 def test_validation_rows_are_reachable_and_far_from_the_others() -> None:
     case = problem(HEXAPOD, {"experiment.validation": {"measurements": 3}})
     decisions = case.space.canonical(case.space.sample(3, np.random.default_rng(1))[None])[0]

@@ -15,11 +15,6 @@ from expdesign.planning.budget import Budget
 
 LEFT_OUT = -1
 """The setting of a measurement that is not taken."""
-NEAR = 1e-3
-"""Part of a coordinate's range by which poses differ at least: a change of pose that brings less is not worth the
-time, and what the criteria lose is of the second order."""
-_STEPS = 1.5
-"""Steps of what can be set by which poses differ at least."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +24,7 @@ class PoseSettings:
     Attributes:
         gene: its place among the decisions of a measurement.
         poses: decisions of the pose itself, shape (g,).
-        near: how near two poses are one, for each decision, shape (g,).
+        span: range of each decision, shape (g,).
         shared: whether measurements of one setting share a reference, so that the number of the setting counts.
         budget: of the plan's time; None where all measurements are taken.
         kept: decisions that have to occur, NaN where they do not matter, (g,) each.
@@ -37,7 +32,7 @@ class PoseSettings:
 
     gene: int
     poses: BoolArray
-    near: FloatArray
+    span: FloatArray
     shared: bool
     budget: Budget | None
     kept: tuple[FloatArray, ...] = ()
@@ -53,12 +48,8 @@ class PoseSettings:
         return found
 
     def arranged(self, decisions: FloatArray) -> FloatArray:
-        """Designs (b, m, g) with one pose for those that are near, within the budget, and settings numbered by the
-        order of what is measured in them.
-        """
-        designs = self._joined(decisions)
-        if self.budget is not None:
-            designs = self._afforded(designs, self.budget)
+        """Designs (b, m, g) within the budget, with settings numbered by the order of what is measured in them."""
+        designs = decisions if self.budget is None else self._afforded(decisions, self.budget)
         return self._numbered(designs) if self.shared else designs
 
     def closed(self, designs: FloatArray) -> FloatArray:
@@ -75,14 +66,12 @@ class PoseSettings:
 
     def units(self, designs: FloatArray) -> BoolArray:
         """Which measurements of designs (..., m, g) are the first of their setting, shape (..., m)."""
-        same = self._same(designs)
-        first: BoolArray = ~np.tril(same, -1).any(axis=-1) & self.taken(designs)
-        return first
+        return ~self._earlier(designs, self._where) & self.taken(designs)
 
     def minutes(self, designs: FloatArray) -> FloatArray:
         """What plans of designs (..., m, g) take (min), shape (...)."""
         assert self.budget is not None
-        again = self._again(designs).sum(axis=-1)
+        again = self._earlier(designs).sum(axis=-1)
         return self.budget.minutes_of(self.taken(designs).sum(axis=-1), self.units(designs).sum(axis=-1), again)
 
     def affordable(self, others: FloatArray, added: FloatArray) -> BoolArray:
@@ -93,18 +82,11 @@ class PoseSettings:
         known = (others[:, None][..., where] == added[:, :, None][..., where]).all(axis=-1) & there[:, None]
         count = there.sum(axis=1)[:, None] + taken
         repeats = ((others[:, None] == added[:, :, None]).all(axis=-1) & there[:, None]).any(axis=-1) & taken
-        again = self._again(others).sum(axis=-1)[:, None] + repeats
+        again = self._earlier(others).sum(axis=-1)[:, None] + repeats
         units = self.units(others).sum(axis=1)[:, None] + (taken & ~known.any(axis=-1))
         poses = self.budget.poses or np.inf
         within: BoolArray = (self.budget.minutes_of(count, units, again) <= self.budget.minutes) & (units <= poses)
         return within & (count >= self.budget.least.measurements)
-
-    def _again(self, designs: FloatArray) -> BoolArray:
-        """Which measurements of designs (..., m, g) repeat an earlier one, pose, setting and load, shape (..., m)."""
-        same = (designs[..., :, None, :] == designs[..., None, :, :]).all(axis=-1)
-        taken = self.taken(designs)
-        again: BoolArray = (np.tril(same, -1) & taken[..., None, :]).any(axis=-1) & taken
-        return again
 
     @property
     def _where(self) -> BoolArray:
@@ -113,32 +95,18 @@ class PoseSettings:
         found[self.gene] = self.shared
         return found
 
-    def _same(self, designs: FloatArray) -> BoolArray:
-        """Which two measurements of designs (..., m, g) are taken at one setting, shape (..., m, m)."""
-        where, taken = designs[..., self._where], self.taken(designs)
-        same: BoolArray = (where[..., :, None, :] == where[..., None, :, :]).all(axis=-1)
+    def _same(self, designs: FloatArray, where: BoolArray | slice = slice(None)) -> BoolArray:
+        """Which two measurements of designs (..., m, g) are both taken and equal, in some decisions or in all of them,
+        shape (..., m, m).
+        """
+        some, taken = designs[..., where], self.taken(designs)
+        same: BoolArray = (some[..., :, None, :] == some[..., None, :, :]).all(axis=-1)
         return same & taken[..., :, None] & taken[..., None, :]
 
-    def _joined(self, designs: FloatArray) -> FloatArray:
-        """Poses that are near each other become the first of them, each series with a setting of its own."""
-        poses = designs[..., self.poses]
-        apart = np.abs(poses[:, :, None] - poses[:, None])
-        close = (apart <= self.near[self.poses]).all(axis=-1) & (apart > 0.0).any(axis=-1)
-        found = designs.copy()
-        for place in np.flatnonzero(np.logical_or.reduce(close, axis=(1, 2))):
-            design = found[place]
-            _, code = np.unique(design[:, self._where], axis=0, return_inverse=True)
-            kept: list[int] = []
-            for row in range(len(design)):
-                near = [k for k in kept if (np.abs(poses[place, row] - poses[place, k]) <= self.near[self.poses]).all()]
-                if near:
-                    design[row, self.poses] = poses[place, near[0]]
-                else:
-                    kept.append(row)
-            if self.shared:
-                taken = self.taken(design)
-                design[taken, self.gene] = self.first + code.ravel()[taken]
-        return found
+    def _earlier(self, designs: FloatArray, where: BoolArray | slice = slice(None)) -> BoolArray:
+        """Which measurements of designs (..., m, g) repeat an earlier one in this sense, shape (..., m)."""
+        earlier: BoolArray = np.logical_or.reduce(np.tril(self._same(designs, where), -1), axis=-1)
+        return earlier
 
     def _afforded(self, designs: FloatArray, budget: Budget) -> FloatArray:
         """Designs within the budget: settings are joined, the nearest first, and measurements left out from the last
@@ -146,8 +114,9 @@ class PoseSettings:
         """
         found = designs.copy()
         least = budget.least.measurements
-        for design in found[self.taken(found).sum(axis=1) < least]:
-            design[np.flatnonzero(~self.taken(design))[: least - int(self.taken(design).sum())], self.gene] = self.first
+        for place in np.flatnonzero(self.taken(found).sum(axis=1) < least):
+            left_out = np.flatnonzero(~self.taken(found[place]))
+            found[place, left_out[: least - len(found[place]) + len(left_out)], self.gene] = self.first
         over = self.minutes(found) > budget.minutes + 1e-9
         if budget.poses is not None:
             over |= self.units(found).sum(axis=1) > budget.poses
@@ -175,8 +144,7 @@ class PoseSettings:
 
     def _join_nearest(self, design: FloatArray, units: IntArray) -> None:
         """Two settings of a design (m, g), whose first measurements are given, become one."""
-        span = np.where(self.near > 0.0, self.near, 1.0)
-        poses = (design[units] / span)[:, self.poses]
+        poses = (design[units] / self.span)[:, self.poses]
         distance = ((poses[:, None] - poses[None]) ** 2).sum(axis=-1)
         fixed = np.array([self._demanded(design[unit]) for unit in units])
         distance[fixed[:, None] & fixed] = np.inf
@@ -194,26 +162,12 @@ class PoseSettings:
 
     def _numbered(self, designs: FloatArray) -> FloatArray:
         """Designs (b, m, g) whose settings of a pose are numbered from the first on, by their least measurement."""
-        order = np.argsort(np.zeros(designs.shape[:2]), axis=1, kind="stable")
-        columns = [
-            *np.flatnonzero(self.poses),
-            *np.flatnonzero(~self.poses & (np.arange(len(self.poses)) != self.gene)),
-        ]
-        for column in reversed(columns):
-            values = np.take_along_axis(designs[..., column], order, axis=1)
-            order = np.take_along_axis(order, np.argsort(values, axis=1, kind="stable"), axis=1)
+        loads = ~self.poses
+        loads[self.gene] = False
+        keys = np.concatenate([designs[..., loads][..., ::-1], designs[..., self.poses][..., ::-1]], axis=-1)
+        order = np.lexsort(np.moveaxis(keys, -1, 0), axis=-1)
         found = np.take_along_axis(designs, order[..., None], axis=1)
-        taken, same = self.taken(found), self._same(found)
-        first = ~np.tril(same, -1).any(axis=2) & taken
-        begin = np.where(taken, same.argmax(axis=2), np.arange(found.shape[1]))
-        poses = found[..., self.poses]
-        at_one = (poses[:, :, None] == poses[:, None]).all(axis=3)
-        earlier = np.arange(found.shape[1])[None, None] < begin[:, :, None]
-        number = (at_one & first[:, None] & earlier).sum(axis=2)
-        found[..., self.gene] = np.where(taken, self.first + number, found[..., self.gene])
+        begun, both = np.cumsum(self.units(found), axis=1), (self._where, self.poses)
+        own, first = (np.take_along_axis(begun, self._same(found, some).argmax(axis=2), axis=1) for some in both)
+        found[..., self.gene] = np.where(self.taken(found), self.first + own - first, found[..., self.gene])
         return found
-
-
-def nearness(steps: FloatArray, lower: FloatArray, upper: FloatArray, poses: BoolArray) -> FloatArray:
-    """How near two poses are one, for each decision (g,): `NEAR` of its range, and no less than a step or two."""
-    return np.where(poses & (steps > 0.0), np.maximum(NEAR * (upper - lower), _STEPS * steps), 0.0)

@@ -122,8 +122,7 @@ def validation_decisions(problem: DesignProblem, decisions: FloatArray) -> Float
     pool = reachable_measurements(problem, _POOL, generator)
     pool = space.settable(pool[:, None], problem.loaded.robot.limit_excess)[:, 0]
     pool = pool[problem.reachable(pool)]
-    span = np.where(space.upper > space.lower, space.upper - space.lower, 1.0)
-    return pool[farthest(pool / span, decisions / span, problem.validation)]
+    return pool[farthest(pool / space.span, decisions / space.span, problem.validation)]
 
 
 def protocol_frame(problem: DesignProblem, plan: Plan) -> pd.DataFrame | None:

@@ -17,7 +17,7 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.coordinates import Coordinates
 from expdesign.mechanics.symbolic import BatchFunction
-from expdesign.planning.pose_settings import PoseSettings, nearness
+from expdesign.planning.pose_settings import PoseSettings
 from expdesign.planning.variables import Choices, Grid, Interval, Quantity, Rows, Variable, variables_for
 
 
@@ -114,8 +114,7 @@ class DesignSpace:
         physical = self.of_pose.copy()
         self.settings: PoseSettings | None = None
         if settings is not None:
-            near = nearness(gene_steps, self.lower, self.upper, physical)
-            self.settings = PoseSettings(gene, physical, near, settings[1] > 0, None)
+            self.settings = PoseSettings(gene, physical, self.span, settings[1] > 0, None)
             self.of_pose = physical | (np.arange(len(variables)) == gene)
 
     @property
@@ -132,6 +131,11 @@ class DesignSpace:
                 rows = variable.domain.table[:, inside] if isinstance(variable.domain, Rows) else None
                 count *= np.inf if rows is None else len(np.unique(rows, axis=0))
         return count
+
+    @property
+    def span(self) -> FloatArray:
+        """Range of each decision, 1 where there is none, shape (g,)."""
+        return np.where(self.upper > self.lower, self.upper - self.lower, 1.0)
 
     @property
     def tilts(self) -> bool:
@@ -255,13 +259,12 @@ class DesignSpace:
         """Designs (..., m, g) in which every demand is met by the nearest measurement that meets no other one."""
         if not demanded or not self.decisions:
             return decisions
-        span = np.where(self.upper > self.lower, self.upper - self.lower, 1.0)
         flat = decisions.reshape(-1, *decisions.shape[-2:])
         free = np.ones(flat.shape[:2], dtype=bool)
         designs = np.arange(len(flat))
         for wanted in demanded:
             matters = ~np.isnan(wanted)
-            distance = (((flat - np.where(matters, wanted, 0.0)) / span)[..., matters] ** 2).sum(axis=-1)
+            distance = (((flat - np.where(matters, wanted, 0.0)) / self.span)[..., matters] ** 2).sum(axis=-1)
             nearest = np.argmin(np.where(free, distance, np.inf), axis=1)
             flat[designs, nearest] = np.where(matters, wanted, flat[designs, nearest])
             if self.settings is not None:
@@ -296,8 +299,8 @@ class DesignSpace:
         return decisions if np.abs(reached - wanted).max() <= 1e-12 else None
 
     def _sorted(self, rounded: FloatArray) -> FloatArray:
-        for decision in reversed(range(self.decisions)):
-            order = np.argsort(rounded[..., decision], axis=-1, kind="stable")
+        if self.decisions:
+            order = np.lexsort(np.moveaxis(rounded[..., ::-1], -1, 0), axis=-1)
             rounded = np.take_along_axis(rounded, order[..., None], axis=-2)
         whole = self.settings is not None and rounded.shape[-2] == self.measurements
         return self.settings.closed(rounded) if whole and self.settings is not None else rounded

@@ -127,8 +127,7 @@ class State:
             measured = measured.copy()
             measured[:, space.settings.gene] = space.settings.first
         seen = np.concatenate([measured, self.library.reshape(-1, space.decisions)])
-        span = np.where(space.upper > space.lower, space.upper - space.lower, 1.0)
-        coarse = np.where(space.discrete, seen, np.round(20.0 * (seen - space.lower) / span))
+        coarse = np.where(space.discrete, seen, np.round(20.0 * (seen - space.lower) / space.span))
         first = np.unique(coarse, axis=0, return_index=True)[1]
         self.library = seen[np.sort(first)[:LIBRARY]]
 

@@ -215,8 +215,7 @@ class Pool:
     def distinct(self, candidates: FloatArray) -> FloatArray:
         """Candidates without those that repeat another to a millionth of the ranges."""
         space = self._problem.space
-        span = np.where(space.upper > space.lower, space.upper - space.lower, 1.0)
-        scaled = np.round((candidates - space.lower) / span, 6)
+        scaled = np.round((candidates - space.lower) / space.span, 6)
         flat = np.nan_to_num(scaled, nan=-1.0).reshape(len(candidates), -1)
         _, first = np.unique(flat, axis=0, return_index=True)
         return candidates[np.sort(first)]
