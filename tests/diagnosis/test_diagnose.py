@@ -166,7 +166,7 @@ def test_single_mistakes_are_named_with_their_rows() -> None:
     (finding,) = result.findings
     assert finding.physics == "outlier"
     assert finding.rows == (7, 24)  # lines of the file, after its header
-    np.testing.assert_array_equal(np.flatnonzero(result.model.outliers), [5, 22])
+    np.testing.assert_array_equal(np.flatnonzero(~result.names.sample.counts), [5, 22])
     clean = found(HEXAPOD, recordings_of(HEXAPOD))
     np.testing.assert_allclose(result.model.fit.values, clean.base.values, rtol=0.02)
 

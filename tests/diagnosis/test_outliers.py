@@ -5,7 +5,15 @@ import pytest
 
 from expdesign.arrays import FloatArray
 from expdesign.diagnosis.evidence.state import Present, base_alone
-from expdesign.diagnosis.outliers import in_common, outlier_price, returning_distances, standing_out
+from expdesign.diagnosis.outliers import (
+    in_common,
+    outlier_price,
+    returning,
+    returning_distances,
+    single_mistakes,
+    standing_out,
+)
+from tests.cases import robot
 from tests.diagnosis.samples import base_fit, sample_of, simulated
 
 SERIES = np.repeat(np.arange(30), 6)
@@ -126,3 +134,25 @@ def test_a_row_set_aside_returns_at_the_price_that_leaving_it_out_saved() -> Non
         price = returning_distances(left, sample, outliers)
         assert price[row] == pytest.approx(whole.chi2 - left.chi2, rel=1e-6, abs=1e-6)
         assert price.sum() == price[row]
+
+
+def test_rows_that_stand_out_alike_are_no_single_mistakes() -> None:
+    """Four rows wrong in random directions are set aside; wrong by the same on every axis they are something else."""
+    name, rows = "irregular", [2, 9, 15, 22]
+    errors = np.random.default_rng(3).standard_normal((4, 6))
+    for wrong, common in ((60.0 * np.sign(errors), ""), (np.full((4, 6), 60.0), "they point the same way")):
+        recordings = simulated(name, seed=3, series=12)
+        recordings.deflections[rows] += wrong * np.array(recordings.deviations)[rows]
+        sample = sample_of(name, recordings)
+        aside, why = single_mistakes(base_alone(base_fit(name, sample), sample), sample, robot(name))
+        assert why == common
+        assert np.flatnonzero(aside).tolist() == ([] if common else rows)
+
+
+def test_rows_that_fit_after_all_return() -> None:
+    name = "irregular"
+    recordings = simulated(name, seed=3)
+    recordings.deflections[4] += 60.0 * np.array(recordings.deviations)[4]
+    sample, aside = sample_of(name, recordings), np.isin(np.arange(len(recordings)), [4, 11])
+    left = base_fit(name, sample.restricted(~aside))
+    assert np.flatnonzero(returning(left, sample, aside, known_noise=True)).tolist() == [11]

@@ -97,5 +97,5 @@ def test_the_file_of_a_diagnosed_arm_predicts_the_fitted_rows_as_the_diagnosis_s
     names = ["px_m", "py_m", "pz_m"]
     left = (frame[names] - predicted[names]).to_numpy()[fitted] / 3e-5
     sample = found.result.names.sample
-    said = found.result.predictive.fit.residuals[sample.counts & ~found.result.predictive.outliers]
+    said = found.result.predictive.fit.residuals[sample.counts]
     assert np.sqrt((left**2).mean()) == pytest.approx(np.sqrt((said**2).mean()), rel=0.02)

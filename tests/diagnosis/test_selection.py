@@ -61,8 +61,8 @@ def test_models_that_are_no_longer_kept_do_not_change_what_is_found(monkeypatch:
 def test_models_beside_laws_are_not_among_those_of_named_effects() -> None:
     """A diagnosis that is ended compares misfits, and a law beside a model takes its share of them."""
     names = search_of(simulated(NAME, PLAY, parameters=[1.5e-5])).known_names
-    outliers, direction = names.base.outliers, np.ones((names.sample.readings, 1))
-    beside = names.model((), outliers, [], names.base, LawsBeside((0,), (direction,), (1.0,)))
+    direction = np.ones((names.sample.readings, 1))
+    beside = names.model((), [], names.base, LawsBeside((0,), (direction,), (1.0,)))
     assert beside is not names.base
     assert names.models == [names.base]
 
@@ -170,7 +170,7 @@ def test_held_out_rows_are_not_fitted(marked: bool) -> None:
     for seed in range(count):
         sample = replace(first, recordings=simulated(NAME, seed=seed))
         base = base_fit(NAME, sample)
-        errors = held_out(base, base, sample, test, np.zeros(24, dtype=bool))
+        errors = held_out(base, base, sample, test)
         assert errors.test_after == pytest.approx(errors.test_before, rel=1e-9)
         squares += [errors.train_before**2, errors.test_before**2, errors.test_surprise**2]
     readings = 2 * int((~test).sum())
@@ -188,7 +188,7 @@ def test_ignorance_excuses_held_out_errors_up_to_the_size_of_the_noise() -> None
     sample = sample_of(NAME, simulated(NAME), ~test)
     base = base_fit(NAME, sample)
     vague = replace(base, covariance=1e12 * base.covariance)
-    errors = held_out(base, vague, sample, test, np.zeros(24, dtype=bool))
+    errors = held_out(base, vague, sample, test)
     assert errors.test_surprise == pytest.approx(errors.test_after / np.sqrt(2.0), rel=1e-6)
 
 

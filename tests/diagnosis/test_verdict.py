@@ -44,7 +44,7 @@ def many() -> NamedModel:
     names = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]), effects=effects).known_names
     assert len(effects) == names.most_effects == MOST_EFFECTS
     parts = [each.effect.neutral() + 1e-7 for each in names.library]
-    found = names.model(names.library, np.zeros(len(names.sample.counts), dtype=bool), parts)
+    found = names.model(names.library, parts)
     return replace(found, fit=found.fit.known_as(found.fit.estimable.scaled(1e-12)))
 
 

@@ -25,6 +25,7 @@ from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.result import ONE_AT_A_TIME, TOGETHER, Diagnosis, Method
 from expdesign.diagnosis.stages import Stage
 from expdesign.diagnosis.statement import dispersion
+from expdesign.estimation.fit import Data
 
 
 @dataclass(frozen=True)
@@ -59,24 +60,21 @@ class ByGroups:
         alike = dispersion(self.groups.fit.residuals, sample).correlation > OPTIONS.correlated
         return self.groups.noise > OPTIONS.predicts and alike
 
-    def beats(self, named: NamedModel) -> bool:
-        """Whether left-out blocks are predicted better than by named effects (linear about their fit)."""
-        return self.groups is not None and self._ratio(self.groups, named) < OPTIONS.better
-
-    def _ratio(self, groups: Groups, named: NamedModel) -> float:
-        """Of the errors of left-out blocks by groups and by named effects."""
-        sample = self.frame.names.sample.restricted(~named.outliers)
+    def beats(self, named: NamedModel, sample: Data) -> bool:
+        """Whether left-out blocks are predicted better than by effects named in some rows (linear about their fit)."""
+        if self.groups is None:
+            return False
         errors = base_alone(named.fit, sample).left_out(readings_of(blocks_of(sample), sample))
-        return groups.after / rms(errors)
+        return self.groups.after < OPTIONS.better * rms(errors)
 
     def diagnosis(self) -> Diagnosis:
         """The diagnosis by these groups."""
-        frame, groups, errors = self.frame, self.groups, self.errors
+        groups, errors, base = self.groups, self.errors, self.frame.base
         assert groups is not None
         assert errors is not None
-        names, base = frame.names, frame.base
-        model = NamedModel((), groups.aside, groups.fit, float("nan"))
-        sample = names.sample.restricted(~groups.aside)
+        frame = self.frame.without(groups.aside)
+        names, sample = frame.names, frame.names.sample
+        model = NamedModel((), groups.fit, float("nan"))
         predicted = max(errors.test_surprise, errors.test_after) <= OPTIONS.predicts
         verdict = "modelled" if predicted else "unexplained"
         names.log.add_text("verdict", f"groups of effects: {len(groups.found)}; verdict {verdict}")
@@ -92,7 +90,7 @@ class ByGroups:
             before=frame.before,
             after=frame.stated(groups.fit, sample),
             location=locate(base, sample, frame.robot, frame.entries, 1.0 if frame.noise.known else groups.noise**2),
-            findings=(*found, *set_aside(names.sample, groups.aside, OPTIONS.surest)),
+            findings=(*found, *set_aside(frame.recordings, groups.aside)),
             errors=errors,
             names=names,
             laws=None,
@@ -146,10 +144,8 @@ def _errors(groups: Groups, frame: Frame) -> HeldOut:
     """On rows marked `test`, or else on left-out blocks."""
     base, sample, test = frame.base, frame.names.sample, frame.judged
     if test.any():
-        return held_out(
-            base, groups.fit, sample, test, groups.aside,
-            known_noise=frame.noise.known, later=False,
-        )  # fmt: skip
+        kept = sample.restricted(~groups.aside)
+        return held_out(base, groups.fit, kept, test, known_noise=frame.noise.known, later=False)
     train = [float(np.sqrt((f.residuals**2).sum() / sample.readings)) for f in (base, groups.fit)]
     surprise = groups.after / max(groups.noise, 1.0)
     return HeldOut(train[0], train[1], groups.before, groups.after, surprise, "blocks left out, the groups as they are")

@@ -82,12 +82,12 @@ def pruned(names: Names, model: NamedModel, base: Fit, test: BoolArray) -> tuple
     Where it predicts them worse, the effect goes without which they are predicted best, then the next one: backward
     elimination, so that one effect that describes the fitted rows alone does not take the others with it.
     """
-    errors = held_out(base, model.fit, names.sample, test, model.outliers, known_noise=names.known_noise)
+    errors = held_out(base, model.fit, names.sample, test, known_noise=names.known_noise)
     worse = errors.refuted
     while worse and model.candidates:
         smaller = [names.without(model, index) for index in range(len(model.candidates))]
         trials = [
-            (held_out(base, other.fit, names.sample, test, other.outliers, known_noise=names.known_noise), other)
+            (held_out(base, other.fit, names.sample, test, known_noise=names.known_noise), other)
             for other in smaller
             if hierarchical(other.effects)
         ]
@@ -100,7 +100,7 @@ def pruned(names: Names, model: NamedModel, base: Fit, test: BoolArray) -> tuple
         names.log.add("held out", model, True, reason)
     if worse and not model.candidates:
         model = names.base
-        errors = held_out(base, model.fit, names.sample, test, model.outliers, known_noise=names.known_noise)
+        errors = held_out(base, model.fit, names.sample, test, known_noise=names.known_noise)
     return model, errors
 
 
@@ -134,9 +134,8 @@ def stability(names: Names, model: NamedModel) -> Stability | None:
     """Shares of the refits that name the effects of a model; None where it has none, or a tenth holds no row."""
     if not model.candidates:
         return None
-    sample = names.sample.restricted(~model.outliers)
-    blocks = blocks_of(sample, OPTIONS.refits)
-    if len(np.unique(blocks[sample.counts])) < OPTIONS.refits:
+    blocks = blocks_of(names.sample, OPTIONS.refits)
+    if len(np.unique(blocks[names.sample.counts])) < OPTIONS.refits:
         return None
     prices = [names.price(candidate) + OPTIONS.alarm for candidate in model.candidates]
     refits = named_without_tenths(names.state(model), readings_of(blocks, names.sample), prices)

@@ -4,22 +4,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray, as_matrix
+from expdesign.arrays import FloatArray, as_matrix
 from expdesign.chain.ports.law import Law
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.by_groups import by_groups
 from expdesign.diagnosis.caveats import caveats, not_sought
 from expdesign.diagnosis.confirmation import confirmed, gains, pruned, stability
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
-from expdesign.diagnosis.findings import Finding, findings
+from expdesign.diagnosis.findings import Finding, findings, set_aside
 from expdesign.diagnosis.frame import Frame, framed
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import law_findings
-from expdesign.diagnosis.laws import left_out_alone, sought_laws, without_mistakes
+from expdesign.diagnosis.laws import left_out_alone, sought_laws
 from expdesign.diagnosis.library import OUTLIER
 from expdesign.diagnosis.locate import locate
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.outliers import returning, single_mistakes
 from expdesign.diagnosis.possible import at_limits
 from expdesign.diagnosis.posterior import averaged
 from expdesign.diagnosis.relinearised import relinearised
@@ -30,10 +31,12 @@ from expdesign.diagnosis.statement import deviations_from_none, dispersion, stat
 from expdesign.diagnosis.verdict import doubt, fits, verdict_with, verdict_without, within_noise
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.load_errors import DeclaredLoadErrors, Estimator, load_columns
-from expdesign.estimation.noise_level import NoiseLevel
 from expdesign.estimation.weighed import Fittable, weighed
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.robots.robot import Robot
+
+_PASSES = 3
+"""Searches after the first, each without the rows that stand out of the model before it, at most."""
 
 
 def diagnose(
@@ -86,8 +89,7 @@ def _with_loads(frame: Frame, result: Diagnosis, estimator: Estimator) -> Diagno
     """
     if frame.load_errors is None:
         return result
-    model = result.predictive
-    sample = frame.names.sample.restricted(~model.outliers)
+    model, sample = result.predictive, result.names.sample
     plain = sample.whitening.weighing(None)
     learnt = result.method.name != ONE_AT_A_TIME
 
@@ -111,7 +113,7 @@ def _with_loads(frame: Frame, result: Diagnosis, estimator: Estimator) -> Diagno
     if result.model is not model:
         return changed
     after = statement(judged, sized, frame.noise)
-    alone = not model.candidates and not model.outliers.any() and not learnt
+    alone = not model.candidates and sample is frame.sample and not learnt
     return replace(changed, model=predictive, before=after if alone else result.before, after=after)
 
 
@@ -129,13 +131,12 @@ def _so_far(frame: Frame, doing: str) -> Diagnosis:
 def _unsought(frame: Frame, model: NamedModel, reason: str) -> Diagnosis:
     """The diagnosis with a model as it stands, for a reason not to search on."""
     model = _as_written(frame.names, model)
-    errors = _held_out(frame.names, frame.base, model.fit, frame.judged, model.outliers)
-    return _with_verdict(frame, _Named(model, errors), Method(ONE_AT_A_TIME, reason))
+    return _with_verdict(frame, _Named(model, _held_out(frame, model.fit)), Method(ONE_AT_A_TIME, reason))
 
 
 def _as_written(names: Names, model: NamedModel) -> NamedModel:
     """The model about its own estimate, so that what is said of it holds for its file (`relinearised`)."""
-    fit = relinearised(model.fit, names.sample.restricted(~model.outliers))
+    fit = relinearised(model.fit, names.sample)
     return model if fit is model.fit else replace(model, fit=fit)
 
 
@@ -149,8 +150,11 @@ def _diagnosed(frame: Frame, *, outliers: bool) -> Diagnosis:
     if groups.alone:
         return groups.diagnosis()
     few = None if groups.groups is None else OPTIONS.starts
-    named = _named(frame, outliers=outliers, few=few)
-    if groups.beats(named.model):
+    most = frame.names.most_effects if few is None else min(few, frame.names.most_effects)
+    of_all = frame
+    frame, found = _without_mistakes(frame, most) if outliers else (frame, frame.search.model(most))
+    named = _named(frame, found)
+    if groups.beats(named.model, frame.names.sample):
         return groups.diagnosis()
     frame.names.report(Stage.ALTERNATIVES, "")
     better = "named effects predict as well as groups of effects do together, or better"
@@ -160,7 +164,7 @@ def _diagnosed(frame: Frame, *, outliers: bool) -> Diagnosis:
     contested = result.verdict == "explained" and frame.kind.contested and not frame.robot.on_support
     contested = contested and not _settled(frame, result.model)
     if result.verdict == "unexplained" or contested:
-        result = _with_laws(frame, result)
+        result = _with_laws(frame, of_all, result)
     if result.model is named.model:
         result = _with_names(frame, result)
     return _averaged(frame, _inexact(frame, result))
@@ -190,8 +194,7 @@ def _settled(frame: Frame, model: NamedModel) -> bool:
     parameters, as a base that yields in all directions, may imitate what another part does with one.
     """
     names = frame.names
-    kept = names.sample.restricted(~model.outliers)
-    if not frame.noise.known or len(model.candidates) != 1 or not within_noise(tested(model.fit, kept)):
+    if not frame.noise.known or len(model.candidates) != 1 or not within_noise(tested(model.fit, names.sample)):
         return False
     explained = max(names.state(names.base).scatter - names.state(model).scatter, 1.0)
     most = 0.5 * (explained - np.log(explained)) - OPTIONS.price_of_law(len(frame.entries)) - OPTIONS.margin
@@ -225,28 +228,40 @@ class _Named:
     errors: HeldOut
 
 
-def _named(frame: Frame, *, outliers: bool, few: int | None) -> _Named:
-    """Named effects; `outliers`: whether rows may be set aside as single mistakes, `few`: how many are looked for."""
-    most = frame.names.most_effects if few is None else min(few, frame.names.most_effects)
-    found = frame.search.model(aside=outliers, most=most)
+def _without_mistakes(frame: Frame, most: int, passes: int = _PASSES) -> tuple[Frame, NamedModel]:
+    """The best model of so many named effects at most, and the rows without those that stand out of it by themselves.
+
+    What a row says is asked of the final model: one that stands out of less may show what is missing there.
+    """
+    names, model = frame.names, frame.search.model(most)
+    further, common = single_mistakes(names.state(model), names.sample, frame.robot)
+    if common:
+        names.log.add("outliers", model, False, f"the rows that stand out are no single mistakes: {common}")
+    back = returning(model.fit, frame.sample, frame.aside, known_noise=names.known_noise)
+    aside = (frame.aside & ~back) | further
+    if not passes or np.array_equal(aside, frame.aside):
+        return frame, model
+    names.log.add_text("outliers", f"rows set aside: {int(aside.sum())}")
+    return _without_mistakes(frame.without(aside), most, passes - 1)
+
+
+def _named(frame: Frame, found: NamedModel) -> _Named:
+    """Named effects as far as held-out rows confirm them."""
     frame.names.report(Stage.HELD_OUT, "")
-    model, errors = _checked(frame.names, found, frame.base, frame.noise, frame.judged)
+    model, errors = _checked(frame, found)
     written = _as_written(frame.names, model)
-    if written is not model:
-        errors = _held_out(frame.names, frame.base, written.fit, frame.judged, written.outliers)
-    return _Named(written, errors)
+    return _Named(written, errors if written is model else _held_out(frame, written.fit))
 
 
 def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
     """Whether named effects explain the recordings; `_with_names` says which they are, should they stay."""
     names, base, noise, model, errors = frame.names, frame.base, frame.noise, named.model, named.errors
     sample = names.sample
-    spread = dispersion(model.fit.residuals, sample.restricted(~model.outliers))
-    found = bool(model.candidates) or bool(model.outliers.any())
-    kept = sample.restricted(~model.outliers)
+    spread = dispersion(model.fit.residuals, sample)
+    found = bool(model.candidates) or bool(frame.aside.any())
     first = frame.before
-    last = frame.stated(model.fit, kept) if found else first
-    before, after = tested(base, sample), tested(model.fit, kept)
+    last = frame.stated(model.fit, sample) if found else first
+    before, after = tested(base, frame.sample), tested(model.fit, sample)
     if noise.origin == "residuals" and found and model.fit.chi2 > 0.0:
         # What the base model leaves is noise and the physics that was found; the noise is what the chosen model leaves.
         errors = errors.divided_by(float(np.sqrt(after[0] / after[1])))
@@ -268,7 +283,7 @@ def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
         frame.kind.require_plausible(frame.robot, frame.recordings, base)
     predictive = model
     if verdict == "unexplained":
-        predictive, errors = _predictive(names, model, errors, frame.judged)
+        predictive, errors = _predictive(frame, model, errors)
     variance = 1.0 if noise.known else float(model.fit.chi2 / max(sample.readings - model.fit.rank, 1))
     return Diagnosis(
         robot=frame.robot,
@@ -280,7 +295,7 @@ def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
         verdict=verdict,
         before=first,
         after=last,
-        location=locate(base, sample, frame.robot, frame.entries, variance),
+        location=locate(base, frame.sample, frame.robot, frame.entries, variance),
         findings=(),
         errors=errors,
         names=names,
@@ -293,11 +308,11 @@ def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
 def _with_names(frame: Frame, result: Diagnosis) -> Diagnosis:
     """The diagnosis with the effects of its model: their probabilities, and how often parts of the rows name them."""
     names, model = frame.names, result.model
-    kept = names.sample.restricted(~model.outliers)
-    stable, spread = stability(names, model), dispersion(model.fit.residuals, kept)
+    stable, spread = stability(names, model), dispersion(model.fit.residuals, names.sample)
     found = findings(frame.search, model, gains(names, model, frame.judged), spread, stable)
+    found += set_aside(frame.recordings, frame.aside)
     if result.verdict == "unexplained":
-        before, after = tested(frame.base, names.sample), tested(model.fit, kept)
+        before, after = tested(frame.base, frame.sample), tested(model.fit, names.sample)
         found = _doubted(found, OPTIONS.doubted if fits(before, after) else OPTIONS.doubted**2)
     return replace(result, findings=found, stability=stable)
 
@@ -307,51 +322,54 @@ def _doubted(found: tuple[Finding, ...], factor: float) -> tuple[Finding, ...]:
     return tuple(f if f.physics == Law.physics else replace(f, probability=f.probability * factor) for f in found)
 
 
-def _guarded(names: Names, model: NamedModel, base: Fit) -> str:
+def _guarded(names: Names, model: NamedModel) -> str:
     """Why left-out series speak against a model that explains nothing; empty where they do not."""
     if not model.candidates:
         return ""
-    kept = names.sample.restricted(~model.outliers)
-    doubt = left_out_alone(model.fit, base, kept, known_noise=names.known_noise).doubt
+    doubt = left_out_alone(model.fit, names.base.fit, names.sample).doubt
     if doubt:
         names.log.add("held out", model, False, f"not predicted with: {doubt}")
     return doubt
 
 
-def _with_laws(frame: Frame, result: Diagnosis) -> Diagnosis:
-    """The diagnosis with laws at ports beside what was named or in its place, where left-out rows ask for them."""
-    names, base = result.names, result.base
-    aside = without_mistakes(names.sample, result.model.outliers)
-    sample = names.sample.restricted(~aside)
+def _with_laws(frame: Frame, of_all: Frame, result: Diagnosis) -> Diagnosis:
+    """The diagnosis with laws at ports beside what was named or in its place, where left-out rows ask for them.
+
+    Where physics is missing, rows stand out that show it: only few are taken for single mistakes, else `of_all` counts.
+    """
+    few = frame.aside.sum() <= max(1.0, OPTIONS.single_mistakes * frame.sample.counts.sum())
+    frame = frame if few else of_all
+    names = frame.names
     explained = result.verdict == "explained"
-    laws = sought_laws(names.of_rows(sample), result.model, explained=explained)
+    laws = sought_laws(names, result.model, explained=explained)
     wins = laws is not None and laws.predicts
-    if explained and not (wins and laws is not None and laws.replaces(names.base, result.model)):
+    if explained and not (wins and laws is not None and laws.replaces(result.names.base, result.model)):
         return result
-    result = replace(result, caveats=(*result.caveats, *not_sought(names.sample)))
+    result = replace(result, caveats=(*result.caveats, *not_sought(frame.sample)))
     if laws is None:
         return result
     changed = replace(result, laws=laws if explained else laws.doubted)
-    errors = _held_out(names, base, laws.fit, frame.judged, aside).divided_by(laws.noise) if wins else result.errors
+    errors = _held_out(frame, laws.fit).divided_by(laws.noise) if wins else result.errors
     # Rows that were held out do not choose among laws, but none is predicted with that they refute.
     if wins and not errors.refuted:
         named = tuple(part.named for part in laws.parts if part.named is not None)
-        model = NamedModel(named, aside, laws.fit, float("nan"))
+        model = NamedModel(named, laws.fit, float("nan"))
         verdict = verdict_with(laws, errors)
         # What leaves more than the noise has no name: its part and what it depends on are all that is said.
         known = frame.known
         if verdict == "unexplained":
             laws, known = laws.doubted, frozenset()
-        found = law_findings(laws, result.robot, known)
+        found = law_findings(laws, result.robot, known) + set_aside(frame.recordings, frame.aside)
         changed = replace(
             changed,
             laws=laws,
             model=model,
+            names=names,
             predictive=model,
             errors=errors,
             findings=_doubted(found, OPTIONS.doubted) if verdict == "unexplained" else found,
             method=Method(LAWS, "left-out rows are predicted better with laws at ports than with named effects alone"),
-            after=frame.stated(laws.fit, sample),
+            after=frame.stated(laws.fit, names.sample),
             verdict=verdict,
             stability=None,
         )
@@ -359,31 +377,28 @@ def _with_laws(frame: Frame, result: Diagnosis) -> Diagnosis:
     return changed
 
 
-def _checked(
-    names: Names, model: NamedModel, base: Fit, noise: NoiseLevel, test: BoolArray
-) -> tuple[NamedModel, HeldOut]:
+def _checked(frame: Frame, model: NamedModel) -> tuple[NamedModel, HeldOut]:
     """The model as far as held-out recordings confirm it, with its errors."""
-    sample = names.sample
-    model, errors = pruned(names, model, base, test)
+    names = frame.names
+    model, errors = pruned(names, model, frame.base, frame.judged)
     # Where more than noise remains, or rows are alike, the penalised misfit trusts what is not so.
-    kept = sample.restricted(~model.outliers)
-    alike = dispersion(model.fit.residuals, kept).correlation > OPTIONS.correlated
-    trusted = noise.known and within_noise(tested(model.fit, kept)) and not alike
+    alike = dispersion(model.fit.residuals, names.sample).correlation > OPTIONS.correlated
+    trusted = frame.noise.known and within_noise(tested(model.fit, names.sample)) and not alike
     if model.candidates and not trusted:
-        smaller = confirmed(names, model, test)
+        smaller = confirmed(names, model, frame.judged)
         if smaller is not model:
-            model, errors = smaller, _held_out(names, base, smaller.fit, test, smaller.outliers)
+            model, errors = smaller, _held_out(frame, smaller.fit)
     return model, errors
 
 
-def _predictive(names: Names, model: NamedModel, errors: HeldOut, test: BoolArray) -> tuple[NamedModel, HeldOut]:
+def _predictive(frame: Frame, model: NamedModel, errors: HeldOut) -> tuple[NamedModel, HeldOut]:
     """What to predict with where a model does not explain: it, or the base model, with the errors of that."""
-    base = names.base
+    base = frame.names.base
     halved = errors.test_after**2 <= OPTIONS.half * errors.test_before**2
-    if halved and not errors.refuted and not _guarded(names, model, base.fit):
+    if halved and not errors.refuted and not _guarded(frame.names, model):
         return model, errors
-    return base, _held_out(names, base.fit, base.fit, test, base.outliers)
+    return base, _held_out(frame, base.fit)
 
 
-def _held_out(names: Names, base: Fit, model: Fit, test: BoolArray, aside: BoolArray) -> HeldOut:
-    return held_out(base, model, names.sample, test, aside, known_noise=names.known_noise)
+def _held_out(frame: Frame, model: Fit) -> HeldOut:
+    return held_out(frame.base, model, frame.names.sample, frame.judged, known_noise=frame.names.known_noise)

@@ -8,15 +8,16 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.effect import Effect
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.sentences import ENDLESS
 from expdesign.diagnosis.confirmation import Gain, Stability
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.posterior import probabilities, standing
+from expdesign.diagnosis.posterior import standing
 from expdesign.diagnosis.statement import Dispersion
 from expdesign.estimation.coverage import NORMAL_95
-from expdesign.estimation.fit import Data, Fit
+from expdesign.estimation.fit import Fit
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ def findings(
     spread: Dispersion | None = None,
     stable: Stability | None = None,
 ) -> tuple[Finding, ...]:
-    """The effects of a model, the most explanatory first, then the outliers."""
+    """The effects of a model, the most explanatory first."""
     found: list[Finding] = []
     names, alternatives = search.known_names, search.alternatives(model)
     scale = 1.0
@@ -92,12 +93,7 @@ def findings(
         )
         found.append(finding)
     found.sort(key=lambda one: -(one.share or 0.0))
-    result = [one for one in found if abs(one.share or 0.0) >= OPTIONS.listed] or found[:1]
-    if model.outliers.any():
-        behind = 0.5 * (names.as_here(model).misfit - model.misfit)
-        probability = float(probabilities(np.array([0.0, -behind]), OPTIONS.surest)[0])
-        result += set_aside(names.sample, model.outliers, probability)
-    return tuple(result)
+    return tuple([one for one in found if abs(one.share or 0.0) >= OPTIONS.listed] or found[:1])
 
 
 def compensating(sentence: str, share: float) -> str:
@@ -106,9 +102,9 @@ def compensating(sentence: str, share: float) -> str:
     return f"{sentence} It compensates other effects, by {said} % of what is explained." if said > 0 else sentence
 
 
-def set_aside(sample: Data, outliers: BoolArray, probability: float) -> tuple[Finding, ...]:
+def set_aside(recordings: Recordings, aside: BoolArray) -> tuple[Finding, ...]:
     """The finding of rows that were set aside, shape (N,); none where there are none."""
-    lines = tuple(int(line) for line in sample.recordings.lines[outliers])
+    lines = tuple(int(line) for line in recordings.lines[aside])
     if not lines:
         return ()
     count = float(len(lines))
@@ -116,7 +112,7 @@ def set_aside(sample: Data, outliers: BoolArray, probability: float) -> tuple[Fi
     sentence = f"Row {named} is an outlier: no model explains it."
     if count > 1:
         sentence = f"Rows {named} are outliers: no model explains them."
-    return (Finding("outlier", "instrument", "", {"rows": (count, count, count)}, probability, (), sentence, lines),)
+    return (Finding("outlier", "instrument", "", {"rows": (count, count, count)}, OPTIONS.surest, (), sentence, lines),)
 
 
 def reported(effect: Effect, fitted: Fit, part: slice, scale: float) -> dict[str, tuple[float, float, float]]:

@@ -41,8 +41,9 @@ class Frame:
         kind: of base model.
         base: its fit.
         judged: held-out rows on which a model can be judged: not those that need what no fitted row determines, (N,).
+        sample: the rows that may be fitted.
         entries: named physics.
-        names: the same, and every model of them that was fitted.
+        names: the same in the rows that belong to some physics, and every model of them that was fitted.
         remarks: what is wrong with the noise that was stated.
         load_errors: of the recorded loads, that the noise of the rows contains in their declared size; None where none
             are declared, the noise is what the model leaves over, or positions show an arm's geometry.
@@ -54,6 +55,7 @@ class Frame:
     kind: BaseModel
     base: Fit
     judged: BoolArray
+    sample: Data
     entries: list[Candidate]
     names: Names
     remarks: tuple[Remark, ...] = ()
@@ -66,7 +68,7 @@ class Frame:
     @cached_property
     def before(self) -> StatementOfFit:
         """Whether the base model accounts for the rows."""
-        return self.stated(self.base, self.names.sample)
+        return self.stated(self.base, self.sample)
 
     @property
     def loads_account_for_it(self) -> bool:
@@ -78,6 +80,15 @@ class Frame:
     def search(self) -> Search:
         """For named effects alone."""
         return Search.over(self.names)
+
+    @property
+    def aside(self) -> BoolArray:
+        """Rows that belong to no physics, as single mistakes do not, shape (N,)."""
+        return self.sample.counts & ~self.names.sample.counts
+
+    def without(self, aside: BoolArray) -> "Frame":
+        """The same with these rows set aside, shape (N,)."""
+        return replace(self, names=self.names.of_rows(self.sample.restricted(~aside)))
 
     @property
     def known(self) -> frozenset[str]:
@@ -131,7 +142,7 @@ def framed(
     names = Names(robot, sample, entries, known_noise=noise.known, report=report)
     predictable = recordings.test & sample.reading.predictable(robot, recordings)
     judged = predictable if predictable.any() else recordings.test
-    return Frame(robot, recordings, noise, kind, base, judged, entries, names, generous, weighed)
+    return Frame(robot, recordings, noise, kind, base, judged, sample, entries, names, generous, weighed)
 
 
 def _weighing(sample: Data, base: Fit, errors: DeclaredLoadErrors) -> Data:

@@ -111,7 +111,7 @@ def grouped(robot: Robot, sample: Data, base: Fit, library: GroupLibrary) -> Gro
         return None
     problem = _Problem(sample, base, library.groups)
     chosen = problem.chosen(Settling())
-    aside = problem.mistakes(chosen)
+    aside, _ = single_mistakes(chosen.state, sample, robot)
     if aside.any():
         sample = sample.restricted(~aside)
         base = fit(base.chain, sample)
@@ -181,13 +181,6 @@ class _Problem:
         """What series share as noise, by evidence beside the groups that are there."""
         found = settling(self.base.chain, self.sample, self.present)
         return found.most_evident(chosen.state)
-
-    def mistakes(self, chosen: Chosen) -> BoolArray:
-        """Rows that all groups together do not explain, shape (N,)."""
-        aside: BoolArray = np.zeros(len(self.sample.counts), dtype=bool)
-        own = single_mistakes(chosen.state, len(self.sample.recordings.axes))
-        aside[np.flatnonzero(self.sample.counts)[own]] = True
-        return aside
 
 
 class _Model:

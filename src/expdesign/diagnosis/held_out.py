@@ -68,20 +68,18 @@ def held_out(
     model: Fit,
     sample: Data,
     test: BoolArray,
-    outliers: BoolArray,
     *,
     known_noise: bool = True,
     later: bool = True,
 ) -> HeldOut:
     """Errors of two fitted models on fitted and on held-out rows.
 
-    Rows set aside as outliers belong to no physics and count for neither model; all rows stay in the history of their
-    series. `known_noise` is for the intervals, as in `widening`; `later` says whether the last rows are predicted from
-    those before, which takes further fits.
+    All rows stay in the history of their series. `known_noise` is for the intervals, as in `widening`; `later` says
+    whether the last rows are predicted from those before, which takes further fits.
     """
-    kept = sample.counts & ~outliers
+    kept = sample.counts
     train_before, train_after = (_rms_on(f, sample, kept) for f in (base, model))
-    errors = _later(base, model, sample, kept) if later else (float("nan"), float("nan"))
+    errors = _later(base, model, sample) if later else (float("nan"), float("nan"))
     if test.any():
         rows, how = held_out_rows(model, sample, test), f"{int(test.sum())} rows marked `test`"
         before, after, surprise = _rms_on(base, sample, test), rms(rows.residuals), _surprise(model, rows)
@@ -111,9 +109,9 @@ def _refitted(original: Fit, sample: Data) -> Fit:
     return fit(original.chain, sample, start, enough=OPTIONS.settled, rough=0.1 * OPTIONS.settled)
 
 
-def _later(base: Fit, model: Fit, sample: Data, kept: BoolArray) -> tuple[float, float]:
+def _later(base: Fit, model: Fit, sample: Data) -> tuple[float, float]:
     """Errors of both on the last fifth, predicted from the rows before it."""
-    last, first = last_part(sample.restricted(kept), OPTIONS.groups)
+    last, first = last_part(sample, OPTIONS.groups)
     if not (last.any() and first.any()):
         return float("nan"), float("nan")
     before = sample.counting(first)

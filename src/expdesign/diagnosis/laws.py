@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, as_matrix
+from expdesign.arrays import as_matrix
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.curve import Curve, curve_of
 from expdesign.chain.ports.law import Law
@@ -117,28 +117,17 @@ def measured_of(sample: Data) -> Measured:
     )  # fmt: skip
 
 
-def left_out_alone(fitted: Fit, base: Fit, sample: Data, *, known_noise: bool) -> LeftOut:
+def left_out_alone(fitted: Fit, base: Fit, sample: Data) -> LeftOut:
     """Errors of left-out series by the base model and by one with named effects, linear about their parameters.
 
     Args:
         fitted: to the rows of the sample.
-        base: fit of the base model.
+        base: fit of the base model to the same.
         sample: rows that count.
-        known_noise: whether the noise is stated.
     """
     blocks = readings_of(blocks_of(sample), sample)
-    start = fit(base.chain, sample)
-    before, after = (base_alone(each, sample).left_out(blocks) for each in (start, fitted))
+    before, after = (base_alone(each, sample).left_out(blocks) for each in (base, fitted))
     return LeftOut(before, after, blocks)
-
-
-def without_mistakes(sample: Data, outliers: BoolArray) -> BoolArray:
-    """The rows set aside beside laws, shape (N,), of those that a model without laws sets aside.
-
-    Where physics is missing such a model sets aside rows that show it: only few are taken for single mistakes.
-    """
-    few = outliers.sum() <= max(1.0, OPTIONS.single_mistakes * sample.counts.sum())
-    return outliers if few else np.zeros_like(outliers)
 
 
 def sought_laws(names: Names, named: NamedModel, *, explained: bool) -> Laws | None:

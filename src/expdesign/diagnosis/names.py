@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray, as_matrix
+from expdesign.arrays import FloatArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import Remark
@@ -22,9 +22,7 @@ from expdesign.diagnosis.evidence.columns import Dense
 from expdesign.diagnosis.evidence.dictionary import Atom, known_form
 from expdesign.diagnosis.evidence.state import Present, regular
 from expdesign.diagnosis.library import Candidate, beside
-from expdesign.diagnosis.locate import drivers
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.outliers import in_common, outlier_price, returning_distances, standing_out
 from expdesign.diagnosis.possible import Confounded, at_limits, confounded_with
 from expdesign.diagnosis.remarks import ConfoundedTime
 from expdesign.diagnosis.stages import Report, unheard
@@ -42,17 +40,15 @@ _STATES = 16
 
 @dataclass(frozen=True)
 class NamedModel:
-    """A set of effects, rows set aside as outliers, and the fit.
+    """A set of effects, and the fit.
 
     Attributes:
         candidates: the effects as found in the library, in the order of their keys.
-        outliers: rows set aside, shape (N,).
-        fit: of the rest.
+        fit: of the rows that count.
         misfit: −2·log of the posterior weight, up to a constant: of evidence and prior, see the module.
     """
 
     candidates: tuple[Candidate, ...]
-    outliers: BoolArray
     fit: Fit
     misfit: float
 
@@ -158,7 +154,7 @@ class Names:
         self._chains: dict[tuple[str, ...], Chain] = {}
         self._beside_models: dict[tuple[str, ...], Candidate] = {}
         self._states: dict[int, tuple[NamedModel, Present]] = {}
-        self.base = self.model((), np.zeros(len(sample.counts), dtype=bool), [])
+        self.base = self.model((), [])
 
     def __getstate__(self) -> dict[str, object]:
         """The progress callback is not copied."""
@@ -167,7 +163,7 @@ class Names:
     @property
     def models(self) -> list[NamedModel]:
         """Those that were fitted without laws beside them, as far as they are kept."""
-        return [model for key, model in self._models.items() if len(key) == 2]
+        return [model for key, model in self._models.items() if len(key) == 1]
 
     @cached_property
     def atoms(self) -> list[Atom]:
@@ -220,7 +216,7 @@ class Names:
             self.log.add("limits", model, False, f"{parameter} is at or beyond the limit of what a machine can be")
             return False
         effect, price = added.effect, self.price(added) + OPTIONS.alarm
-        if self.rival and self.rival.explains(model.fit, effect, self.sample, model.outliers, rest, price):
+        if self.rival and self.rival.explains(model.fit, effect, self.sample, rest, price):
             self.refused.append(Refused(model, effect.key, ""))
             self.log.add("drift", model, False, f"`{effect.key}` does not show apart from what changed with time")
             return False
@@ -241,13 +237,12 @@ class Names:
         if rival is None:
             return ()
         imitations = dict.fromkeys(one.key for one in self.better_refused(model) if not one.parameter)
-        drifts = [e for e in model.effects if rival.columns(model.fit, e, self.sample, model.outliers) is not None]
+        drifts = [e for e in model.effects if rival.columns(model.fit, e, self.sample) is not None]
         return (ConfoundedTime(rival.name, rival.share, tuple(imitations)),) if imitations or drifts else ()
 
     def model(
         self,
         chosen: Sequence[Candidate],
-        outliers: BoolArray,
         parts: Sequence[FloatArray],
         near: NamedModel | None = None,
         laws: LawsBeside = NO_LAWS,
@@ -256,32 +251,30 @@ class Names:
 
         Args:
             chosen: the effects.
-            outliers: rows set aside, shape (N,).
             parts: parameters of each to start from.
             near: a model whose other parameters are near.
             laws: beside them.
         """
         order = sorted(range(len(chosen)), key=lambda i: chosen[i].effect.key)
         own = tuple(chosen[i] for i in order)
-        key = (tuple(c.effect.key for c in own), outliers.tobytes(), *laws.numbers)
+        key = (tuple(c.effect.key for c in own), *laws.numbers)
         if key in self._models:
             self._models[key] = self._models.pop(key)  # asked for last
         else:
-            found = self._fitted(own, outliers, [parts[i] for i in order], near, laws)
+            found = self._fitted(own, [parts[i] for i in order], near, laws)
             self._models[key] = found
-            self.tried.add(key[:2])
+            self.tried.add(key[:1])
             self._kept += found.fit.sensitivities.nbytes
             while self._kept > _MOST_KEPT and len(self._models) > 1:
                 self._kept -= self._models.pop(next(iter(self._models))).fit.sensitivities.nbytes
         return self._models[key]
 
     def state(self, model: NamedModel) -> Present:
-        """The problem, linear about a fit, with its effects as laws; rows set aside are zero."""
+        """The problem, linear about a fit, with its effects as laws."""
         if id(model) not in self._states:
             while len(self._states) >= _STATES:
                 self._states.pop(next(iter(self._states)))
-            plain = self.sample.restricted(~model.outliers)
-            residuals, slopes = plain.residuals_with_sensitivities(model.fit.chain, model.fit.values)
+            residuals, slopes = self.sample.residuals_with_sensitivities(model.fit.chain, model.fit.values)
             state = linearised(self.sample, model.fit, residuals, slopes, known_noise=self.known_noise)
             self._states[id(model)] = model, state.refitted()
         return self._states[id(model)][1]
@@ -292,58 +285,26 @@ class Names:
         prior = np.log(candidate.places) + np.log(OPTIONS.kinds)
         return float(prior + 0.5 * shapes * np.log(max(self.sample.readings, 2)))
 
-    def price_of(self, chosen: Sequence[Candidate], outliers: BoolArray) -> float:
-        """Log evidence that effects and rows set aside (N,) have to bring together."""
-        return sum(self.price(c) for c in chosen) + 0.5 * self._outlier_penalty() * int(outliers.sum())
+    def price_of(self, chosen: Sequence[Candidate]) -> float:
+        """Log evidence that effects have to bring together."""
+        return sum(self.price(c) for c in chosen)
 
     def without(self, model: NamedModel, index: int) -> NamedModel:
         """A model refitted without one of its effects."""
         rest = model.candidates[:index] + model.candidates[index + 1 :]
-        return self.model(rest, model.outliers, self.parts(model, rest), model)
-
-    def without_outliers(self, current: NamedModel) -> NamedModel | None:
-        """The model refitted without the rows that stand out; None where none does, or they are no single mistakes."""
-        flagged, model, rows = current.outliers.copy(), current, np.flatnonzero(self.sample.counts)
-        most, axes = min(max(1, len(rows) // 10), len(rows) - 1), len(self.sample.recordings.axes)  # one has to stay
-        while (further := standing_out(self.state(model), axes, most - int(flagged.sum()))).size:
-            flagged = flagged.copy()
-            flagged[rows[further]] = True
-            model = self.model(current.candidates, flagged, self.parts(current, current.candidates), current)
-        if not flagged.any() or np.array_equal(flagged, current.outliers):
-            return None
-        counts = self.sample.counts
-        residuals = self.sample.residuals(model.fit.chain, model.fit.values)[counts]
-        quantities = {name: values[counts] for name, values in drivers(self.sample, self.robot).items()}
-        common = in_common(residuals, flagged[counts], self.sample.recordings.series[counts], quantities)
-        if common:
-            self.log.add("outliers", model, False, f"the rows set aside are no single mistakes: {common}")
-        return None if common else model
+        return self.model(rest, self.parts(model, rest), model)
 
     def as_here(self, model: NamedModel) -> NamedModel:
-        """A model of other rows fitted to these, none of which is set aside."""
-        nothing = np.zeros_like(model.outliers)
-        return self.model(model.candidates, nothing, self.parts(model, model.candidates), model)
+        """A model of other rows fitted to these."""
+        return self.model(model.candidates, self.parts(model, model.candidates), model)
 
     def of_rows(self, sample: Data) -> "Names":
-        """The same effects for some of the rows."""
+        """The same effects for some of the rows, with one log."""
         if np.array_equal(sample.counts, self.sample.counts):
             return self
-        return Names(self.robot, sample, self.library, known_noise=self.known_noise, report=self.report)
-
-    def readmitted(self, current: NamedModel) -> NamedModel:
-        """With rows that stood out only while an effect was missing."""
-        while current.outliers.any():
-            distances = returning_distances(current.fit, self.sample, current.outliers)
-            back = current.outliers & (distances < self._outlier_penalty() * self._variance(current))
-            if not back.any():
-                break
-            parts = self.parts(current, current.candidates)
-            larger = self.model(current.candidates, current.outliers & ~back, parts, current)
-            if larger.misfit >= current.misfit:
-                break
-            self.log.add("readmit", larger, True, f"{int(back.sum())} rows set aside fit after all")
-            current = larger
-        return current
+        found = Names(self.robot, sample, self.library, known_noise=self.known_noise, report=self.report)
+        found.log, found.tried = self.log, self.tried
+        return found
 
     @staticmethod
     def parts(model: NamedModel, chosen: Sequence[Candidate]) -> list[FloatArray]:
@@ -371,7 +332,6 @@ class Names:
     def _fitted(
         self,
         chosen: tuple[Candidate, ...],
-        outliers: BoolArray,
         parts: Sequence[FloatArray],
         near: NamedModel | None,
         laws: LawsBeside,
@@ -380,7 +340,7 @@ class Names:
         if names not in self._chains:
             self._chains[names] = self.sample.chain(self.robot, [c.effect for c in chosen])
         chain = self._chains[names]
-        sample = self.sample.restricted(~outliers)
+        sample = self.sample
         if laws.numbers:
             sample = replace(sample, shared=SharedNoise.of_laws(laws.directions, laws.variances))
         own = near.fit.values[: chain.base] if near is not None else chain.start()[: chain.base]
@@ -394,19 +354,10 @@ class Names:
         state = linearised(
             self.sample, result, result.residuals, result.sensitivities, known_noise=self.known_noise
         ).refitted()
-        model = NamedModel(chosen, outliers, result, -2.0 * (state.log_evidence - self.price_of(chosen, outliers)))
+        model = NamedModel(chosen, result, -2.0 * (state.log_evidence - self.price_of(chosen)))
         if not laws.numbers:
             self._states[id(model)] = model, state
         return model
-
-    def _outlier_penalty(self) -> float:
-        """Fall of χ² that one row set aside has to bring."""
-        axes = len(self.sample.recordings.axes)
-        return outlier_price(self.sample.readings, axes, int(self.sample.counts.sum()))
-
-    def _variance(self, model: NamedModel) -> float:
-        """Of the whitened residuals: 1 where the noise is known."""
-        return 1.0 if self.known_noise else max(model.fit.chi2 / max(self.sample.readings, 1), 1e-300)
 
 
 def linearised(sample: Data, about: Fit, residuals: FloatArray, slopes: FloatArray, *, known_noise: bool) -> Present:

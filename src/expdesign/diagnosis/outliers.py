@@ -6,8 +6,10 @@ from scipy.stats import chi2 as chi2_distribution
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.diagnosis.evidence.state import Present
+from expdesign.diagnosis.locate import drivers
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.estimation.fit import Data, Fit
+from expdesign.mechanics.robots.robot import Robot
 
 _SHUFFLES = 2000
 _TESTS = 4
@@ -51,6 +53,18 @@ def standing_out(state: Present, axes: int, most: int) -> IntArray:
     return np.array(aside, dtype=np.int64)
 
 
+def returning(result: Fit, sample: Data, aside: BoolArray, *, known_noise: bool) -> BoolArray:
+    """Rows set aside (N,) that a model fitted without them explains after all, shape (N,).
+
+    χ² grows by less than `outlier_price` if such a row counts again (`returning_distances`).
+    """
+    price = outlier_price(sample.readings, len(sample.recordings.axes), int(sample.counts.sum()))
+    left = sample.restricted(~aside).readings
+    variance = 1.0 if known_noise else max(result.chi2 / max(left, 1), 1e-300)
+    found: BoolArray = aside & (returning_distances(result, sample, aside) < price * variance)
+    return found
+
+
 def returning_distances(result: Fit, sample: Data, outliers: BoolArray) -> FloatArray:
     """Growth of χ² if a row set aside counted again, shape (N,): r·(I + S·P·Sᵀ)⁻¹·r; 0 for all other rows."""
     everything = sample.counting(sample.counts)
@@ -68,11 +82,27 @@ def outlier_price(readings: int, axes: int, rows: int) -> float:
     return float(axes * np.log(max(readings, 2)) + 2.0 * np.log(max(rows, 2)))
 
 
-def single_mistakes(state: Present, axes: int) -> IntArray:
-    """The rows that stand out; none where they are more than single mistakes are: then something is missing."""
-    most = max(1, int(OPTIONS.single_mistakes * len(state.readings) / axes))
-    found = standing_out(state, axes, most + 1)
-    return found if len(found) <= most else found[:0]
+def single_mistakes(state: Present, sample: Data, robot: Robot) -> tuple[BoolArray, str]:
+    """Rows that stand out of a model as single mistakes do, shape (N,), or none and why those that do are no mistakes.
+
+    Args:
+        state: the model, to first order, in the rows that count.
+        sample: these rows.
+        robot: the robot.
+    """
+    rows, axes = np.flatnonzero(sample.counts), len(sample.recordings.axes)
+    most = min(max(1, len(rows) // 10), len(rows) - 1)  # one has to stay
+    out: BoolArray = np.zeros(len(rows), dtype=bool)
+    out[standing_out(state, axes, most)] = True
+    aside: BoolArray = np.zeros(len(sample.counts), dtype=bool)
+    if not out.any():
+        return aside, ""
+    rest = state.of_rows(np.repeat(~out, axes))
+    residuals = (state.readings - state.design @ rest.weights).reshape(-1, axes)
+    quantities = {name: values[rows] for name, values in drivers(sample, robot).items()}
+    common = in_common(residuals, out, sample.recordings.series[rows], quantities)
+    aside[rows] = out & (not common)
+    return aside, common
 
 
 def in_common(residuals: FloatArray, outliers: BoolArray, series: IntArray, drivers: dict[str, FloatArray]) -> str:

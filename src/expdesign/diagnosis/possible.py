@@ -77,37 +77,36 @@ class Confounded:
     share: float
     rows: RowData
 
-    def columns(self, fit: Fit, effect: Effect, sample: Data, aside: BoolArray) -> tuple[FloatArray, FloatArray] | None:
+    def columns(self, fit: Fit, effect: Effect, sample: Data) -> tuple[FloatArray, FloatArray] | None:
         """Directions of a drift of a fit along t and along t̂, (M, d) each; None of what does not follow time."""
         if effect.physics != _DRIFTS:
             return None
-        own, rival = (_directions(fit, effect, sample, aside, rows) for rows in (sample.rows, self.rows))
+        own, rival = (_directions(fit, effect, sample, rows) for rows in (sample.rows, self.rows))
         return None if np.allclose(own, rival) else (own, rival)
 
-    def explains(self, fit: Fit, effect: Effect, sample: Data, aside: BoolArray, rest: Present, price: float) -> bool:
+    def explains(self, fit: Fit, effect: Effect, sample: Data, rest: Present, price: float) -> bool:
         """Whether an effect is a drift that is not worth its price beside the same drift along t̂.
 
         Args:
             fit: with the effect.
             effect: of it.
             sample: the rows that count.
-            aside: rows of these that do not count, shape (N,).
             rest: linear about what else is there.
             price: log evidence that the drift has to bring.
         """
-        columns = self.columns(fit, effect, sample, aside)
+        columns = self.columns(fit, effect, sample)
         if columns is None:
             return False
         own, rival = columns
         return rest.beside(rival, rest.gain(rival)[1]).refitted().gain(own)[0] < price
 
 
-def _directions(fit: Fit, effect: Effect, sample: Data, aside: BoolArray, rows: RowData) -> FloatArray:
+def _directions(fit: Fit, effect: Effect, sample: Data, rows: RowData) -> FloatArray:
     """Whitened derivatives of the readings that count by a drift's parameters, of unit mean square, in some rows."""
     part = fit.chain.slices[fit.chain.effects.index(effect)]
     slopes = fit.chain.predict_with_sensitivities(rows, fit.values)[1][:, sample.recordings.axes, part]
     free = [not parameter.shape for parameter in effect.parameters]
-    found = as_matrix(sample.restricted(~aside).whiten(slopes))[sample.kept][:, free]
+    found = as_matrix(sample.whiten(slopes))[sample.kept][:, free]
     sizes = np.sqrt((found**2).mean(axis=0))
     scaled: FloatArray = found / np.where(sizes > 0.0, sizes, 1.0)
     return scaled

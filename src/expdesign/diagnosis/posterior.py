@@ -186,7 +186,7 @@ def averaged(names: Names, model: NamedModel) -> NamedModel:
 
 
 def _beside(names: Names, model: NamedModel) -> Iterator[_Beside]:
-    sample = names.sample.restricted(~model.outliers)
+    sample = names.sample
     noise = 1.0 if names.known_noise else max(model.fit.chi2 / max(sample.readings - model.fit.rank, 1), 1e-300)
     present = base_alone(model.fit, sample)
     known = replace(present, readings=present.readings / np.sqrt(noise))
@@ -254,8 +254,7 @@ def _average(names: Names, model: NamedModel, kept: Sequence[_Beside], weights: 
         covariances[k][np.ix_(into, into)] += one.covariance
     mixture = Mixture(weights, changes, covariances)
     values = np.clip(start + mixture.mean, *chain.bounds())
-    sample = names.sample.restricted(~model.outliers)
-    residuals, slopes = sample.residuals_with_sensitivities(chain, values)
+    residuals, slopes = names.sample.residuals_with_sensitivities(chain, values)
     return replace(
         fit,
         chain=chain,

@@ -51,7 +51,7 @@ class Diagnosis:
         location: of the mismatch.
         findings: effects that are present together.
         errors: of the predictive model, on fitted and held-out rows.
-        names: everything that was considered.
+        names: everything that was considered, in the rows that belong to some physics.
         laws: at ports, of a mismatch that named physics does not explain; None where none was sought or found.
         method: the way of working that the data call for, and why.
         caveats: what limits these statements: what cannot be told apart, and readings that are not independent.
@@ -97,9 +97,8 @@ class Diagnosis:
     @cached_property
     def widening(self) -> Widening:
         """By what the recordings widen what the predictive model predicts."""
-        sample = self.names.sample.restricted(~self.predictive.outliers)
         fit = self.judged or self.predictive.fit
-        return widening(fit, sample, known_noise=self.noise.known, left_out=self.left_out)
+        return widening(fit, self.names.sample, known_noise=self.noise.known, left_out=self.left_out)
 
     @property
     def known(self) -> Fit:
@@ -135,7 +134,7 @@ class Diagnosis:
 
     def read_again(self, chain: Chain, values: FloatArray) -> "Diagnosis":
         """The diagnosis with what a model file predicts, its chain and values (p,) as read, compared with itself."""
-        fit, sample = self.predictive.fit, self.names.sample.restricted(~self.predictive.outliers)
+        fit, sample = self.predictive.fit, self.names.sample
         said, written = sample.residuals(fit.chain, fit.values), sample.residuals(chain, values)
         return self.written_otherwise(rms(written - said, sample.counts))
 

@@ -87,7 +87,7 @@ def _places_table(result: Diagnosis) -> DataTable:
 
 def added(result: Diagnosis) -> bool:
     """Whether the model differs from the base model, so that there is a before and an after."""
-    return bool(result.findings) or bool(result.model.outliers.any())
+    return bool(result.findings)
 
 
 def error_figure(result: Diagnosis) -> Figure:
@@ -102,7 +102,7 @@ def axis_figure(result: Diagnosis) -> Figure:
     """Root mean square of every measured axis."""
     measured = result.recordings.components(result.robot.coordinates)
     names = [words.axis(measured[axis]) for axis in result.recordings.axes]
-    counts = result.names.sample.counts & ~result.model.outliers
+    counts = result.names.sample.counts
     before, after = (
         np.sqrt((residuals[counts] ** 2).mean(axis=0))
         for residuals in (result.base.residuals, result.model.fit.residuals)
@@ -161,7 +161,7 @@ def _scatter(result: Diagnosis, name: str, driver: FloatArray, label: str) -> Fi
     """RMS over the axes of every row, before and after, against a quantity (one value per row)."""
     chosen = np.zeros(len(driver), dtype=bool)
     chosen[:: max(1, len(driver) // SHOWN.points)] = True
-    chosen &= result.names.sample.counts & ~result.model.outliers
+    chosen &= result.names.sample.counts
     before, after = (
         np.sqrt((residuals**2).mean(axis=1))[chosen]
         for residuals in (result.base.residuals, result.model.fit.residuals)

@@ -99,7 +99,7 @@ class AtTargets:
     @classmethod
     def diagnosed(cls, problem: DesignProblem, result: "Diagnosis") -> "AtTargets":
         """The model that a diagnosis found; nothing is decided where it is no explanation of the recordings."""
-        sample = result.names.sample.restricted(~result.predictive.outliers)
+        sample = result.names.sample
         counts, recorded = sample.counts, result.recordings.rows(sample.counts)
         whitening, known = sample.whitening, result.known
         if result.loads is not None:

@@ -73,8 +73,7 @@ class Chosen:
     @property
     def key(self) -> tuple[object, ...]:
         """Two with the same are the same."""
-        of_names = () if self.named is None else (self.named.keys, self.named.outliers.tobytes())
-        return of_names, self.laws
+        return () if self.named is None else self.named.keys, self.laws
 
     @property
     def evidence(self) -> float:
@@ -167,19 +166,6 @@ class Problem:
             laws = [self._at(current, component, proposal) for component in self._near(proposal)]
             self._seen[key] = [*laws, *self._named(current, proposal, -np.inf)]
         return self._seen[key]
-
-    def aside(self, current: Chosen) -> list[Chosen]:
-        """Without the rows that no named effect explains, where there are such rows and no laws."""
-        if self.names is None or current.named is None or current.laws:
-            return []
-        without = self.names.without_outliers(current.named)
-        return [] if without is None else [self.of_model(without)]
-
-    def readmitted(self, current: Chosen) -> Chosen:
-        """With rows that stood out only while an effect was missing."""
-        if self.names is None or current.named is None or not current.named.outliers.any():
-            return current
-        return self.of_model(self.names.readmitted(current.named))
 
     def report(self, stage: Stage, detail: str) -> None:
         """Report progress."""
@@ -331,7 +317,7 @@ class Problem:
         known = dict(zip((c.effect.key for c in staying), self.names.parts(current.named, staying), strict=True))
         parts = [(known | starts)[candidate.effect.key] for candidate in chosen]
         laws = LawsBeside(current.laws, directions, sizes)
-        model = self.names.model(chosen, current.named.outliers, parts, current.named, laws)
+        model = self.names.model(chosen, parts, current.named, laws)
         state = self.names.state(model)
         for law, size in zip(directions, sizes, strict=True):
             state = state.beside(law, size)
@@ -341,7 +327,7 @@ class Problem:
         price = float(self.prices[list(laws)].sum())
         at = tuple(self.atoms[i].component for i in laws)
         if named is not None and self.names is not None:
-            price += self.names.price_of(named.candidates, named.outliers)
+            price += self.names.price_of(named.candidates)
             at = (*(effect.component for effect in named.effects), *at)
         nameless = any(self.atoms[i].entry is not None for i in laws)
         return Chosen(named, laws, state, price, self.blocks, at, nameless)

@@ -47,9 +47,9 @@ class Search:
         assert self.problem.names is not None
         return self.problem.names
 
-    def model(self, *, aside: bool = True, most: int | None = None) -> NamedModel:
+    def model(self, most: int | None = None) -> NamedModel:
         """The best model of named effects, see `run`; as many as the base model allows where `most` is left out."""
-        found = self.run(aside=aside, most=self.known_names.most_effects if most is None else most).named
+        found = self.run(most=self.known_names.most_effects if most is None else most).named
         assert found is not None
         return found
 
@@ -58,7 +58,6 @@ class Search:
         seeds: Sequence[Chosen] = (),
         refuted: Sequence[Chosen] = (),
         *,
-        aside: bool = False,
         most: int | None = None,
         guarded: bool = False,
     ) -> Chosen:
@@ -67,15 +66,14 @@ class Search:
         Args:
             seeds: from which the search goes on as well.
             refuted: what it is not, where there is anything else.
-            aside: whether rows may be set aside.
             most: effects that are looked for at most; as many as the options allow if left out.
             guarded: whether laws go without which left-out blocks are predicted better.
         """
         limit = self.options.most if most is None else most
-        firsts = self._starts(seeds, aside=aside, most=limit)
+        firsts = self._starts(seeds, limit)
         if not firsts:
             return self.start
-        ends = [self._completed(first, aside=aside, most=limit) for first in firsts]
+        ends = [self._completed(first, limit) for first in firsts]
         known = {one.key for one in refuted}
         best = self.problem.finer(preferred([end for end in ends if end.key not in known] or ends))
         if best.laws:
@@ -114,9 +112,9 @@ class Search:
         single[component] = max(single[component], chosen.evidence - rest.evidence)
         return {place: gain - float(np.log(number[place])) for place, gain in single.items()}
 
-    def _starts(self, seeds: Sequence[Chosen], *, aside: bool, most: int) -> list[Chosen]:
+    def _starts(self, seeds: Sequence[Chosen], most: int) -> list[Chosen]:
         """The best beginnings, from which the search goes on: the first one need not be right; and seeds like them."""
-        trials = sorted(self._grown(self.start, aside=aside, most=most), key=lambda trial: -trial.evidence)
+        trials = sorted(self._grown(self.start, most), key=lambda trial: -trial.evidence)
         gains = [trial.evidence - self.start.evidence for trial in trials]
         least = max(self.options.alarm, self.options.nearly * max(gains, default=0.0))
         firsts = [t for t, gain in zip(trials, gains, strict=True) if gain >= least]
@@ -124,10 +122,10 @@ class Search:
         alike = [seed for seed in seeds if seed.evidence - self.start.evidence >= least]
         return [*firsts[: 1 if self.problem.of_names else self.options.starts], *alike]
 
-    def _completed(self, current: Chosen, *, aside: bool, most: int) -> Chosen:
+    def _completed(self, current: Chosen, most: int) -> Chosen:
         """With further effects and laws of further components, as long as they are worth it."""
         while True:
-            trials = self._grown(current, aside=aside, most=most)
+            trials = self._grown(current, most)
             if not trials:
                 return current
             grown = max(trials, key=lambda trial: trial.evidence)
@@ -137,14 +135,13 @@ class Search:
             if not better:
                 return current
             current = self._pruned(grown if grown.laws else self._swapped(grown))
-            current = self.problem.readmitted(current)
 
-    def _grown(self, current: Chosen, *, aside: bool, most: int) -> list[Chosen]:
-        """Trials with one more effect, with the laws of one more component, or with rows set aside."""
+    def _grown(self, current: Chosen, most: int) -> list[Chosen]:
+        """Trials with one more effect, or with the laws of one more component."""
         if current.count >= most:
             return []
         self.problem.report(Stage.EFFECTS, f"{current.count + 1}")
-        return [*self.problem.trials(current), *(self.problem.aside(current) if aside else ())]
+        return self.problem.trials(current)
 
     def _exchanged(self, current: Chosen) -> Chosen:
         """What is at one component at a time replaced where another explains and predicts better beside the others."""
@@ -181,7 +178,7 @@ class Search:
             current = self._predicting(best)
             if not self.problem.refute(set(best.laws) - set(current.laws)):
                 return current
-            best = preferred([current, self._completed(current, aside=False, most=self.options.most)])
+            best = preferred([current, self._completed(current, self.options.most)])
         return best
 
     def _predicting(self, current: Chosen) -> Chosen:
