@@ -7,7 +7,6 @@ import pandas as pd
 import pytest
 from scipy.stats import norm
 
-from expdesign.diagnosis.confirmation import _blocks
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, last_part, readings_of
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.options import OPTIONS
@@ -45,12 +44,6 @@ def test_few_series_are_divided_into_rows_in_a_row_of_equal_number_among_those_t
 def test_every_reading_of_a_row_has_its_block() -> None:
     chosen = sample(20, 10).restricted(np.arange(20) >= 4)
     assert readings_of(blocks_of(chosen), chosen).tolist() == np.repeat(np.arange(20) // 2, 2)[8:].tolist()
-
-
-def test_few_held_out_rows_say_nothing_of_single_effects() -> None:
-    chosen = sample(100, 100)
-    assert _blocks(chosen.restricted(np.arange(100) < 10)) is None
-    assert _blocks(chosen.restricted(np.arange(100) < 40)) is not None
 
 
 def test_the_last_part_of_a_campaign_is_whole_series_where_there_are_several() -> None:

@@ -1,10 +1,10 @@
-"""Whether each effect of a model, by itself, improves the prediction of recordings that were not fitted.
+"""Whether each effect of a model, by itself, improves the prediction of readings that were left out.
 
 The penalised misfit trusts the stated noise and the independence of rows. Where a model leaves more than noise, neither
 can be trusted: filtered readings are correlated, standard deviations are misstated, and any smooth effect gains
-"significantly" on thousands of readings. Held-out rows do not care. For every effect the model is refitted without it;
-the squares of the held-out residuals are compared block by block of consecutive rows (rows within a block may be
-correlated), and the effect stays where the mean difference exceeds zero by a one-sided t-test over blocks.
+"significantly" on thousands of readings. Left-out rows do not care. The model, linear about its fit, is compared with
+itself without the effect by the readings of blocks that neither was fitted to (`LeftOut`), and the effect stays where
+these gain by it.
 
 Names are judged by stability selection as well: how often the same effects are named when a tenth of the rows is left
 out. For every tenth the model is fitted to the other nine, linear about its fit to all, and an effect is named where
@@ -17,63 +17,39 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.arrays import BoolArray, IntArray
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.names import NamedModel, Names, hierarchical
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.estimation.fit import Data, Fit
+from expdesign.estimation.fit import Fit
 
 
-@dataclass(frozen=True)
-class Gain:
-    """What one effect does for held-out rows.
+def gains(state: Present, blocks: IntArray) -> list[LeftOut]:
+    """What every law of a state does for left-out readings, the others beside it resized.
 
-    Attributes:
-        without, with_it: RMS of the held-out residuals, 1 being the noise.
-        p_value: of no improvement.
+    Args:
+        state: the model, to first order.
+        blocks: block of every reading, shape (M,).
     """
-
-    without: float
-    with_it: float
-    p_value: float
+    own = state.left_out(blocks)
+    return [LeftOut(state.without(k).refitted().left_out(blocks), own, blocks) for k in range(len(state.laws))]
 
 
-def gains(names: Names, model: NamedModel, test: BoolArray) -> list[Gain] | None:
-    """Gain of every effect of a model, in the order of its candidates; None where too few rows are held out."""
-    sample = names.sample.counting(test)
-    blocks = _blocks(sample)
-    if blocks is None:
-        return None
-    of_readings = np.repeat(blocks, len(sample.recordings.axes))
-    own = _errors(model.fit, sample)
-    found = []
-    for index in range(len(model.candidates)):
-        both = LeftOut(_errors(names.without(model, index).fit, sample), own, of_readings)
-        found.append(Gain(both.rms_before, both.rms_after, both.p_value))
-    return found
-
-
-def confirmed(names: Names, model: NamedModel, test: BoolArray) -> NamedModel:
-    """The model without the effects that do not improve the prediction of held-out rows, worst first."""
+def confirmed(names: Names, model: NamedModel) -> NamedModel:
+    """The model without the effects that do not improve the prediction of left-out readings, worst first."""
+    blocks = readings_of(blocks_of(names.sample), names.sample)
     while True:
-        found = gains(names, model, test)
-        if not found:
+        p_values = [gain.p_value for gain in gains(names.state(model), blocks)]
+        doubtful = [k for k, p_value in enumerate(p_values) if p_value >= OPTIONS.gain_level]
+        trials = {k: names.without(model, k) for k in sorted(doubtful, key=lambda k: -p_values[k])}
+        index = next((k for k, trial in trials.items() if hierarchical(trial.effects)), None)
+        if index is None:
             return model
-        order = sorted(range(len(found)), key=lambda i: -found[i].p_value)
-        dropped = False
-        for index in order:
-            if found[index].p_value < OPTIONS.gain_level:
-                break
-            smaller = names.without(model, index)
-            if hierarchical(smaller.effects):
-                reason = f"held-out rows do not gain by `{model.effects[index].key}` (p = {found[index].p_value:.2g})"
-                names.log.add("held out", smaller, True, reason)
-                model, dropped = smaller, True
-                break
-        if not dropped:
-            return model
+        reason = f"left-out rows do not gain by `{model.effects[index].key}` (p = {p_values[index]:.2g})"
+        model = trials[index]
+        names.log.add("held out", model, True, reason)
 
 
 def pruned(names: Names, model: NamedModel, base: Fit, test: BoolArray) -> tuple[NamedModel, HeldOut]:
@@ -102,17 +78,6 @@ def pruned(names: Names, model: NamedModel, base: Fit, test: BoolArray) -> tuple
         model = names.base
         errors = held_out(base, model.fit, names.sample, test, known_noise=names.known_noise)
     return model, errors
-
-
-def _blocks(sample: Data) -> IntArray | None:
-    """Block of every row that counts; None where there are too few."""
-    most = min(OPTIONS.refits, int(sample.counts.sum()) // OPTIONS.groups)
-    return blocks_of(sample, most)[sample.counts] if most >= OPTIONS.groups else None
-
-
-def _errors(fitted: Fit, sample: Data) -> FloatArray:
-    """Whitened residuals of the readings that count, shape (M,)."""
-    return sample.residuals(fitted.chain, fitted.values)[sample.counts].ravel()
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from expdesign.chain.ports.law import Law
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.by_groups import by_groups
 from expdesign.diagnosis.caveats import caveats, not_sought
-from expdesign.diagnosis.confirmation import confirmed, gains, pruned, stability
+from expdesign.diagnosis.confirmation import confirmed, pruned, stability
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
 from expdesign.diagnosis.findings import Finding, findings, set_aside
 from expdesign.diagnosis.frame import Frame, framed
@@ -309,7 +309,7 @@ def _with_names(frame: Frame, result: Diagnosis) -> Diagnosis:
     """The diagnosis with the effects of its model: their probabilities, and how often parts of the rows name them."""
     names, model = frame.names, result.model
     stable, spread = stability(names, model), dispersion(model.fit.residuals, names.sample)
-    found = findings(frame.search, model, gains(names, model, frame.judged), spread, stable)
+    found = findings(frame.search, model, spread, stable)
     found += set_aside(frame.recordings, frame.aside)
     if result.verdict == "unexplained":
         before, after = tested(frame.base, frame.sample), tested(model.fit, names.sample)
@@ -385,7 +385,7 @@ def _checked(frame: Frame, model: NamedModel) -> tuple[NamedModel, HeldOut]:
     alike = dispersion(model.fit.residuals, names.sample).correlation > OPTIONS.correlated
     trusted = frame.noise.known and within_noise(tested(model.fit, names.sample)) and not alike
     if model.candidates and not trusted:
-        smaller = confirmed(names, model, frame.judged)
+        smaller = confirmed(names, model)
         if smaller is not model:
             model, errors = smaller, _held_out(frame, smaller.fit)
     return model, errors

@@ -1,6 +1,5 @@
 """What was found, with intervals, probabilities and sentences."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -10,7 +9,8 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.sentences import ENDLESS
-from expdesign.diagnosis.confirmation import Gain, Stability
+from expdesign.diagnosis.confirmation import Stability, gains
+from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.options import OPTIONS
@@ -32,7 +32,7 @@ class Finding:
         sentence: for a technician.
         rows: lines of the file that were set aside (outliers only).
         rival: a model with other physics in its place that explains the recordings as well, or None.
-        gain: what the effect by itself does for held-out rows, where enough of them are marked.
+        gain: what the effect by itself does for readings that were left out; None of laws and groups.
         form: name of its parametric form (`Effect.form_name`), or `free` for a law that its declaration covers; empty
             for what has no identifier.
         share: in what all effects explain together (`Present.shares`); a negative one compensates another effect. None
@@ -49,7 +49,7 @@ class Finding:
     sentence: str
     rows: tuple[int, ...] = ()
     rival: NamedModel | None = None
-    gain: Gain | None = None
+    gain: LeftOut | None = None
     form: str = ""
     share: float | None = None
     named_by: float | None = None
@@ -58,7 +58,6 @@ class Finding:
 def findings(
     search: Search,
     model: NamedModel,
-    held: Sequence[Gain] | None = None,
     spread: Dispersion | None = None,
     stable: Stability | None = None,
 ) -> tuple[Finding, ...]:
@@ -71,7 +70,8 @@ def findings(
     inflation = 1.0
     if spread is not None and spread.inflation > OPTIONS.predicts:
         scale = inflation = spread.inflation
-    shares = names.state(model).shares.tolist()
+    state = names.state(model)
+    shares, held = state.shares.tolist(), gains(state, readings_of(blocks_of(names.sample), names.sample))
     for index, (candidate, share) in enumerate(zip(model.candidates, shares, strict=True)):
         without = names.without(model, index)
         stands = standing(model, index, without, alternatives[index], inflation)
@@ -86,7 +86,7 @@ def findings(
             stands.indistinguishable,
             compensating(effect.sentence(values), share),
             rival=stands.rival,
-            gain=None if held is None else held[index],
+            gain=held[index],
             form=effect.form_name,
             share=share,
             named_by=None if stable is None else stable.shares[index],

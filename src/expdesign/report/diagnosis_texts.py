@@ -75,7 +75,7 @@ def _effect(diagnosis: Diagnosis, finding: Finding) -> dict[str, Any]:
             record["quantity"] = finding.curve.meaning
     if finding.gain is not None:
         gain = finding.gain
-        record["held_out"] = {"without": gain.without, "with": gain.with_it, "p_value": gain.p_value}
+        record["held_out"] = {"without": gain.rms_before, "with": gain.rms_after, "p_value": gain.p_value}
     if finding.form:
         record["form"] = finding.form
     if finding.share is not None:
