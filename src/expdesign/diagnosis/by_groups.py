@@ -5,27 +5,22 @@ it has named by then imitates the rest. Which of the two the recordings call for
 or two groups of effects predict them nearly as well as all together do, causes are named one at a time.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from expdesign.arrays import rms
-from expdesign.diagnosis.caveats import caveats
-from expdesign.diagnosis.cross_validation import blocks_of, readings_of
-from expdesign.diagnosis.evidence.state import base_alone
+from expdesign.diagnosis.cross_validation import LeftOut
 from expdesign.diagnosis.findings import set_aside
 from expdesign.diagnosis.frame import Frame
 from expdesign.diagnosis.group_library import groups_of
 from expdesign.diagnosis.groups import Groups, grouped
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import group_findings
-from expdesign.diagnosis.locate import locate
 from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.result import ONE_AT_A_TIME, TOGETHER, Diagnosis, Method
 from expdesign.diagnosis.stages import Stage
 from expdesign.diagnosis.statement import dispersion
-from expdesign.estimation.fit import Data
 
 
 @dataclass(frozen=True)
@@ -60,45 +55,23 @@ class ByGroups:
         alike = dispersion(self.groups.fit.residuals, sample).correlation > OPTIONS.correlated
         return self.groups.noise > OPTIONS.predicts and alike
 
-    def beats(self, named: NamedModel, sample: Data) -> bool:
-        """Whether left-out blocks are predicted better than by effects named in some rows (linear about their fit)."""
-        if self.groups is None:
-            return False
-        errors = base_alone(named.fit, sample).left_out(readings_of(blocks_of(sample), sample))
-        return self.groups.after < OPTIONS.better * rms(errors)
+    def beats(self, named: LeftOut) -> bool:
+        """Whether left-out blocks are predicted better than by named effects."""
+        return self.groups is not None and self.groups.after < OPTIONS.better * named.rms_after
 
     def diagnosis(self) -> Diagnosis:
         """The diagnosis by these groups."""
-        groups, errors, base = self.groups, self.errors, self.frame.base
+        groups, errors = self.groups, self.errors
         assert groups is not None
         assert errors is not None
         frame = self.frame.without(groups.aside)
-        names, sample = frame.names, frame.names.sample
         model = NamedModel((), groups.fit, float("nan"))
         predicted = max(errors.test_surprise, errors.test_after) <= OPTIONS.predicts
         verdict = "modelled" if predicted else "unexplained"
-        names.log.add_text("verdict", f"groups of effects: {len(groups.found)}; verdict {verdict}")
-        found = group_findings(groups, frame.robot, frame.known)
-        return Diagnosis(
-            robot=frame.robot,
-            recordings=frame.recordings,
-            noise=frame.noise,
-            base=base,
-            model=model,
-            predictive=model,
-            verdict=verdict,
-            before=frame.before,
-            after=frame.stated(groups.fit, sample),
-            location=locate(base, sample, frame.robot, frame.entries, 1.0 if frame.noise.known else groups.noise**2),
-            findings=(*found, *set_aside(frame.recordings, groups.aside)),
-            errors=errors,
-            names=names,
-            laws=None,
-            method=self.method,
-            caveats=(*frame.remarks, *caveats(sample, model, dispersion(groups.fit.residuals, sample), errors)),
-            left_out=groups.widening,
-            stability=groups.stability,
-        )
+        frame.names.log.add_text("verdict", f"groups of effects: {len(groups.found)}; verdict {verdict}")
+        found = (*group_findings(groups, frame.robot, frame.known), *set_aside(frame.recordings, groups.aside))
+        result = frame.diagnosis(model, verdict, errors, self.method, model)
+        return replace(result, findings=found, left_out=groups.widening, stability=groups.stability)
 
 
 def by_groups(frame: Frame) -> ByGroups:

@@ -39,9 +39,8 @@ def gains(state: Present, blocks: IntArray) -> list[LeftOut]:
 
 def confirmed(names: Names, model: NamedModel) -> NamedModel:
     """The model without the effects that do not improve the prediction of left-out readings, worst first."""
-    blocks = readings_of(blocks_of(names.sample), names.sample)
     while True:
-        p_values = [gain.p_value for gain in gains(names.state(model), blocks)]
+        p_values = [gain.p_value for gain in gains(names.state(model), names.blocks)]
         doubtful = [k for k, p_value in enumerate(p_values) if p_value >= OPTIONS.gain_level]
         trials = {k: names.without(model, k) for k in sorted(doubtful, key=lambda k: -p_values[k])}
         index = next((k for k, trial in trials.items() if hierarchical(trial.effects)), None)

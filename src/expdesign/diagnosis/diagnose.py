@@ -1,6 +1,6 @@
 """Diagnosis of recordings: consistent, explained by named physics, or unexplained (file-formats.md, diagnosis.json)."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,16 +8,15 @@ from expdesign.arrays import FloatArray, as_matrix
 from expdesign.chain.ports.law import Law
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.by_groups import by_groups
-from expdesign.diagnosis.caveats import caveats, not_sought
+from expdesign.diagnosis.caveats import not_sought
 from expdesign.diagnosis.confirmation import confirmed, pruned, stability
-from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
+from expdesign.diagnosis.cross_validation import LeftOut
 from expdesign.diagnosis.findings import Finding, findings, set_aside
 from expdesign.diagnosis.frame import Frame, framed
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import law_findings
-from expdesign.diagnosis.laws import left_out_alone, sought_laws
+from expdesign.diagnosis.laws import sought_laws
 from expdesign.diagnosis.library import OUTLIER
-from expdesign.diagnosis.locate import locate
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import returning, single_mistakes
@@ -131,7 +130,7 @@ def _so_far(frame: Frame, doing: str) -> Diagnosis:
 def _unsought(frame: Frame, model: NamedModel, reason: str) -> Diagnosis:
     """The diagnosis with a model as it stands, for a reason not to search on."""
     model = _as_written(frame.names, model)
-    return _with_verdict(frame, _Named(model, _held_out(frame, model.fit)), Method(ONE_AT_A_TIME, reason))
+    return _with_verdict(frame, model, _held_out(frame, model.fit), Method(ONE_AT_A_TIME, reason))
 
 
 def _as_written(names: Names, model: NamedModel) -> NamedModel:
@@ -153,19 +152,19 @@ def _diagnosed(frame: Frame, *, outliers: bool) -> Diagnosis:
     most = frame.names.most_effects if few is None else min(few, frame.names.most_effects)
     of_all = frame
     frame, found = _without_mistakes(frame, most) if outliers else (frame, frame.search.model(most))
-    named = _named(frame, found)
-    if groups.beats(named.model, frame.names.sample):
+    named, errors = _checked(frame, found)
+    if groups.beats(frame.names.left_out(named)):
         return groups.diagnosis()
     frame.names.report(Stage.ALTERNATIVES, "")
     better = "named effects predict as well as groups of effects do together, or better"
     reason = groups.method.reason if groups.groups is None else better
-    result = _with_verdict(frame, named, Method(ONE_AT_A_TIME, reason))
+    result = _with_verdict(frame, named, errors, Method(ONE_AT_A_TIME, reason))
     # What a body stands on yields as its platform does, which has no names.
     contested = result.verdict == "explained" and frame.kind.contested and not frame.robot.on_support
     contested = contested and not _settled(frame, result.model)
     if result.verdict == "unexplained" or contested:
         result = _with_laws(frame, of_all, result)
-    if result.model is named.model:
+    if result.model is named:
         result = _with_names(frame, result)
     return _averaged(frame, _inexact(frame, result))
 
@@ -179,7 +178,7 @@ def _inexact(frame: Frame, result: Diagnosis) -> Diagnosis:
     if known or few or not frame.kind.contested or not len(result.predictive.fit.values):
         return result
     fit, state, sample = result.predictive.fit, frame.names.state(result.predictive), frame.names.sample
-    blocks, scale = readings_of(blocks_of(sample), sample), state.noise_variance
+    blocks, scale = frame.names.blocks, state.noise_variance
     done = as_matrix(fit.sensitivities)[sample.kept] @ deviations_from_none(fit)
     errors = state.left_out(blocks) / np.sqrt(scale)
     variances = state.left_out_variances(blocks) / scale
@@ -215,19 +214,6 @@ def _averaged(frame: Frame, result: Diagnosis) -> Diagnosis:
     return replace(result, predictive=model, caveats=(*result.caveats, caveat))
 
 
-@dataclass(frozen=True)
-class _Named:
-    """The best model with named effects.
-
-    Attributes:
-        model: as far as held-out rows confirm it.
-        errors: of it on fitted and held-out rows.
-    """
-
-    model: NamedModel
-    errors: HeldOut
-
-
 def _without_mistakes(frame: Frame, most: int, passes: int = _PASSES) -> tuple[Frame, NamedModel]:
     """The best model of so many named effects at most, and the rows without those that stand out of it by themselves.
 
@@ -245,27 +231,15 @@ def _without_mistakes(frame: Frame, most: int, passes: int = _PASSES) -> tuple[F
     return _without_mistakes(frame.without(aside), most, passes - 1)
 
 
-def _named(frame: Frame, found: NamedModel) -> _Named:
-    """Named effects as far as held-out rows confirm them."""
-    frame.names.report(Stage.HELD_OUT, "")
-    model, errors = _checked(frame, found)
-    written = _as_written(frame.names, model)
-    return _Named(written, errors if written is model else _held_out(frame, written.fit))
-
-
-def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
+def _with_verdict(frame: Frame, model: NamedModel, errors: HeldOut, method: Method) -> Diagnosis:
     """Whether named effects explain the recordings; `_with_names` says which they are, should they stay."""
-    names, base, noise, model, errors = frame.names, frame.base, frame.noise, named.model, named.errors
-    sample = names.sample
-    spread = dispersion(model.fit.residuals, sample)
+    names, base, noise = frame.names, frame.base, frame.noise
     found = bool(model.candidates) or bool(frame.aside.any())
-    first = frame.before
-    last = frame.stated(model.fit, sample) if found else first
-    before, after = tested(base, frame.sample), tested(model.fit, sample)
+    before, after = tested(base, frame.sample), tested(model.fit, names.sample)
     if noise.origin == "residuals" and found and model.fit.chi2 > 0.0:
         # What the base model leaves is noise and the physics that was found; the noise is what the chosen model leaves.
         errors = errors.divided_by(float(np.sqrt(after[0] / after[1])))
-    verdict = verdict_without(first)
+    verdict = verdict_without(frame.before)
     if found:
         reason = doubt(
             model,
@@ -284,25 +258,7 @@ def _with_verdict(frame: Frame, named: _Named, method: Method) -> Diagnosis:
     predictive = model
     if verdict == "unexplained":
         predictive, errors = _predictive(frame, model, errors)
-    variance = 1.0 if noise.known else float(model.fit.chi2 / max(sample.readings - model.fit.rank, 1))
-    return Diagnosis(
-        robot=frame.robot,
-        recordings=frame.recordings,
-        noise=noise,
-        base=base,
-        model=model,
-        predictive=predictive,
-        verdict=verdict,
-        before=first,
-        after=last,
-        location=locate(base, frame.sample, frame.robot, frame.entries, variance),
-        findings=(),
-        errors=errors,
-        names=names,
-        laws=None,
-        method=method,
-        caveats=(*frame.remarks, *names.confounded_time(model), *caveats(sample, model, spread, errors)),
-    )
+    return frame.diagnosis(model, verdict, errors, method, predictive)
 
 
 def _with_names(frame: Frame, result: Diagnosis) -> Diagnosis:
@@ -320,16 +276,6 @@ def _with_names(frame: Frame, result: Diagnosis) -> Diagnosis:
 def _doubted(found: tuple[Finding, ...], factor: float) -> tuple[Finding, ...]:
     """Findings of a model that is no explanation: a name is less likely; where a law is has been weighed already."""
     return tuple(f if f.physics == Law.physics else replace(f, probability=f.probability * factor) for f in found)
-
-
-def _guarded(names: Names, model: NamedModel) -> str:
-    """Why left-out series speak against a model that explains nothing; empty where they do not."""
-    if not model.candidates:
-        return ""
-    doubt = left_out_alone(model.fit, names.base.fit, names.sample).doubt
-    if doubt:
-        names.log.add("held out", model, False, f"not predicted with: {doubt}")
-    return doubt
 
 
 def _with_laws(frame: Frame, of_all: Frame, result: Diagnosis) -> Diagnosis:
@@ -378,8 +324,9 @@ def _with_laws(frame: Frame, of_all: Frame, result: Diagnosis) -> Diagnosis:
 
 
 def _checked(frame: Frame, model: NamedModel) -> tuple[NamedModel, HeldOut]:
-    """The model as far as held-out recordings confirm it, with its errors."""
+    """The model as far as held-out recordings confirm it, about its own estimate, with its errors."""
     names = frame.names
+    names.report(Stage.HELD_OUT, "")
     model, errors = pruned(names, model, frame.base, frame.judged)
     # Where more than noise remains, or rows are alike, the penalised misfit trusts what is not so.
     alike = dispersion(model.fit.residuals, names.sample).correlation > OPTIONS.correlated
@@ -388,16 +335,19 @@ def _checked(frame: Frame, model: NamedModel) -> tuple[NamedModel, HeldOut]:
         smaller = confirmed(names, model)
         if smaller is not model:
             model, errors = smaller, _held_out(frame, smaller.fit)
-    return model, errors
+    written = _as_written(names, model)
+    return written, errors if written is model else _held_out(frame, written.fit)
 
 
 def _predictive(frame: Frame, model: NamedModel, errors: HeldOut) -> tuple[NamedModel, HeldOut]:
     """What to predict with where a model does not explain: it, or the base model, with the errors of that."""
-    base = frame.names.base
-    halved = errors.test_after**2 <= OPTIONS.half * errors.test_before**2
-    if halved and not errors.refuted and not _guarded(frame.names, model):
+    names = frame.names
+    doubt = names.left_out(model).doubt if model.candidates else ""
+    if not (doubt or errors.refuted):
         return model, errors
-    return base, _held_out(frame, base.fit)
+    if doubt:
+        names.log.add("held out", model, False, f"not predicted with: {doubt}")
+    return names.base, _held_out(frame, names.base.fit)
 
 
 def _held_out(frame: Frame, model: Fit) -> HeldOut:

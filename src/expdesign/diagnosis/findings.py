@@ -10,7 +10,7 @@ from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.sentences import ENDLESS
 from expdesign.diagnosis.confirmation import Stability, gains
-from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
+from expdesign.diagnosis.cross_validation import LeftOut
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.options import OPTIONS
@@ -71,7 +71,7 @@ def findings(
     if spread is not None and spread.inflation > OPTIONS.predicts:
         scale = inflation = spread.inflation
     state = names.state(model)
-    shares, held = state.shares.tolist(), gains(state, readings_of(blocks_of(names.sample), names.sample))
+    shares, held = state.shares.tolist(), gains(state, names.blocks)
     for index, (candidate, share) in enumerate(zip(model.candidates, shares, strict=True)):
         without = names.without(model, index)
         stands = standing(model, index, without, alternatives[index], inflation)

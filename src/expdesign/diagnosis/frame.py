@@ -13,11 +13,15 @@ from expdesign.chain.recorded_inputs import RecordedInputs
 from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.base_models import BaseModel, base_model
+from expdesign.diagnosis.caveats import caveats
 from expdesign.diagnosis.evidence.search import Search
+from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.library import Candidate, candidates, library
-from expdesign.diagnosis.names import Names
+from expdesign.diagnosis.locate import locate
+from expdesign.diagnosis.names import NamedModel, Names
+from expdesign.diagnosis.result import Diagnosis, Method
 from expdesign.diagnosis.stages import Report, Stage
-from expdesign.diagnosis.statement import statement
+from expdesign.diagnosis.statement import dispersion, statement
 from expdesign.errors import InputError
 from expdesign.estimation.arm import identified_by
 from expdesign.estimation.estimability import require_regular_rows
@@ -89,6 +93,32 @@ class Frame:
     def without(self, aside: BoolArray) -> "Frame":
         """The same with these rows set aside, shape (N,)."""
         return replace(self, names=self.names.of_rows(self.sample.restricted(~aside)))
+
+    def diagnosis(
+        self, model: NamedModel, verdict: str, errors: HeldOut, method: Method, predictive: NamedModel
+    ) -> Diagnosis:
+        """What a model comes to, without findings; for the arguments see `Diagnosis`."""
+        sample, plain = self.names.sample, model is self.names.base and not self.aside.any()
+        variance = 1.0 if self.noise.known else float(model.fit.chi2 / max(sample.readings - model.fit.rank, 1))
+        spread = dispersion(model.fit.residuals, sample)
+        return Diagnosis(
+            robot=self.robot,
+            recordings=self.recordings,
+            noise=self.noise,
+            base=self.base,
+            model=model,
+            predictive=predictive,
+            verdict=verdict,
+            before=self.before,
+            after=self.before if plain else self.stated(model.fit, sample),
+            location=locate(self.base, self.sample, self.robot, self.entries, variance),
+            findings=(),
+            errors=errors,
+            names=self.names,
+            laws=None,
+            method=method,
+            caveats=(*self.remarks, *self.names.confounded_time(model), *caveats(sample, model, spread, errors)),
+        )
 
     @property
     def known(self) -> frozenset[str]:

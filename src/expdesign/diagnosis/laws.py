@@ -13,11 +13,10 @@ from expdesign.chain.effect import Effect
 from expdesign.chain.ports.curve import Curve, curve_of
 from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.sight import Sight
-from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
+from expdesign.diagnosis.cross_validation import LeftOut, blocks_of
 from expdesign.diagnosis.evidence.dictionary import Dictionary, Measured, law_of
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.evidence.search import Search
-from expdesign.diagnosis.evidence.state import base_alone
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
@@ -117,19 +116,6 @@ def measured_of(sample: Data) -> Measured:
     )  # fmt: skip
 
 
-def left_out_alone(fitted: Fit, base: Fit, sample: Data) -> LeftOut:
-    """Errors of left-out series by the base model and by one with named effects, linear about their parameters.
-
-    Args:
-        fitted: to the rows of the sample.
-        base: fit of the base model to the same.
-        sample: rows that count.
-    """
-    blocks = readings_of(blocks_of(sample), sample)
-    before, after = (base_alone(each, sample).left_out(blocks) for each in (base, fitted))
-    return LeftOut(before, after, blocks)
-
-
 def sought_laws(names: Names, named: NamedModel, *, explained: bool) -> Laws | None:
     """The laws that rows show beside named effects; None where they show none, or are too few.
 
@@ -144,8 +130,7 @@ def sought_laws(names: Names, named: NamedModel, *, explained: bool) -> Laws | N
     names.report(Stage.PORTS, "")
     measured = measured_of(sample)
     dictionary = Dictionary(robot, measured, names.base.fit.values)
-    blocks = readings_of(measured.blocks, sample)
-    problem = Problem(names.state(names.base), dictionary.atoms, blocks, names, dictionary.made)
+    problem = Problem(names.state(names.base), dictionary.atoms, names.blocks, names, dictionary.made)
     names.report(Stage.LAWS, "")
     search, seed = Search(problem), problem.of_model(names.as_here(named))
     chosen = search.run([seed] if named.candidates else [], [] if explained else [seed])

@@ -13,11 +13,12 @@ from functools import cached_property
 
 import numpy as np
 
-from expdesign.arrays import FloatArray, as_matrix
+from expdesign.arrays import FloatArray, IntArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import Remark
 from expdesign.diagnosis.base_models import base_model
+from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
 from expdesign.diagnosis.evidence.columns import Dense
 from expdesign.diagnosis.evidence.dictionary import Atom, known_form
 from expdesign.diagnosis.evidence.state import Present, regular
@@ -169,6 +170,16 @@ class Names:
     def atoms(self) -> list[Atom]:
         """Every start of every candidate as a law of known form."""
         return self._as_laws(self.library)
+
+    @cached_property
+    def blocks(self) -> IntArray:
+        """Block of every reading that is left out together, shape (M,)."""
+        return readings_of(blocks_of(self.sample), self.sample)
+
+    def left_out(self, model: NamedModel) -> LeftOut:
+        """Errors of left-out readings by the base model and by another one, both linear about their fits."""
+        before, after = (self.state(one).left_out(self.blocks) for one in (self.base, model))
+        return LeftOut(before, after, self.blocks)
 
     @cached_property
     def reach(self) -> float:

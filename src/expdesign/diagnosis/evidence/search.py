@@ -15,7 +15,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from expdesign.chain.component import Component
-from expdesign.diagnosis.cross_validation import blocks_of, readings_of
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.names import NamedModel, Names, hierarchical
 from expdesign.diagnosis.options import OPTIONS
@@ -38,8 +37,7 @@ class Search:
     @classmethod
     def over(cls, names: Names) -> "Search":
         """The search among named effects alone."""
-        blocks = readings_of(blocks_of(names.sample), names.sample)
-        return cls(Problem(names.state(names.base), (), blocks, names))
+        return cls(Problem(names.state(names.base), (), names.blocks, names))
 
     @property
     def known_names(self) -> Names:
