@@ -30,7 +30,6 @@ from expdesign.diagnosis.group_library import Group, GroupLibrary
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import single_mistakes
 from expdesign.diagnosis.relinearised import relinearised
-from expdesign.diagnosis.settling import Settling, settling
 from expdesign.diagnosis.statement import Widening
 from expdesign.estimation.coverage import NORMAL_95
 from expdesign.estimation.fit import Data, Fit, fit
@@ -110,23 +109,14 @@ def grouped(robot: Robot, sample: Data, base: Fit, library: GroupLibrary) -> Gro
     if not library.groups:
         return None
     problem = _Problem(sample, base, library.groups)
-    chosen = problem.chosen(Settling())
+    chosen = problem.chosen()
     aside, _ = single_mistakes(chosen.state, sample, robot)
     if aside.any():
         sample = sample.restricted(~aside)
         base = fit(base.chain, sample)
         problem = problem.restricted(sample, base, aside)
-        chosen = problem.chosen(Settling())
-    settled = problem.settled(chosen)
-    if settled.ratio:
-        moved = problem.chosen(settled)
-        if problem.error(moved, settled) < OPTIONS.better * problem.error(chosen, Settling()):
-            chosen = moved
-        else:
-            settled = Settling()
-    if not chosen.laws:
-        return None
-    return _Model(robot, problem, chosen, settled, library.sight).groups(aside)
+        chosen = problem.chosen()
+    return _Model(robot, problem, chosen, library.sight).groups(aside) if chosen.laws else None
 
 
 class _Problem:
@@ -142,14 +132,13 @@ class _Problem:
         gone = readings_of(aside, self.sample)
         return _Problem(sample, base, [replace(group, directions=group.directions[~gone]) for group in self.groups])
 
-    def chosen(self, settled: Settling) -> Chosen:
-        """The groups that are there with such noise."""
-        present = settled.of_state(self.present)
-        atoms = [_atom(group.component, settled.whitened(group.directions)) for group in self.groups]
+    def chosen(self) -> Chosen:
+        """The groups that are there."""
+        atoms = [_atom(group.component, group.directions) for group in self.groups]
         # The prior is that of as many laws as a dictionary has.
         alarm = max(OPTIONS.alarm + min(float(np.log(len(atoms))) - OPTIONS.overlap, 0.0), 1.0)
         options = replace(OPTIONS, alarm=alarm, most=len(atoms), slight=0.0)
-        return self._lasting(Search(Problem(present, atoms, self.blocks, options=options)).run(guarded=True))
+        return self._lasting(Search(Problem(self.present, atoms, self.blocks, options=options)).run(guarded=True))
 
     def _lasting(self, chosen: Chosen) -> Chosen:
         """Without groups of time or memory without which the last rows are predicted clearly better from those before.
@@ -173,22 +162,12 @@ class _Problem:
             laws = tuple(index for k, index in enumerate(chosen.laws) if k != going_on[best])
             chosen = replace(chosen, laws=laws, state=states[best])
 
-    def error(self, chosen: Chosen, settled: Settling) -> float:
-        """RMS of left-out readings."""
-        return rms(settled.unwhitened(chosen.state.left_out(self.blocks)))
-
-    def settled(self, chosen: Chosen) -> Settling:
-        """What series share as noise, by evidence beside the groups that are there."""
-        found = settling(self.base.chain, self.sample, self.present)
-        return found.most_evident(chosen.state)
-
 
 class _Model:
     """The chain with the chosen groups, and what is known of its parameters beforehand."""
 
-    def __init__(self, robot: Robot, problem: _Problem, chosen: Chosen, settled: Settling, sight: Sight) -> None:
-        self.problem, self.settled, self.sight = problem, settled, sight
-        self.sample = replace(problem.sample, shared=settled)
+    def __init__(self, robot: Robot, problem: _Problem, chosen: Chosen, sight: Sight) -> None:
+        self.problem, self.sample, self.sight = problem, problem.sample, sight
         self.chosen = [problem.groups[i] for i in chosen.laws]
         state = chosen.state
         self.factors = np.sqrt(np.array(state.variances))
@@ -272,10 +251,6 @@ class _Model:
                 break
         assert result is not None
         known = result.known_as(result.estimable.scaled(self.noise**2))
-        if self.settled.ratio:
-            plain = self.problem.sample
-            residuals, slopes = plain.residuals_with_sensitivities(self.chain, values)
-            known = replace(known, residuals=residuals, sensitivities=slopes)
         return replace(known, inflation=self.noise**2), state
 
     def _linearised(self, result: Fit, mean: FloatArray, deviation: FloatArray) -> Present:
@@ -294,7 +269,7 @@ class _Model:
         result, state = self.fitted()
         blocks, count = problem.blocks, len(self.chosen)
         shares = state.shares
-        errors = self.settled.unwhitened(state.left_out(blocks))
+        errors = state.left_out(blocks)
         before = problem.present.left_out(blocks)
         found = []
         for kind in dict.fromkeys(group.kind for group in self.chosen):
@@ -302,7 +277,7 @@ class _Model:
             rest = state
             for k in reversed(own):
                 rest = rest.without(k)
-            without = self.settled.unwhitened(rest.left_out(blocks))
+            without = rest.left_out(blocks)
             found.append(
                 FoundGroup(
                     group=self.chosen[own[0]],
@@ -334,15 +309,13 @@ class _Model:
         t_(B−1)·√(1 + 1/B) takes the place of a normal quantile.
         """
         blocks, noise = self.problem.blocks, float(np.sqrt(state.noise_variance))
-        whitened = state.left_out(blocks)
-        errors, variances = whitened / noise, state.left_out_variances(blocks) / noise**2
+        errors, variances = state.left_out(blocks) / noise, state.left_out_variances(blocks) / noise**2
         judged = LeftOut(errors, errors, blocks)
         inflation = judged.widened(variances, np.zeros(len(errors)))[0]
         further = noise * max(judged.surprise(variances, inflation), 1.0)
         count = max(len(np.unique(blocks)), 2)
         further *= float(student_t.ppf(0.975, count - 1)) * float(np.sqrt(1.0 + 1.0 / count)) / NORMAL_95
-        moved = rms(self.settled.unwhitened(whitened)) / rms(whitened)
-        return Widening(further * moved, further * float(np.sqrt(inflation)))
+        return Widening(further, further * float(np.sqrt(inflation)))
 
 
 def _told_apart(chain: Chain, group: Group, columns: IntArray, result: Fit) -> tuple[str, ...]:

@@ -60,9 +60,9 @@ class DiagnosisOptions:
             shows is not as large as it would have to be to show.
         settled: fall of χ² in one step below which a refit has settled, as decisions turn on more; or a tenth of it as
             a share of the excess that the fit leaves: what is wrong by far need not be exact.
-        groups: stations or series from which they are left out as wholes, blocks into which rows are divided otherwise,
-            series from which a machine may have settled between them, and rows of a block of marked rows at least.
-        refits: parts of the rows, each left out once to see whether the same is named, or marked rows are judged by.
+        groups: stations or series from which they are left out as wholes, and blocks into which rows are divided
+            otherwise.
+        refits: parts of the rows, each left out once to see whether the same is named.
         fewest_rows: below which no law is sought, and predictions are averaged over what may be there; `groups` times
             as many are needed to learn groups of effects.
         single_mistakes: share of the rows that may be single mistakes beside laws.
