@@ -34,9 +34,6 @@ from expdesign.estimation.weighed import Fittable, weighed
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.robots.robot import Robot
 
-_PASSES = 3
-"""Searches after the first, each without the rows that stand out of the model before it, at most."""
-
 
 def diagnose(
     robot: Robot,
@@ -163,7 +160,7 @@ def _diagnosed(frame: Frame, *, outliers: bool) -> Diagnosis:
     contested = result.verdict == "explained" and frame.kind.contested and not frame.robot.on_support
     contested = contested and not _settled(frame, result.model)
     if result.verdict == "unexplained" or contested:
-        result = _with_laws(frame, of_all, result)
+        result = _with_laws(frame if contested else of_all, result, mistaken=outliers)
     if result.model is named:
         result = _with_names(frame, result)
     return _averaged(frame, _inexact(frame, result))
@@ -214,21 +211,25 @@ def _averaged(frame: Frame, result: Diagnosis) -> Diagnosis:
     return replace(result, predictive=model, caveats=(*result.caveats, caveat))
 
 
-def _without_mistakes(frame: Frame, most: int, passes: int = _PASSES) -> tuple[Frame, NamedModel]:
-    """The best model of so many named effects at most, and the rows without those that stand out of it by themselves.
+def _without_mistakes(frame: Frame, most: int) -> tuple[Frame, NamedModel]:
+    """The best model of so many named effects at most, in the rows without those that stand out of it by themselves.
 
-    What a row says is asked of the final model: one that stands out of less may show what is missing there.
+    What a row says is asked of the final model: one that stands out of less may show what is missing there. So may one
+    that the search without it explains after all, which returns.
     """
     names, model = frame.names, frame.search.model(most)
-    further, common = single_mistakes(names.state(model), names.sample, frame.robot)
+    aside, common = single_mistakes(names.state(model), names.sample, frame.robot)
     if common:
         names.log.add("outliers", model, False, f"the rows that stand out are no single mistakes: {common}")
-    back = returning(model.fit, frame.sample, frame.aside, known_noise=names.known_noise)
-    aside = (frame.aside & ~back) | further
-    if not passes or np.array_equal(aside, frame.aside):
-        return frame, model
-    names.log.add_text("outliers", f"rows set aside: {int(aside.sum())}")
-    return _without_mistakes(frame.without(aside), most, passes - 1)
+    while aside.any():
+        rest = frame.without(aside)
+        found = rest.search.model(most)
+        back = returning(found.fit, frame.sample, aside, known_noise=names.known_noise)
+        names.log.add("outliers", found, not back.any(), f"{aside.sum()} rows set aside, {back.sum()} fit after all")
+        if not back.any():
+            return rest, found
+        aside = aside & ~back
+    return frame, model
 
 
 def _with_verdict(frame: Frame, model: NamedModel, errors: HeldOut, method: Method) -> Diagnosis:
@@ -278,22 +279,23 @@ def _doubted(found: tuple[Finding, ...], factor: float) -> tuple[Finding, ...]:
     return tuple(f if f.physics == Law.physics else replace(f, probability=f.probability * factor) for f in found)
 
 
-def _with_laws(frame: Frame, of_all: Frame, result: Diagnosis) -> Diagnosis:
+def _with_laws(frame: Frame, result: Diagnosis, *, mistaken: bool) -> Diagnosis:
     """The diagnosis with laws at ports beside what was named or in its place, where left-out rows ask for them.
 
-    Where physics is missing, rows stand out that show it: only few are taken for single mistakes, else `of_all` counts.
+    Args:
+        frame: with all rows where names explain nothing: those that stood out may show what names lack.
+        result: with named effects.
+        mistaken: whether rows may be single mistakes.
     """
-    few = frame.aside.sum() <= max(1.0, OPTIONS.single_mistakes * frame.sample.counts.sum())
-    frame = frame if few else of_all
-    names = frame.names
     explained = result.verdict == "explained"
-    laws = sought_laws(names, result.model, explained=explained)
+    laws = sought_laws(frame.names, result.model, explained=explained, mistaken=mistaken)
     wins = laws is not None and laws.predicts
     if explained and not (wins and laws is not None and laws.replaces(result.names.base, result.model)):
         return result
     result = replace(result, caveats=(*result.caveats, *not_sought(frame.sample)))
     if laws is None:
         return result
+    frame, names = replace(frame, names=laws.names), laws.names
     changed = replace(result, laws=laws if explained else laws.doubted)
     errors = _held_out(frame, laws.fit).divided_by(laws.noise) if wins else result.errors
     # Rows that were held out do not choose among laws, but none is predicted with that they refute.

@@ -20,6 +20,7 @@ from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.outliers import single_mistakes
 from expdesign.diagnosis.posterior import Place, places
 from expdesign.diagnosis.relinearised import relinearised
 from expdesign.diagnosis.stages import Stage
@@ -56,6 +57,7 @@ class Laws:
         left_out: errors of left-out readings without and with them in standard deviations of the noise, which decide
             whether they are predicted with.
         gain: of log evidence by all together, fitted in full, prior included.
+        names: what may be named, in the rows that belong to some physics.
         inflation: of the covariance of `fit`, which left-out errors ask for.
         noise: standard deviation of the readings in the stated or first estimated one: 1 where it is known.
     """
@@ -64,6 +66,7 @@ class Laws:
     fit: Fit
     left_out: LeftOut
     gain: float
+    names: Names
     inflation: float = 1.0
     noise: float = 1.0
 
@@ -116,13 +119,16 @@ def measured_of(sample: Data) -> Measured:
     )  # fmt: skip
 
 
-def sought_laws(names: Names, named: NamedModel, *, explained: bool) -> Laws | None:
+def sought_laws(names: Names, named: NamedModel, *, explained: bool, mistaken: bool) -> Laws | None:
     """The laws that rows show beside named effects; None where they show none, or are too few.
 
+    Rows that stand out of all of them together as single mistakes do are set aside, and the others asked again.
+
     Args:
-        names: with the rows that may be fitted and belong to some physics.
+        names: with the rows that may be fitted.
         named: the best model with named effects, from which the search goes on as well as from none.
         explained: whether it explains the recordings; otherwise it is not what is looked for.
+        mistaken: whether rows may be single mistakes.
     """
     robot, sample = names.robot, names.sample
     if int(sample.counts.sum()) < OPTIONS.fewest_rows:
@@ -134,7 +140,12 @@ def sought_laws(names: Names, named: NamedModel, *, explained: bool) -> Laws | N
     names.report(Stage.LAWS, "")
     search, seed = Search(problem), problem.of_model(names.as_here(named))
     chosen = search.run([seed] if named.candidates else [], [] if explained else [seed])
-    return None if chosen.key in (seed.key, problem.start.key) else _fitted(names, search, dictionary.sight, chosen)
+    if chosen.key in (seed.key, problem.start.key):
+        return None
+    aside, _ = single_mistakes(chosen.state, sample, robot) if mistaken else (np.zeros(0, dtype=bool), "")
+    if aside.any():
+        return sought_laws(names.of_rows(sample.restricted(~aside)), named, explained=explained, mistaken=False)
+    return _fitted(names, search, dictionary.sight, chosen)
 
 
 def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
@@ -179,7 +190,7 @@ def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
     # A law is linear in its own weights alone: what the chain does not do in full is no evidence.
     lost = max(0.0, result.chi2 - state.scatter) / variance
     gain = chosen.evidence - search.start.evidence - 0.5 * lost
-    return Laws(tuple(parts), result, left_out, gain, inflation, noise)
+    return Laws(tuple(parts), result, left_out, gain, names, inflation, noise)
 
 
 def _widened(result: Fit, inflation: float, remaining: float, variance: float) -> Fit:

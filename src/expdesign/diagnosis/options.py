@@ -65,7 +65,6 @@ class DiagnosisOptions:
         refits: parts of the rows, each left out once to see whether the same is named.
         fewest_rows: below which no law is sought, and predictions are averaged over what may be there; `groups` times
             as many are needed to learn groups of effects.
-        single_mistakes: share of the rows that may be single mistakes beside laws.
         temperature: divides differences of log evidence before they become probabilities: models of real mechanisms are
             never exact. Like the next five set on development sets of `research/benchmarks/concealed`.
         surest: share that is right of the conclusions for which nothing else comes near.
@@ -110,7 +109,6 @@ class DiagnosisOptions:
     groups: int = 5
     refits: int = 10
     fewest_rows: int = 12
-    single_mistakes: float = 0.02
     temperature: float = 3.0
     surest: float = 0.98
     surest_place: float = 0.95
