@@ -18,7 +18,6 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.evidence.dictionary import Dictionary
 from expdesign.diagnosis.evidence.state import Present, base_alone
-from expdesign.diagnosis.laws import measured_of
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.mechanics.robots.robot import Robot
 from research.benchmarks.concealed.case import Case, generate, write_questions
@@ -66,7 +65,7 @@ def main() -> None:
         found = diagnose(robot, recordings)
         sample = found.names.sample
         base = base_alone(found.base, sample)
-        dictionary = Dictionary(robot, measured_of(sample), found.base.values)
+        dictionary = Dictionary(robot, sample, found.base.values)
         noise = generator.standard_normal((len(base.readings), chosen.repetitions))
         gains = largest_gains(dictionary, base, noise)
         every.append(gains)

@@ -14,7 +14,6 @@ from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
 from expdesign.diagnosis.evidence.dictionary import Atom, Dictionary
 from expdesign.diagnosis.evidence.state import Present, base_alone
-from expdesign.diagnosis.laws import measured_of
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.estimation.fit import Data, Fit
@@ -91,7 +90,7 @@ def groups_of(robot: Robot, sample: Data, base: Fit, library: Sequence[Candidate
         library: named physics.
     """
     ports = ("supports",) if robot.on_support else ("joints",)
-    dictionary = Dictionary(robot, measured_of(sample), base.values, only=ports)
+    dictionary = Dictionary(robot, sample, base.values, only=ports)
     present = base_alone(base, sample, known_noise=False)
     laws = _laws_of_supports(dictionary) if robot.on_support else _laws_of_joints(dictionary)
     names = [] if robot.on_support else _named(sample, rms(present.readings), library)

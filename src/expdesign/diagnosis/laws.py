@@ -13,8 +13,8 @@ from expdesign.chain.effect import Effect
 from expdesign.chain.ports.curve import Curve, curve_of
 from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.sight import Sight
-from expdesign.diagnosis.cross_validation import LeftOut, blocks_of
-from expdesign.diagnosis.evidence.dictionary import Dictionary, Measured, law_of
+from expdesign.diagnosis.cross_validation import LeftOut
+from expdesign.diagnosis.evidence.dictionary import Dictionary, law_of
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.library import Candidate
@@ -25,7 +25,7 @@ from expdesign.diagnosis.posterior import Place, places
 from expdesign.diagnosis.relinearised import relinearised
 from expdesign.diagnosis.stages import Stage
 from expdesign.diagnosis.statement import deviations_from_none, with_share
-from expdesign.estimation.fit import Data, Fit, fit
+from expdesign.estimation.fit import Fit, fit
 
 
 @dataclass(frozen=True)
@@ -109,16 +109,6 @@ class Laws:
         )
 
 
-def measured_of(sample: Data) -> Measured:
-    """What laws are sought in."""
-    recordings = sample.recordings
-    blocks = blocks_of(sample)
-    return Measured(
-        sample.rows, tuple(int(a) for a in recordings.axes), sample.counts, sample.whiten, blocks,
-        recordings.time is not None, sample.held,
-    )  # fmt: skip
-
-
 def sought_laws(names: Names, named: NamedModel, *, explained: bool, mistaken: bool) -> Laws | None:
     """The laws that rows show beside named effects; None where they show none, or are too few.
 
@@ -134,8 +124,7 @@ def sought_laws(names: Names, named: NamedModel, *, explained: bool, mistaken: b
     if int(sample.counts.sum()) < OPTIONS.fewest_rows:
         return None
     names.report(Stage.PORTS, "")
-    measured = measured_of(sample)
-    dictionary = Dictionary(robot, measured, names.base.fit.values)
+    dictionary = Dictionary(robot, sample, names.base.fit.values)
     problem = Problem(names.state(names.base), dictionary.atoms, names.blocks, names, dictionary.made)
     names.report(Stage.LAWS, "")
     search, seed = Search(problem), problem.of_model(names.as_here(named))

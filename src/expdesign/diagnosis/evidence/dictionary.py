@@ -1,52 +1,26 @@
 """All laws that recordings could show, as whitened directions of the readings with unit mean prior variance."""
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.chain.chain import Chain
+from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component
-from expdesign.chain.effect import Effect
 from expdesign.chain.ports.families import look_back
 from expdesign.chain.ports.features import FeatureBasis, basis_of
 from expdesign.chain.ports.law import Form, Injection, Law, ports_of
 from expdesign.chain.ports.port import Channel, Entry, Port
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
-from expdesign.chain.row import RowData
 from expdesign.diagnosis.evidence.columns import Columns, Dense, Mapped, Summand
+from expdesign.estimation.fit import Data
 from expdesign.mechanics.robots.robot import Robot
 
 MOST_FEATURES = 90
 _TELLING = 0.02
 """Features that change the readings by less, in variances of the noise summed over all rows, are left out: the readings
 say nothing of them, and they do nothing to the readings."""
-
-
-@dataclass(frozen=True)
-class Measured:
-    """Rows that laws are sought in.
-
-    Attributes:
-        rows: numbers of the chain.
-        axes: measured components.
-        counts: rows that may be fitted, shape (N,); all others have zero residuals and directions.
-        whiten: readings (N, k, ...) in standard deviations of the noise, zero for rows that do not count.
-        blocks: of rows that are left out together, shape (N,).
-        timed: whether times are stated.
-        chain: of a robot with effects, and its parameters (`Data.held`).
-    """
-
-    rows: RowData
-    axes: tuple[int, ...]
-    counts: BoolArray
-    whiten: Callable[[FloatArray], FloatArray]
-    blocks: IntArray
-    timed: bool
-    chain: Callable[[Robot, Sequence[Effect], FloatArray], tuple[Chain, FloatArray]]
 
 
 @dataclass(frozen=True)
@@ -85,13 +59,12 @@ class Atom:
 
 
 class Dictionary:
-    """Every law at every port, beside a fitted model.
+    """Every law at every port, beside a base model.
 
     Args:
         robot: the robot.
-        measured: the rows that laws are sought in.
+        sample: the rows that laws are sought in; all others have zero residuals and directions.
         values: parameters of the model.
-        effects: of the model.
         only: names of ports, or all.
 
     Attributes:
@@ -102,16 +75,14 @@ class Dictionary:
     def __init__(
         self,
         robot: Robot,
-        measured: Measured,
+        sample: Data,
         values: FloatArray,
-        effects: tuple[Effect, ...] = (),
         *,
         only: tuple[str, ...] = (),
     ) -> None:
-        chain, _ = measured.chain(robot, effects, values)
-        self.sight = Sight(
-            robot, chain.row_symbols(), measured.rows, measured.counts, list(measured.axes), timed=measured.timed
-        )
+        symbols, timed = sample.held(robot, (), values)[0].row_symbols(), sample.recordings.time is not None
+        axes = [int(axis) for axis in sample.recordings.axes]
+        self.sight = Sight(robot, symbols, sample.rows, sample.counts, axes, timed=timed)
         self.atoms: list[Atom] = []
         self._maps: dict[str, tuple[FloatArray, FloatArray]] = {}
         known = _Known()
@@ -120,10 +91,10 @@ class Dictionary:
         for port in ports_of(robot):
             if only and port.name not in only:
                 continue
-            maps = port_map(port, robot, measured, values, effects)
+            maps = port_map(port, robot, sample, values)
             if not np.any(maps):
                 continue
-            self._maps[port.name] = maps, maps[measured.counts]
+            self._maps[port.name] = maps, maps[sample.counts]
             entries = list(port.entries(self.sight))
             self.sight.look([quantity for entry in entries for quantity in entry.quantities])
             made = (_atom(entry, self._maps[port.name], self.sight, known) for entry in entries)
@@ -134,13 +105,13 @@ class Dictionary:
         return _atom(entry, self._maps[entry.port], self.sight, _Known())
 
 
-def port_map(port: Port, robot: Robot, measured: Measured, values: FloatArray, effects: Sequence[Effect]) -> FloatArray:
+def port_map(port: Port, robot: Robot, sample: Data, values: FloatArray) -> FloatArray:
     """Whitened derivatives of the readings with respect to u, shape (N, k, width)."""
     injection = Injection(robot, port, port.components[0])
-    chain, values = measured.chain(robot, (*effects, injection), values)
+    chain, values = sample.held(robot, (injection,), values)
     start = np.concatenate([values, np.zeros(port.width)])
-    sensitivities = chain.predict_with_sensitivities(measured.rows, start)[1][:, list(measured.axes)]
-    maps: FloatArray = measured.whiten(sensitivities[..., len(values) :])
+    sensitivities = chain.predict_with_sensitivities(sample.rows, start)[1][:, sample.recordings.axes]
+    maps: FloatArray = sample.whiten(sensitivities[..., len(values) :])
     return maps
 
 
