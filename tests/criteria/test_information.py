@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from expdesign.estimation.load_errors import Estimator
-from expdesign.mechanics.differentiation import inverse_root, one_and_gram
 from expdesign.planning.criteria.accuracy import expected_total
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.information import Information
@@ -15,7 +14,6 @@ from expdesign.planning.optimality.exchange import Exchange
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import starting_designs
 from expdesign.planning.scalarisation import Aims
-from tests.design.optimality.central_differences import criterion_gradients
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
@@ -171,31 +169,6 @@ def test_gain_and_sensitivity_are_those_of_the_estimator(estimator: Estimator) -
     np.testing.assert_allclose(sensitivity, by_load, atol=1e-9 * np.abs(by_load).max())
 
 
-def test_vectors_of_both_estimators() -> None:
-    """Noise's and load errors' part at two targets, from formulas apart from this project."""
-    a = np.array([[1.0, 0.2], [0.4, 1.0], [1.2, -0.5], [-0.3, 0.9]])
-    shared, own = np.array([[0.8], [0.5], [-0.2], [0.6]]), np.array([[0.5, 0.1], [0.3, 0.7]])
-    targets = np.array([[[1.0, 1.0], [0.5, -2.0]]])
-    expected = {
-        "weighted": ([0.9558652105, 1.92697405], [1.0913886219, 1.5792369107]),
-        "generalised": ([1.1649976588, 2.2028261782], [0.5972658511, 0.9275532465]),
-    }
-    for estimator in ESTIMATORS:
-        rows, errors = a.reshape(2, 2, 2), (shared.reshape(2, 2, 1), own.reshape(2, 2, 1))
-        if estimator == "generalised":
-            weight = inverse_root(one_and_gram(errors[1]))
-            rows, errors = weight @ rows, (weight @ errors[0], weight @ errors[1])
-        for closed in (False, True):
-            found = Information.of_measurements(rows, errors, (True, False), estimator=estimator, closed=closed)
-            for part, numbers in zip(found.variances(targets), expected[estimator], strict=True):
-                np.testing.assert_allclose(part[0], numbers, rtol=1e-10, atol=1e-10)
-        noise, force = (sum(part) for part in expected[estimator])
-        size = {"weighted": 2.356579044523, "generalised": 2.211931946203}[estimator]
-        assert np.sqrt(noise + force) == pytest.approx(size, rel=1e-10)
-    root = found.inverse
-    np.testing.assert_allclose(root @ root.T, [[0.4730293774, 0.214481445], [0.214481445, 0.8602712426]], atol=1e-10)
-
-
 def test_what_is_not_determined_is_said() -> None:
     here = problem(HEXAPOD, {"experiment.deflection_noise": {"std": {"dx_m": 1e-6}}})
     one = told(here, drawn(here, 1))
@@ -216,37 +189,3 @@ def test_what_each_source_adds_is_the_dense_sum_over_it() -> None:
         _, force = dense(rows * here.loaded.scale, errors * some, here.shared_errors, targets, "weighted")
         np.testing.assert_allclose(assessment.source_variances[0, ..., index], force, rtol=1e-9)
     np.testing.assert_allclose(assessment.source_variances.sum(axis=-1), assessment.force_variance, rtol=1e-12)
-
-
-def by_dense_formulas(here: DesignProblem, design: Array) -> dict[str, float]:
-    """DUIR, FEIR and their sum of a design (m, g) as the interfaces define them, from whole matrices."""
-    rows, errors = here.whitened(*here.space.decode(design))
-    targets = here.targets.observation * here.loaded.scale
-    parts = dense(rows * here.loaded.scale, errors, here.shared_errors, targets, here.estimator)
-    weights = here.targets.weights / here.targets.weights.sum()
-    noise, force = (float(weights @ (part * here.targets.importance).sum(axis=1)) for part in parts)
-    return {"duir": noise**0.5, "feir": force**0.5, "total": (noise + force) ** 0.5}
-
-
-@pytest.mark.parametrize("estimator", ESTIMATORS)
-@pytest.mark.parametrize(("base", "changes"), BASES)
-def test_gradients_are_those_of_the_dense_formulas(
-    base: dict[str, object], changes: dict[str, object], estimator: Estimator
-) -> None:
-    here = problem(base, {**changes, "experiment.estimator": estimator})
-    design, space = drawn(here, here.space.measurements), here.space
-    expected = by_dense_formulas(here, design)
-    exact = criterion_gradients(here, design[None], list(expected))
-    span = (space.upper - space.lower) * ~space.discrete
-    for name, value in expected.items():
-        assert exact[name][0][0] == pytest.approx(value, rel=1e-8)
-    differences = {name: np.zeros(design.shape) for name in expected}
-    for place in np.ndindex(design.shape):
-        step = np.zeros(design.shape)
-        step[place] = 1e-5 * span[place[1]]
-        if step[place] > 0.0:
-            high, low = (by_dense_formulas(here, design + sign * step) for sign in (1.0, -1.0))
-            for name, found in differences.items():
-                found[place] = (high[name] - low[name]) / 2e-5
-    for name, found in differences.items():
-        np.testing.assert_allclose(exact[name][1][0] * span, found, atol=1e-6 * np.abs(found).max())

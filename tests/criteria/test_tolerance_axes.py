@@ -7,9 +7,7 @@ from scipy.spatial.transform import Rotation
 from expdesign.assurance.validation.repeated import standard_deviation
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.errors import InputError
-from expdesign.planning.accuracy_map import accuracy_maps
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.criteria.targets import body_axes
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import starting_designs
@@ -88,19 +86,6 @@ def test_the_angle_about_the_mirrors_axis_does_not_matter() -> None:
     # The noise of measured angles is not quite that of the other angles (they differ by up to rx·ry of themselves).
     assert values["body"][1] == pytest.approx(values["body"][0], rel=0.02)
     assert abs(values["pose"][1] / values["pose"][0] - 1.0) > 2.0 * abs(values["body"][1] / values["body"][0] - 1.0)
-
-
-def test_the_map_of_accuracy_agrees_with_the_criterion_at_the_target() -> None:
-    here = mirror("body", ANGLES)
-    plan = one_plan(here)
-    found = body_axes(here.loaded.robot, here.targets.configurations)
-    assert here.targets.axes is not None
-    np.testing.assert_allclose(found, here.targets.axes, rtol=1e-12)
-    chart = accuracy_maps(here)[0]
-    assessment = here.assess(plan.configurations[None], plan.loads[None])
-    values = chart.rms(assessment.parameter_covariance[0][0])
-    here_on_map = np.argmin(np.abs(chart.up)), np.argmin(np.abs(chart.across))
-    assert values[here_on_map] == pytest.approx(duir(here, plan), rel=1e-6)
 
 
 def test_monte_carlo_attains_them() -> None:

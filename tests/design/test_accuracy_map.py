@@ -10,7 +10,7 @@ from expdesign.planning.accuracy_map import accuracy_maps
 from expdesign.planning.criteria.accuracy import Total
 from expdesign.planning.problem_file import read_problem
 from expdesign.planning.sampling import reachable_measurements
-from tests.design.problems import BIPOD, HEXAPOD, problem
+from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 
 
 def decisions_of(case: Any, count: int) -> Any:
@@ -18,7 +18,10 @@ def decisions_of(case: Any, count: int) -> Any:
     return np.stack([case.space.sample(case.space.measurements, generator) for _ in range(count)])
 
 
-@pytest.mark.parametrize("content", [BIPOD, HEXAPOD], ids=["bipod", "hexapod"])
+BODY_AXES = changed(HEXAPOD, {"targets.0.tolerance_axes": "body", "targets.0.pose": [0.02, 0.0, 0.0, 0.1, 0.15, 0.0]})
+
+
+@pytest.mark.parametrize("content", [BIPOD, HEXAPOD, BODY_AXES], ids=["bipod", "hexapod", "body-axes"])
 def test_a_point_of_the_map_is_a_target_there(content: dict[str, Any]) -> None:
     case = problem(content)
     decisions = decisions_of(case, 2)

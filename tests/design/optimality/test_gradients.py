@@ -42,6 +42,8 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         {"experiment.geometric_stiffness": True, "experiment.load_error": []},
     ),
     "own-errors": (HEXAPOD, {"experiment.load_error": OWN_ERRORS}),
+    "weighted": (HEXAPOD, {"experiment.estimator": "weighted"}),
+    "weighted-own-errors": (HEXAPOD, {"experiment.estimator": "weighted", "experiment.load_error": OWN_ERRORS}),
     "wrench": (
         HEXAPOD,
         {
@@ -94,8 +96,9 @@ def test_every_criterion_of_every_case_has_its_gradient(name: str) -> None:
     here = a_problem(name)
     # Central differences reach 1e-9 of the largest derivative here; a wrong term is wrong by its own size.
     assert max(errors[-1] for errors in errors_of_gradients(here, designs(here, 1)).values()) < 4e-8
-    with_errors = here.loaded.sources != ()
-    for criterion, (_, gradient) in criterion_gradients(here, designs(here, 1), list(known_criteria())).items():
+    with_errors, assessed = here.loaded.sources != (), here.assessed(designs(here, 1))
+    for criterion, (value, gradient) in criterion_gradients(here, designs(here, 1), list(known_criteria())).items():
+        np.testing.assert_allclose(value, known_criteria()[criterion].values(assessed), rtol=1e-8)
         assert (criterion == "feir" and not with_errors) or np.abs(gradient).max() > 0.0
 
 
