@@ -119,14 +119,8 @@ def _random_configuration(seed: int) -> dict[str, Any]:
     return changed(base, changes)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [*range(4), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(4, 204))])
 def test_random_configurations(seed: int) -> None:
-    assert_written_right(_random_configuration(seed))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(4, 204))
-def test_two_hundred_random_configurations(seed: int) -> None:
     assert_written_right(_random_configuration(seed))
 
 

@@ -139,14 +139,8 @@ def assert_sound(seed: int, log: Log) -> None:
         assert recordings_findings(made, robot.robot) == []
 
 
-@pytest.mark.parametrize("seed", range(16))
+@pytest.mark.parametrize("seed", [*range(16), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(16, 540))])
 def test_sane_inputs_are_not_warned_of(seed: int, caplog: Log) -> None:
-    assert_sound(seed, caplog)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(16, 540))
-def test_five_hundred_sane_inputs_are_not_warned_of(seed: int, caplog: Log) -> None:
     assert_sound(seed, caplog)
 
 

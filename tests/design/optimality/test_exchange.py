@@ -31,7 +31,7 @@ def criterion(here: DesignProblem, plans: Array, name: str) -> Array:
     return known_criteria()[name].values(here.assessed(here.space.canonical(plans)))
 
 
-@pytest.mark.parametrize("changes", [{}, {"aggregate": "max"}])
+@pytest.mark.parametrize("changes", [{}, {"aggregate": "max"}, {"experiment.estimator": "weighted"}])
 @pytest.mark.parametrize("base", [BIPOD, HEXAPOD])
 def test_sums_over_measurements_are_the_criteria(base: dict[str, object], changes: dict[str, object]) -> None:
     here = problem(base, changes)
@@ -41,11 +41,13 @@ def test_sums_over_measurements_are_the_criteria(base: dict[str, object], change
         np.testing.assert_allclose(found, criterion(here, plans, name), rtol=1e-6)
 
 
+@pytest.mark.parametrize("estimator", ["generalised", "weighted"])
 @pytest.mark.parametrize("own", [False, True])
-def test_sums_over_series_are_the_criteria(own: bool) -> None:
+def test_sums_over_series_are_the_criteria(own: bool, estimator: str) -> None:
     """With shared references, also for measurements that join a series and for repeated ones."""
     errors = [{"source": "wrench", "std": [3.0, 3.0, 3.0, 0.3, 0.3, 0.3], "shared": not own}]
-    here = problem(HEXAPOD, {**SHARED, "experiment.measurements": 4, "experiment.load_error": errors})
+    changes = {"experiment.measurements": 4, "experiment.load_error": errors, "experiment.estimator": estimator}
+    here = problem(HEXAPOD, {**SHARED, **changes})
     pose, plans = here.space.of_pose, designs(here, 6)
     plans[:3, 1] = np.where(pose, plans[:3, 0], plans[:3, 1])
     plans[:2, 2] = np.where(pose, plans[:2, 0], plans[:2, 2])
