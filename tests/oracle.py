@@ -4,6 +4,7 @@ Formulas are those of theory.md (sections are named), derived by hand where the 
 explicit normal equations and dense matrices where the package factorises.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,12 @@ from expdesign.mechanics.robots.hexapod import Hexapod
 from expdesign.mechanics.robots.parallel import ParallelRobot
 
 Array = np.ndarray[Any, Any]
+
+
+def central_difference(function: Callable[[Array], Array], at: Array, step: float) -> Array:
+    """∂f/∂x at x (..., n) for f to (..., k), shape (..., k, n)."""
+    shifts = step * np.eye(at.shape[-1])
+    return np.stack([(function(at + shift) - function(at - shift)) / (2.0 * step) for shift in shifts], axis=-1)
 
 
 def skew(vectors: Array) -> Array:

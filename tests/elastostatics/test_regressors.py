@@ -14,7 +14,7 @@ from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.problem import DesignProblem
 from tests.cases import robot
 from tests.design.problems import BIPOD, HEXAPOD, designs, problem
-from tests.oracle import Array
+from tests.oracle import Array, central_difference
 
 GEOMETRIC = {
     "experiment.calibration": "geometric",
@@ -43,11 +43,9 @@ def test_the_regressor_is_the_derivative_of_the_true_pose(base: str) -> None:
     assert isinstance(robot_here, ParallelRobot)
     poses = here.space.decode(designs(here, 1))[0][0, 0]
     matrix = here.loaded.measure(poses, np.zeros(len(here.loaded.load.columns))).observation
-    for column in range(len(robot_here.geometry) + len(robot_here.stiffness)):
-        step = np.zeros(len(robot_here.geometry) + len(robot_here.stiffness))
-        step[column] = 1e-6
-        difference = (moved(robot_here, poses, step) - moved(robot_here, poses, -step)) / 2e-6
-        np.testing.assert_allclose(matrix[:, column], difference, atol=1e-7)
+    nominal = np.zeros(len(robot_here.geometry) + len(robot_here.stiffness))
+    expected = central_difference(lambda errors: moved(robot_here, poses, errors), nominal, 1e-6)
+    np.testing.assert_allclose(matrix[:, : len(nominal)], expected, atol=1e-7)
 
 
 def test_a_hexapod_has_42_parameters_and_24_poses_identify_them() -> None:

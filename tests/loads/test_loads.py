@@ -72,13 +72,11 @@ def test_sensitivity_is_the_derivative_of_the_exactly_disturbed_wrench(name: str
     turned, parameters = rotations(name, 6), loads(name, kind, np.random.default_rng(4), 6)
     (found,) = LoadedRobot(here, load, (made,)).load_errors(turned, parameters)
     assert found.shape == (6, here.coordinates.n, len(made.deviation))
-    step = 1e-4
-    for column, deviation in enumerate(made.deviation):
-        delta = np.zeros((1, len(made.deviation)))
-        delta[0, column] = step
-        above = oracle.disturbed_wrench(source, kind, parameters, turned, delta)
-        below = oracle.disturbed_wrench(source, kind, parameters, turned, -delta)
-        expected = (above - below) / (2.0 * step) * deviation
+    nothing = np.zeros((1, len(made.deviation)))
+    slopes = oracle.central_difference(
+        lambda delta: oracle.disturbed_wrench(source, kind, parameters, turned, delta), nothing, 1e-4
+    )
+    for column, expected in enumerate(np.moveaxis(slopes * made.deviation, -1, 0)):
         np.testing.assert_allclose(found[..., column], expected, rtol=1e-6, atol=1e-7 * np.abs(expected).max())
 
 

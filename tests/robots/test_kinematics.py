@@ -20,16 +20,6 @@ def some_poses(name: str, count: int = 12) -> Array:
     return poses
 
 
-def central_difference(function: object, poses: Array, step: float) -> Array:
-    """∂f/∂X for f of poses (..., n) to (..., k), shape (..., k, n)."""
-    columns = []
-    for axis in range(poses.shape[-1]):
-        shift = np.zeros(poses.shape[-1])
-        shift[axis] = step
-        columns.append((function(poses + shift) - function(poses - shift)) / (2.0 * step))  # type: ignore[operator]
-    return np.stack(columns, axis=-1)
-
-
 def scaled(here: ParallelRobot, matrices: Array) -> Array:
     """Pose or twist rows with rotations multiplied by the size of the platform, so that rows can be compared."""
     n, translations = here.coordinates.n, here.coordinates.translations
@@ -45,7 +35,7 @@ def relative(difference: Array, reference: Array) -> float:
 @every_robot
 def test_pose_jacobian_is_the_inverse_derivative_of_the_lengths(name: str) -> None:
     here, poses = robot(name), some_poses(name)
-    rates = central_difference(here.lengths, poses, 1e-5)
+    rates = oracle.central_difference(here.lengths, poses, 1e-5)
     exact = here.jacobians(poses).pose
     assert relative(scaled(here, exact - np.linalg.inv(rates)), scaled(here, exact)) < 1e-6
 
