@@ -13,7 +13,7 @@ from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.diagnosis.confirmation import pruned, stability
+from expdesign.diagnosis.confirmation import confirmed, pruned, stability
 from expdesign.diagnosis.cross_validation import blocks_of
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.library import candidates, library
@@ -134,6 +134,15 @@ def test_physics_at_its_limit_is_no_name() -> None:
     assert narrow.key not in model.keys
     assert names.at_limit(model) == "gap_m of leg 1"
     assert any(entry["step"] == "limits" for entry in names.log.entries)
+
+
+def test_an_effect_by_which_left_out_rows_do_not_gain_goes() -> None:
+    """Play is there; friction of another leg beside it only describes the noise of the rows that were fitted."""
+    names, model = found(bipod_search(None, PLAY, parameters=[1.5e-5]))
+    assert confirmed(names, model) is model
+    further = next(one for one in names.library if one.effect.key == FRICTION.key)
+    parts = [*names.parts(model, model.candidates), further.starts[0]]
+    assert confirmed(names, names.model([*model.candidates, further], parts, model)).keys == model.keys
 
 
 def test_clear_effects_are_named_by_every_nine_tenths() -> None:

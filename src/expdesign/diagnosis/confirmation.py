@@ -41,13 +41,16 @@ def confirmed(names: Names, model: NamedModel) -> NamedModel:
     """The model without the effects that do not improve the prediction of left-out readings, worst first."""
     while True:
         p_values = [gain.p_value for gain in gains(names.state(model), names.blocks)]
-        doubtful = [k for k, p_value in enumerate(p_values) if p_value >= OPTIONS.gain_level]
-        trials = {k: names.without(model, k) for k in sorted(doubtful, key=lambda k: -p_values[k])}
-        index = next((k for k, trial in trials.items() if hierarchical(trial.effects)), None)
-        if index is None:
+        doubtful = [
+            index
+            for index, p_value in enumerate(p_values)
+            if p_value >= OPTIONS.gain_level and hierarchical(model.effects[:index] + model.effects[index + 1 :])
+        ]
+        if not doubtful:
             return model
-        reason = f"left-out rows do not gain by `{model.effects[index].key}` (p = {p_values[index]:.2g})"
-        model = trials[index]
+        worst = max(doubtful, key=lambda index: p_values[index])
+        reason = f"left-out rows do not gain by `{model.effects[worst].key}` (p = {p_values[worst]:.2g})"
+        model = names.without(model, worst)
         names.log.add("held out", model, True, reason)
 
 

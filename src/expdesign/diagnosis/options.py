@@ -42,8 +42,7 @@ class DiagnosisOptions:
             changes of a block's mean square error in variances of the noise are not counted; noise, in misfits of the
             base model, at which ends of guides are compared.
         slight: share that is as good as nothing: of the evidence explained so far, which a further component has to
-            gain; of a coordinate's range, within which rows of a series are at one pose; of the posterior weight, which
-            an effect needs to be averaged over.
+            gain; of the posterior weight, which an effect needs to be averaged over.
         better: factor on left-out errors that something further has to go for, or has to reach in the place of names.
         alike: the same within which evidence decides.
         clearly: the same from which one predicts clearly worse, as of the last rows, which are few.
