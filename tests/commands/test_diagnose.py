@@ -116,19 +116,6 @@ def test_the_model_predicts_what_the_recordings_show(diagnosed: Path, tmp_path: 
     assert (found[["sx_m", "sy_m"]] > 0.0).all(axis=None)
 
 
-def test_the_model_compensates(diagnosed: Path, tmp_path: Path) -> None:
-    """Command plus predicted deflection is the target, though the leg's play jumps with the sign of its force."""
-    model, commands, predicted = diagnosed / "out" / "model.yaml", tmp_path / "commands.csv", tmp_path / "predicted.csv"
-    targets = pd.read_csv(diagnosed / "recordings.csv").drop(columns=["dx_m", "dy_m", "sx_m", "sy_m"])
-    targets["series"] = targets["sequence"]
-    (tmp_path / "targets.csv").write_text(csv_text(targets), encoding="utf-8")
-    assert call("compensate", model, tmp_path / "targets.csv", "--out", commands) == 0
-    assert call("predict", model, commands, "--out", predicted, "--platform") == 0
-    command, moved = pd.read_csv(commands), pd.read_csv(predicted)
-    attained = command[["x_m", "y_m"]].to_numpy() + moved[["dx_m", "dy_m"]].to_numpy()
-    np.testing.assert_allclose(attained, targets[["x_m", "y_m"]].to_numpy(), rtol=0.0, atol=1e-11)
-
-
 def test_recordings_of_the_base_robot_are_consistent(tmp_path: Path) -> None:
     assert call("diagnose", ROBOT, recordings(tmp_path, gap=0.0), "--out", tmp_path / "out") == 0
     record = record_of(tmp_path / "out")

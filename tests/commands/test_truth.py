@@ -1,9 +1,9 @@
 """Another robot as the truth, and the version."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-import pandas as pd
 import pytest
 import yaml
 
@@ -17,18 +17,13 @@ def softer(folder: Path, factor: float = 2.0) -> Path:
     return yaml_file(folder / "softer.yaml", content)
 
 
-def test_simulate_with_another_robot(tmp_path: Path) -> None:
-    for name, options in (("own", ()), ("soft", ("--model", softer(tmp_path)))):
-        assert call("simulate", CONFIG, plan_file(tmp_path), "--out", tmp_path / name, "--no-noise",
-                    "--no-load-errors", *options) == 0  # fmt: skip
-    own, soft = (pd.read_csv(tmp_path / name)["dz_m"] for name in ("own", "soft"))
-    np.testing.assert_allclose(soft, 2.0 * own, rtol=1e-9)
-
-
-def test_predict_with_a_robot_file(tmp_path: Path) -> None:
-    predicted = xd.predict(softer(tmp_path), plan_file(tmp_path)).frame
-    simulated = xd.simulate(CONFIG, plan_file(tmp_path), noise=False, load_errors=False).frame
-    np.testing.assert_allclose(predicted["dz_m"], 2.0 * simulated["dz_m"], rtol=1e-9)
+def test_another_robot_deflects_as_its_file_says(tmp_path: Path) -> None:
+    exact: dict[str, Any] = {"noise": False, "load_errors": False}
+    plan, soft = plan_file(tmp_path), softer(tmp_path)
+    own, simulated = (xd.simulate(CONFIG, plan, **exact, model=model).frame for model in (None, soft))
+    predicted = xd.predict(soft, plan).frame
+    for found in (simulated, predicted):
+        np.testing.assert_allclose(found["dz_m"], 2.0 * own["dz_m"], rtol=1e-9)
     assert (predicted["sx_m"] == 0.0).all()
 
 
