@@ -14,7 +14,6 @@ from expdesign.assurance.validation.compensation import ExactCompensation
 from expdesign.assurance.validation.repeated import root_mean_square
 from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.chain.readings.registration import pose_covariance, registered
-from expdesign.errors import InputError
 from expdesign.io.schema import Number
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.planning.plan import Plan
@@ -51,7 +50,7 @@ class PoseMeasurement(Study):
         plan = plan_of(problem, settings.plan)
         if np.any(plan.configurations[:, 3:]):
             what = "the covariance is that of the zero orientation, at which all poses of `plan` have to be"
-            raise InputError(what, where=document.where(("plan",)), remedy="Set the three angles to 0.")
+            raise document.where("plan").fault(what, "Set the three angles to 0.")
         section = problem.config["experiment"]["deflection_noise"]["points"]
         points, deviation = np.array(section["positions"]), float(section["std_m"])
         covariance = problem.noise.covariance / 2.0

@@ -10,7 +10,6 @@ from pydantic import Field
 from scipy.optimize import brentq
 
 from expdesign.arrays import FloatArray
-from expdesign.errors import InputError
 from expdesign.io.schema import Number, Positive, Section
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.elastostatics.maps import (
@@ -64,8 +63,7 @@ class StiffnessMapping(Study):
         for section in settings.robots:
             robot = read_robot(document.folder / section.robot)
             if not robot.on_legs:
-                where = document.where(("robots",))
-                raise InputError("the study is of hexapods", where=where, remedy="Name a hexapod's file.")
+                raise section.where("robot").fault("the study is of hexapods", "Name a hexapod's file.")
             legs = robot.inverse_kinematics
             differences += _differences(legs, section, settings)
             reached += _reached(legs, section, settings)

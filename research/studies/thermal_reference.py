@@ -16,7 +16,6 @@ from expdesign.chain.recordings.thermal_correction import (
     correct_poses,
     forward_kinematics,
 )
-from expdesign.errors import InputError
 from expdesign.io.schema import Count, Number, Positive
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.parallel import ParallelRobot
@@ -60,8 +59,7 @@ class ThermalReference(Study):
     def tables(self, settings: Settings, document: YamlDocument) -> dict[str, StudyTable]:
         given = read_robot(document.folder / settings.robot)
         if not given.on_legs:
-            where = document.where(("robot",))
-            raise InputError("the study needs a robot on legs", where=where, remedy="Name a hexapod.")
+            raise settings.where("robot").fault("the study needs a robot on legs", "Name a hexapod.")
         robot = given.inverse_kinematics
         commands = _commands(settings)
         growths = _growths(settings)

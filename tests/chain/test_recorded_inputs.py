@@ -1,7 +1,6 @@
 """Beyond the recorded times and temperatures, physics that is declared to hold stays as it is at the nearest end."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data, row_symbols
 from expdesign.diagnosis.frame import framed
 from expdesign.diagnosis.stages import unheard
-from expdesign.io.yaml_reader import YamlDocument
 from tests.chain.places import ARM, SUPPORTED, Place, away_from_neutral, one_of_each, recordings
 
 EVERY = [place for name in ("irregular", "bipod-unequal", ARM, SUPPORTED) for place in one_of_each(name)]
@@ -58,7 +56,7 @@ def test_physics_that_holds_is_among_them() -> None:
 def test_a_model_file_keeps_the_range(place: Place) -> None:
     effect = fitted(place, recordings(place.name))
     entry = effect_entry(effect, effect.neutral().tolist())
-    again = effect_of(EffectSection.model_validate(entry), place.robot, YamlDocument("model.yaml", Path(), {}))
+    again = effect_of(EffectSection.model_validate(entry), place.robot)
     assert again.recorded == effect.recorded
 
 

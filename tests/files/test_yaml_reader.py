@@ -41,12 +41,12 @@ def test_what_is_not_a_number_is_text(text: str) -> None:
 
 def test_lines_and_keys() -> None:
     document = parse_yaml("a: 1\nb:\n  - c: 2\n  - c: 3\n    d: 4\n", "x.yaml", Path())
-    assert document.where() == "x.yaml"
-    assert document.where(("b", 1, "d")) == "x.yaml, line 5, b[1].d"
-    assert document.where(("b", 1, "missing")) == "x.yaml, line 4, b[1].missing"
+    assert str(document.where()) == "x.yaml"
+    assert str(document.where("b", 1, "d")) == "x.yaml, line 5, b[1].d"
+    assert str(document.where("b", 1, "missing")) == "x.yaml, line 4, b[1].missing"
     part = document.part("b", 1)
     assert part.content == {"c": 3, "d": 4}
-    assert part.where(("d",)) == "x.yaml, line 5, b[1].d"
+    assert str(part.where("d")) == "x.yaml, line 5, b[1].d"
 
 
 @pytest.mark.parametrize(

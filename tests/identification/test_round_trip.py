@@ -113,11 +113,10 @@ def test_every_effect_at_every_place_predicts_the_same_to_the_last_bit(name: str
 @pytest.mark.parametrize("name", CASES)
 def test_entries_of_earlier_versions_are_read_where_one_effect_fits(name: str) -> None:
     robot, points = case(name)
-    document = parse_yaml("{}", "model.yaml", ROBOTS)
     for cls in effect_classes():
         for effect in cls.candidates(robot, points):
             entry = effect_entry(effect, effect.neutral().tolist())
-            same = effect_of(EffectSection.model_validate({**entry, "identifier": ""}), robot, document)
+            same = effect_of(EffectSection.model_validate({**entry, "identifier": ""}), robot)
             assert (type(same), same.component, same.variant) == (cls, effect.component, effect.variant)
 
 

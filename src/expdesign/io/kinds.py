@@ -72,4 +72,4 @@ def _require_readable(document: YamlDocument, kind: Kind) -> None:
         remedy = "Install the version of expdesign that the file was made for, or a later one."
     elif version > 0:
         remedy = "Read and write it with a version of expdesign in between."
-    raise document.fault(("schema_version",), what, remedy)
+    raise document.where("schema_version").fault(what, remedy)

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, get_args
+from typing import Annotated, Any, Self, TypeVar, get_args
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
-from expdesign.io.yaml_reader import KeyPath, YamlDocument, document_from_mapping, dotted
+from expdesign.io.yaml_reader import KeyPath, Place, YamlDocument, document_from_mapping, dotted
 
 LARGEST = 1e20
 """No quantity in SI units is larger, nor a positive one smaller than its inverse; squares are far from overflow."""
@@ -41,9 +41,10 @@ class Section(BaseModel):
     """A mapping in a YAML file: its keys are fixed, and an unknown one is answered with the nearest known one.
 
     In Python it is an object with the keys as arguments, checked as in a file: numbers, texts with units, arrays,
-    paths and other sections are taken.
+    paths and other sections are taken. It knows where it stands (`where`).
     """
 
+    __slots__ = ("_document",)
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     def __init__(self, /, **content: Any) -> None:
@@ -57,6 +58,7 @@ class Section(BaseModel):
             self.__pydantic_validator__.validate_python(document.content, self_instance=self)
         except ValidationError as error:
             raise _as_input_error(error, document) from None
+        self._stand_in(document)
 
     # Where a mapping is read, pydantic checks its parts itself: only what is made in Python comes through here.
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
@@ -66,6 +68,30 @@ class Section(BaseModel):
 
     def __repr_args__(self) -> Iterable[tuple[str | None, Any]]:
         return [(name, value) for name, value in super().__repr_args__() if name in self.model_fields_set]
+
+    @property
+    def document(self) -> YamlDocument:
+        """The part of a file that it was read from; of a section that another process sent, what it would be there."""
+        found: YamlDocument | None = getattr(self, "_document", None)
+        return found or YamlDocument(self.__repr_name__(), Path(), self.as_mapping())
+
+    def where(self, *path: str | int) -> Place:
+        """The place of one of its keys, or of what stands below one; its own without any."""
+        return self.document.where(*path)
+
+    def with_values(self, **values: Any) -> Self:
+        """The same section with other values at some keys, which are not checked again."""
+        changed = self.model_copy(update=values)
+        object.__setattr__(changed, "_document", self.document)
+        return changed
+
+    def _stand_in(self, document: YamlDocument) -> None:
+        """Remember the document of this section, and those of the sections in it."""
+        object.__setattr__(self, "_document", document)
+        for name, field in type(self).model_fields.items():
+            key = field.alias or name
+            for path, section in _sections_in(getattr(self, name), (key,)):
+                section._stand_in(document.part(*path))
 
     def as_mapping(self) -> dict[str, Any]:
         """The content as it stands in YAML, SI units."""
@@ -81,6 +107,18 @@ class Section(BaseModel):
             if key not in known:
                 raise unknown_key(str(key), known)
         return data
+
+
+def _sections_in(value: Any, path: KeyPath) -> Iterator[tuple[KeyPath, Section]]:
+    """The sections that a value is or holds, each with its key path."""
+    if isinstance(value, Section):
+        yield path, value
+    elif isinstance(value, list | tuple):
+        for index, each in enumerate(value):
+            yield from _sections_in(each, (*path, index))
+    elif isinstance(value, dict):
+        for key, each in value.items():
+            yield from _sections_in(each, (*path, key))
 
 
 def _plain(content: Any) -> Any:
@@ -103,7 +141,7 @@ def unknown_key(key: str, known: list[str]) -> PydanticCustomError:
     return PydanticCustomError("unknown_key", "unknown key", {"key": key, "remedy": remedy})
 
 
-S = TypeVar("S", bound=BaseModel)
+S = TypeVar("S", bound=Section)
 
 
 def validate(model: type[S], document: YamlDocument) -> S:
@@ -113,15 +151,21 @@ def validate(model: type[S], document: YamlDocument) -> S:
         InputError: the first thing that is wrong, with the number of further ones.
     """
     try:
-        return model.model_validate(document.content)
+        found = model.model_validate(document.content)
     except ValidationError as error:
-        found = _as_input_error(error, document)
-    key = (found.where or "").rpartition(".")[2]
-    places = dict.fromkeys(_places(model, key)) if found.what == "unknown key" else {}
-    if places:
-        sections = " or ".join(f"`{place}`" if place else "the top level" for place in places)
-        found = InputError(found.what, where=found.where, remedy=f"It belongs in {sections}.")
-    raise found
+        raise _with_place(_as_input_error(error, document), model) from None
+    found._stand_in(document)
+    return found
+
+
+def _with_place(error: InputError, model: type[BaseModel]) -> InputError:
+    """The error with the sections of the file in which an unknown key is known."""
+    key = (error.where or "").rpartition(".")[2]
+    places = dict.fromkeys(_places(model, key)) if error.what == "unknown key" else {}
+    if not places:
+        return error
+    sections = " or ".join(f"`{place}`" if place else "the top level" for place in places)
+    return InputError(error.what, where=error.where, remedy=f"It belongs in {sections}.")
 
 
 def _places(model: type[BaseModel], key: str, above: str = "") -> Iterator[str]:
@@ -186,7 +230,7 @@ def _as_input_error(error: ValidationError, document: YamlDocument) -> InputErro
     if len(details) > 1:
         others = sorted({dotted(other) for other in paths if other != path[: len(other)]})
         remedy += f" (Also wrong: {', '.join(others[:3])}.)" if others else ""
-    return InputError(what[:1].lower() + what[1:], where=document.where(path), remedy=remedy.strip())
+    return InputError(what[:1].lower() + what[1:], where=str(document.where(*path)), remedy=remedy.strip())
 
 
 _SHORT = 1000

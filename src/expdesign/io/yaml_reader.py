@@ -14,6 +14,8 @@ import re
 import stat
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
+from functools import reduce
+from operator import getitem
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +26,37 @@ from expdesign.errors import InputError
 from expdesign.io.units import QUANTITY, Dimension, Unit, measured_column, quantity, require_dimension, unit_of
 
 KeyPath = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where something stands in a YAML file, for messages.
+
+    Attributes:
+        document: of the file.
+        path: key path below it.
+    """
+
+    document: "YamlDocument"
+    path: KeyPath
+
+    def below(self, *path: str | int) -> "Place":
+        """A place below this one."""
+        return Place(self.document, self.path + path)
+
+    def __str__(self) -> str:
+        """File, line and key, as a person would look it up."""
+        full = self.document.prefix + self.path
+        known = full
+        while known and known not in self.document.lines:
+            known = known[:-1]
+        source = self.document.source
+        place = f"{source}, line {self.document.lines[known]}" if known in self.document.lines else source
+        return f"{place}, {dotted(full)}" if full else place
+
+    def fault(self, what: str, remedy: str = "") -> InputError:
+        """The error to raise where what stands here cannot be meant."""
+        return InputError(what, where=str(self), remedy=remedy)
 
 
 @dataclass(frozen=True)
@@ -44,18 +77,9 @@ class YamlDocument:
     lines: dict[KeyPath, int] = field(default_factory=dict)
     prefix: KeyPath = ()
 
-    def where(self, path: KeyPath = ()) -> str:
-        """File, line and key of `path`, as a person would look it up."""
-        full = self.prefix + path
-        known = full
-        while known and known not in self.lines:
-            known = known[:-1]
-        place = f"{self.source}, line {self.lines[known]}" if known in self.lines else self.source
-        return f"{place}, {dotted(full)}" if full else place
-
-    def fault(self, path: KeyPath, what: str, remedy: str = "") -> InputError:
-        """The error to raise where what stands at `path` cannot be meant."""
-        return InputError(what, where=self.where(path), remedy=remedy)
+    def where(self, *path: str | int) -> Place:
+        """The place of a key, or of an entry of a list, below this content."""
+        return Place(self, path)
 
     def file(self, name: str) -> Path:
         """The place of a file that is named in this one.
@@ -70,10 +94,11 @@ class YamlDocument:
         return place
 
     def part(self, *path: str | int) -> "YamlDocument":
-        """The document below `path`, which must exist."""
-        content = self.content
-        for key in path:
-            content = content[key]
+        """The document below `path`, without content where nothing stands there."""
+        try:
+            content = reduce(getitem, path, self.content)
+        except (LookupError, TypeError):
+            content = None
         return YamlDocument(self.source, self.folder, content, self.lines, self.prefix + path)
 
 
@@ -117,8 +142,9 @@ def _converted(content: Any, path: KeyPath, document: YamlDocument) -> Any:
     dimensions = _dimensions(path, document.content) if QUANTITY.fullmatch(content.strip()) else ()
     if not dimensions:
         return content
-    value, unit = quantity(content, document.where(path))
-    require_dimension(unit, dimensions, str(_named(path)[-1]), document.where(path))
+    where = str(document.where(*path))
+    value, unit = quantity(content, where)
+    require_dimension(unit, dimensions, str(_named(path)[-1]), where)
     if _named(path)[-1] in _MINUTES:
         return value / 60.0
     own = _own_unit(_named(path)[-1])

@@ -18,11 +18,9 @@ import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.instrument.deflection_noise import series_by_pose
-from expdesign.errors import InputError
-from expdesign.io.yaml_reader import KeyPath, YamlDocument
 from expdesign.planning.laboratory_sheet import Costs, ordered
 from expdesign.planning.plan import Plan
-from expdesign.planning.schema import ExperimentSection
+from expdesign.planning.schema import BudgetSection, ExperimentSection
 
 LARGEST = 200
 """Measurements beyond which a budget alone does not decide."""
@@ -120,21 +118,17 @@ def most_minutes(
     return costs.minutes(p, m + p - 1, m + p)
 
 
-_WHERE: KeyPath = ("experiment", "budget")
-
-
 def read_costs(experiment: ExperimentSection) -> Costs | None:
     """What measuring costs, or None where nothing is said."""
     return None if experiment.costs is None else Costs(**experiment.costs.model_dump())
 
 
-def read_budget(experiment: ExperimentSection, referenced: bool, document: YamlDocument) -> Budget | None:
+def read_budget(experiment: ExperimentSection, referenced: bool) -> Budget | None:
     """The budget, or None where there is a number of measurements.
 
     Args:
         experiment: as configured.
         referenced: whether deflections are measured, which need references without load.
-        document: for messages.
 
     Raises:
         InputError: neither a budget nor a number is given, costs are missing, or not one measurement fits.
@@ -142,17 +136,15 @@ def read_budget(experiment: ExperimentSection, referenced: bool, document: YamlD
     section, costs = experiment.budget, read_costs(experiment)
     if section is None:
         if experiment.measurements is None:
-            where = document.where(("experiment", "measurements"))
-            raise InputError("the key is missing", where=where, remedy="Add it, or a `budget` with `costs`.")
+            raise experiment.where("measurements").fault("the key is missing", "Add it, or a `budget` with `costs`.")
         return None
     if costs is None or not costs.known:
         what = "a budget says nothing where measuring costs nothing"
         remedy = "Add `experiment.costs`, e.g. `{pose_change: 2, mass_change: 10, reading: 0.5}` (min)."
-        raise document.fault(_WHERE, what, remedy)
+        raise section.where().fault(what, remedy)
     if experiment.reference_pose is not None:
         what = "with a reference pose every pose stands between references, which a budget does not count"
-        where = document.where(_WHERE)
-        raise InputError(what, where=where, remedy="Give a number of `measurements`.")
+        raise section.where().fault(what, "Give a number of `measurements`.")
     constraints = experiment.constraints
     least = Structure(1, 1)
     if constraints is not None:
@@ -168,17 +160,17 @@ def read_budget(experiment: ExperimentSection, referenced: bool, document: YamlD
         most=experiment.measurements,
         poses=section.distinct_poses,
     )
-    _require_structure(budget, document)
+    _require_structure(budget, section)
     return budget
 
 
-def _require_structure(budget: Budget, document: YamlDocument) -> None:
-    where = document.where((*_WHERE, "minutes"))
+def _require_structure(budget: Budget, section: BudgetSection) -> None:
+    place = section.where("minutes")
     if budget.largest:
         if budget.largest > LARGEST and budget.most is None:
             what = f"the budget allows more than {LARGEST} measurements"
             remedy = "Add `experiment.measurements` as the largest number, or a cost of each reading."
-            raise InputError(what, where=where, remedy=remedy)
+            raise place.fault(what, remedy)
         return
     least = budget.least
     needed = float(budget.minutes_of(least.measurements, least.poses))
@@ -186,8 +178,8 @@ def _require_structure(budget: Budget, document: YamlDocument) -> None:
     for name, limit, wanted in limits:
         if limit is not None and limit < wanted:
             what = f"`{name}` allows {limit}, and `constraints` demand {wanted}"
-            raise document.fault(_WHERE, what, "Allow more, or demand less.")
+            raise section.where().fault(what, "Allow more, or demand less.")
     smallest = "one measurement" if least == Structure(1, 1) else f"the {least.measurements} measurements demanded"
     more = f" and the {budget.validation} for validation" if budget.validation else ""
     what = f"{budget.minutes:g} min are too little for {smallest}{more}, which takes {needed:g} min by `costs`"
-    raise InputError(what, where=where, remedy=f"Allow at least {needed:g} min, or correct `costs`.")
+    raise place.fault(what, f"Allow at least {needed:g} min, or correct `costs`.")

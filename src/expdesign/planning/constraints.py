@@ -19,7 +19,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.errors import InputError
-from expdesign.io.yaml_reader import KeyPath, YamlDocument
+from expdesign.io.yaml_reader import Place
 from expdesign.mechanics.elastostatics.maps import actuator_forces
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.load import Load
@@ -243,12 +243,7 @@ def _distinct(values: FloatArray) -> FloatArray:
     return np.array([len(np.unique(design, axis=0)) for design in values], dtype=float)
 
 
-_WHERE: KeyPath = ("experiment", "constraints")
-
-
-def read_constraints(
-    experiment: ExperimentSection, robot: Robot, load: Load, document: YamlDocument
-) -> Constraints | None:
+def read_constraints(experiment: ExperimentSection, robot: Robot, load: Load) -> Constraints | None:
     """The constraints, or None where there are none.
 
     Raises:
@@ -261,42 +256,39 @@ def read_constraints(
     for name in ("distinct_poses", "distinct_masses"):
         if getattr(section, name) > most:
             what = f"{getattr(section, name)} are more than the {most} measurements"
-            raise document.fault((*_WHERE, name), what, "Take fewer, or measure more.")
+            raise section.where(name).fault(what, "Take fewer, or measure more.")
     if (section.distinct_masses > 1 or section.masses_kg) and not load.has_mass:
         remedy = "Take it out, or use `load: {kind: payload}`."
-        raise document.fault((*_WHERE, "masses_kg"), "a wrench has no mass", remedy)
+        raise section.where("masses_kg").fault("a wrench has no mass", remedy)
     dimension = len(robot.gravity)
     boxes = np.zeros((len(section.keep_out), 2, dimension))
     for index, box in enumerate(section.keep_out):
-        where = document.where((*_WHERE, "keep_out", index))
         if len(box.low_m) != dimension or len(box.high_m) != dimension:
-            raise InputError(f"{dimension} coordinates are needed for each corner", where=where, remedy="In m, in O.")
+            raise box.where().fault(f"{dimension} coordinates are needed for each corner", "In m, in O.")
         boxes[index] = box.low_m, box.high_m
         if (boxes[index, 0] >= boxes[index, 1]).any():
-            raise InputError("the corners are the wrong way round", where=where, remedy="low_m is the lower one.")
+            raise box.where().fault("the corners are the wrong way round", "low_m is the lower one.")
     effort = robot.effort if section.effort else None
     if section.effort and (effort is None or not np.isfinite(effort).any()):
-        where = document.where((*_WHERE, "effort"))
         remedy = "Add `effort=` to the <limit> of its joints, or take the key out."
-        raise InputError("the robot states no effort of its actuators", where=where, remedy=remedy)
-    collisions = _collisions(section, robot, document)
-    seen = read_visibility(section.visibility, robot, document, (*_WHERE, "visibility"))
+        raise section.where("effort").fault("the robot states no effort of its actuators", remedy)
+    collisions = _collisions(section, robot)
+    seen = read_visibility(section.visibility, robot)
     return Constraints(boxes, effort, section.distinct_poses, section.distinct_masses, collisions, seen)
 
 
-def _collisions(section: ConstraintsSection, robot: Robot, document: YamlDocument) -> Collisions | None:
+def _collisions(section: ConstraintsSection, robot: Robot) -> Collisions | None:
     stated = section.collisions
     if stated is None:
         return None
-    where = document.where((*_WHERE, "collisions"))
     if len(robot.gravity) != 3 or robot.drawing(np.zeros((1, len(robot.configuration)))) is None:
         what = f"collisions of a {robot.kind} are not known, which has no legs or links in space"
-        raise InputError(what, where=where, remedy="Take the key out; `keep_out` boxes may do.")
-    require_library(where)
+        raise section.where("collisions").fault(what, "Take the key out; `keep_out` boxes may do.")
+    require_library(str(section.where("collisions")))
     return Collisions(stated)
 
 
-def required(section: ConstraintsSection | None, space: DesignSpace, robot: Robot, document: YamlDocument) -> Required:
+def required(section: ConstraintsSection | None, space: DesignSpace, robot: Robot) -> Required:
     """Poses and masses that have to occur, as decisions.
 
     Raises:
@@ -305,29 +297,28 @@ def required(section: ConstraintsSection | None, space: DesignSpace, robot: Robo
     if section is None:
         return Required()
     m = space.measurements
-    _require_as_many(section, space, document)
+    _require_as_many(section, space)
     for name, count in (("poses", len(section.poses)), ("masses_kg", len(section.masses_kg))):
         if count > m:
             what = f"{count} are more than the {m} measurements"
-            raise document.fault((*_WHERE, name), what, "Name fewer, or measure more.")
+            raise section.where(name).fault(what, "Name fewer, or measure more.")
     poses = []
     for index, pose in enumerate(section.poses):
-        where = document.where((*_WHERE, "poses", index))
+        place = section.where("poses", index)
         tips = bool(tips_of(robot))  # whichever is measured there
         if len(pose) != space.n_pose - tips:
             count = space.n_pose - tips
-            raise InputError(f"{count} numbers are needed here", where=where, remedy="Like `targets[].pose`.")
+            raise place.fault(f"{count} numbers are needed here", "Like `targets[].pose`.")
         if not bool(robot.usable(np.array([*pose, *[1.0] * tips]))):
-            raise InputError("the pose is beyond the limits, or singular", where=where, remedy="Choose another pose.")
-        poses.append(_decisions(space, np.array(pose), 0, where))
+            raise place.fault("the pose is beyond the limits, or singular", "Choose another pose.")
+        poses.append(_decisions(space, np.array(pose), 0, place))
     masses = []
     for index, mass in enumerate(section.masses_kg):
-        where = document.where((*_WHERE, "masses_kg", index))
-        masses.append(_decisions(space, np.array([mass]), space.n_pose, where))
+        masses.append(_decisions(space, np.array([mass]), space.n_pose, section.where("masses_kg", index)))
     return Required(tuple(poses), tuple(masses))
 
 
-def _require_as_many(section: ConstraintsSection, space: DesignSpace, document: YamlDocument) -> None:
+def _require_as_many(section: ConstraintsSection, space: DesignSpace) -> None:
     """Raise an `InputError` where more different poses or masses are demanded than the experiment offers."""
     mass = range(space.n_pose, space.n_pose + 1)
     for noun, key, quantities, source in (
@@ -337,13 +328,13 @@ def _require_as_many(section: ConstraintsSection, space: DesignSpace, document: 
         demanded, offered = getattr(section, key), space.different(quantities)
         if demanded > offered:
             what = f"{demanded} different {noun} are demanded, and `experiment.{source}` offers {offered:.0f}"
-            raise document.fault((*_WHERE, key), what, "Demand fewer, or offer more.")
+            raise section.where(key).fault(what, "Demand fewer, or offer more.")
 
 
-def _decisions(space: DesignSpace, wanted: FloatArray, first: int, where: str) -> FloatArray:
+def _decisions(space: DesignSpace, wanted: FloatArray, first: int, place: Place) -> FloatArray:
     """Genes (g,) at which the quantities from `first` on are as wanted; NaN for decisions that others depend on."""
     found = space.decisions_of(wanted, first)
     if found is None:
         remedy = "Only what `experiment.poses` and `experiment.load` allow can occur."
-        raise InputError("this cannot be chosen", where=where, remedy=remedy)
+        raise place.fault("this cannot be chosen", remedy)
     return found

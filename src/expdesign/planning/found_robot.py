@@ -80,7 +80,7 @@ def found_robot(document: YamlDocument) -> FoundRobot:
         if not (np.isfinite(value) and value > 0.0):
             what = f"the compliance of {name} is {value:.3g}, and a plan needs positive ones"
             remedy = "Identify the robot from measurements that determine it, or give the robot file instead."
-            raise document.fault(("compliance", name), what, remedy)
+            raise document.where("compliance", name).fault(what, remedy)
     robot = copy(chain.robot)
     robot.stiffness = 1.0 / model.compliance
     return _found(robot, model)

@@ -15,7 +15,7 @@ from expdesign.io.kinds import require_kind
 from expdesign.io.nearest import nearest
 from expdesign.io.schema import validate
 from expdesign.io.table import read_table
-from expdesign.io.yaml_reader import KeyPath, YamlDocument, read_yaml
+from expdesign.io.yaml_reader import Place, YamlDocument, read_yaml
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.errors.source import LoadErrorSource
 from expdesign.mechanics.loads.load import Load, Payload, Wrench
@@ -36,7 +36,7 @@ from expdesign.planning.measurement_file import (
 )
 from expdesign.planning.pose_settings import LEFT_OUT
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.schema import ExperimentSection, LoadSection, RunSection, SearchOptions
+from expdesign.planning.schema import ExperimentSection, LoadSection, PosesSection, RunSection, SearchOptions
 from expdesign.planning.space import DesignSpace, PoseSet
 from expdesign.planning.tips import asked_tips, at_tips, pose_columns, pose_of, tip_number
 from expdesign.planning.variables import Choices, Interval, Quantity, fixed, steps_of
@@ -57,40 +57,40 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
     """The design problem that a YAML document describes; see `read_problem`."""
     require_kind(document, "run configuration")
     section = validate(RunSection, document)
-    robot, written, found = _robot(section, document)
+    robot, written, found = _robot(section)
     if not robot.actuated:
         what = f"a {robot.kind} has no actuators whose stiffness a plan could identify"
-        raise document.fault(("robot",), what, "`expdesign diagnose` finds from recordings what it stands on.")
-    _gravity_matches(section, robot, document)
+        raise section.where("robot").fault(what, "`expdesign diagnose` finds from recordings what it stands on.")
+    _gravity_matches(section, robot)
     experiment = section.experiment
-    regressor = read_regressor(section, robot, document)
-    load = _load(load_section(experiment), robot, document)
-    budget = read_budget(experiment, regressor.referenced, document)
+    regressor = read_regressor(section, robot)
+    load = _load(load_section(experiment), robot)
+    budget = read_budget(experiment, regressor.referenced)
     if budget is not None:  # the search chooses how many of them are taken
-        experiment = experiment.model_copy(update={"measurements": budget.largest})
-    poses = _poses(experiment, robot, document)
-    sources = _sources(experiment, load, document)
-    _require_plain(found, experiment, document)
+        experiment = experiment.with_values(measurements=budget.largest)
+    poses = _poses(experiment.poses, robot)
+    sources = _sources(experiment, load)
+    _require_plain(found, experiment)
     if experiment.geometric_stiffness:
         found = with_geometric_stiffness(robot, found, document.source)
     loaded = LoadedRobot(robot, load, sources, regressor, None if found is None else found.physics)
-    noise = read_noise(experiment.deflection_noise, robot, document, referenced=regressor.referenced)
-    targets, wrenches, target_loads = _targets(section, loaded, document)
-    space = _space(experiment, robot, load, poses, document, budget)
+    noise = read_noise(experiment.deflection_noise, robot, referenced=regressor.referenced)
+    targets, wrenches, target_loads = _targets(section, loaded)
+    space = _space(experiment, robot, load, poses, budget)
     problem = DesignProblem(
         loaded=loaded,
-        noise=with_reference_pose(noise, experiment, robot, document),
+        noise=with_reference_pose(noise, experiment, robot),
         targets=targets,
         target_wrenches=wrenches,
         target_loads=target_loads,
-        own_loads=_own_loads(section, robot, document),
+        own_loads=_own_loads(section, robot),
         space=space,
         objectives=(),
         optimiser=SearchOptions(**section.optimiser.model_dump(exclude={"algorithm", "bound_seconds"})),
         config=_resolved(section, written, poses),
         source=document.source,
         found=found,
-        constraints=read_constraints(experiment, robot, load, document),
+        constraints=read_constraints(experiment, robot, load),
         costs=read_costs(experiment),
         budget=budget,
         estimator=experiment.estimator,
@@ -98,8 +98,8 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         coverage=STANDARD if section.acceptance is None else section.acceptance.chosen,
         robot_file=str(document.folder / section.robot) if isinstance(section.robot, str) else "",
     )
-    further = criteria_of_problem(problem, section, document)
-    return replace(problem, objectives=_objectives(section.objectives, further, document), further=further)
+    further = criteria_of_problem(problem, section)
+    return replace(problem, objectives=_objectives(section, further), further=further)
 
 
 def resolved_config(document: YamlDocument, robot: Robot) -> dict[str, Any]:
@@ -115,7 +115,7 @@ def resolved_config(document: YamlDocument, robot: Robot) -> dict[str, Any]:
         InputError: a key or a value is wrong, or a file of candidates is.
     """
     section = validate(RunSection, document)
-    return _resolved(section, document.content["robot"], _poses(section.experiment, robot, document))
+    return _resolved(section, document.content["robot"], _poses(section.experiment.poses, robot))
 
 
 def _resolved(section: RunSection, robot: Any, poses: PoseSet) -> dict[str, Any]:
@@ -126,25 +126,25 @@ def _resolved(section: RunSection, robot: Any, poses: PoseSet) -> dict[str, Any]
     return config
 
 
-def _robot(section: RunSection, document: YamlDocument) -> tuple[Robot, Any, FoundRobot | None]:
+def _robot(section: RunSection) -> tuple[Robot, Any, FoundRobot | None]:
     """The robot, the content of its file, and what it was found to be where that is a model file."""
     if isinstance(section.robot, str):
-        path = document.file(section.robot)
+        path = section.document.file(section.robot)
         if not _is_file(path):
             remedy = "Paths are relative to the configuration file."
-            raise document.fault(("robot",), f"there is no file {path}", remedy)
+            raise section.where("robot").fault(f"there is no file {path}", remedy)
         part = read_yaml(path)
     else:
-        part = document.part("robot")
+        part = section.document.part("robot")
     robot, found = robot_of(part)
     return robot, part.content, found
 
 
-def _require_plain(found: FoundRobot | None, experiment: ExperimentSection, document: YamlDocument) -> None:
+def _require_plain(found: FoundRobot | None, experiment: ExperimentSection) -> None:
     """Raise where the physics of a model file goes with no other calibration."""
     if found is not None and found.physics is not None and experiment.calibration != "elastostatic":
         what = "a model with effects is planned for elastostatic calibration only"
-        raise document.fault(("experiment", "calibration"), what, "Take the key out, or name the robot file.")
+        raise experiment.where("calibration").fault(what, "Take the key out, or name the robot file.")
 
 
 def _is_file(path: Path) -> bool:
@@ -154,56 +154,53 @@ def _is_file(path: Path) -> bool:
         return False
 
 
-def _gravity_matches(section: RunSection, robot: Robot, document: YamlDocument) -> None:
-    for index, target in enumerate(section.targets):
+def _gravity_matches(section: RunSection, robot: Robot) -> None:
+    for target in section.targets:
         if target.gravity_m_s2 is not None and len(target.gravity_m_s2) != len(robot.gravity):
-            where = document.where(("targets", index, "gravity_m_s2"))
-            raise InputError(f"{len(robot.gravity)} components are needed here", where=where, remedy="In m/s².")
+            raise target.where("gravity_m_s2").fault(f"{len(robot.gravity)} components are needed here", "In m/s².")
 
 
-def _load(section: LoadSection, robot: Robot, document: YamlDocument) -> Load:
-    where: KeyPath = ("experiment", "load")
+def _load(section: LoadSection, robot: Robot) -> Load:
     coordinates = robot.coordinates
     load: Load = {kind.kind: kind for kind in (Payload, Wrench)}[section.kind](coordinates)
     own = set(load.keys)
     for name in section.model_fields_set - own - {"kind"}:
         what = f"`{name}` has no meaning for a {section.kind} on a {robot.kind}"
-        raise document.fault((*where, name), what, nearest(name, sorted(own)))
+        raise section.where(name).fault(what, nearest(name, sorted(own)))
     if load.has_mass:
         if section.mass_kg is None:
-            raise document.fault((*where, "mass_kg"), "the key is missing", "Add it (kg).")
+            raise section.where("mass_kg").fault("the key is missing", "Add it (kg).")
         mass = section.mass_kg
         if min(mass.values if isinstance(mass, Choices) else (mass.low,)) < 0.0:
-            raise document.fault((*where, "mass_kg"), "a mass cannot be negative", "Correct it.")
+            raise section.where("mass_kg").fault("a mass cannot be negative", "Correct it.")
         tilt = section.gravity
         for name in tilt.model_fields_set - set(coordinates.tilt) if tilt else ():
             remedy = f"Known here: {', '.join(f'`{k}`' for k in coordinates.tilt)}."
-            raise document.fault((*where, "gravity", name), "unknown key", remedy)
+            raise section.where("gravity", name).fault("unknown key", remedy)
     return load
 
 
-def _sources(experiment: ExperimentSection, load: Load, document: YamlDocument) -> tuple[LoadErrorSource, ...]:
+def _sources(experiment: ExperimentSection, load: Load) -> tuple[LoadErrorSource, ...]:
     known = {cls.source: cls for cls in implementations("expdesign.mechanics.loads.errors", LoadErrorSource)}  # type: ignore[type-abstract]
     sources = []
-    for index, entry in enumerate(experiment.load_error):
-        where: KeyPath = ("experiment", "load_error", index)
+    for entry in experiment.load_error:
         if entry.source not in known:
             remedy = nearest(entry.source, sorted(known))
-            raise document.fault((*where, "source"), f"unknown source of load error `{entry.source}`", remedy)
+            raise entry.where("source").fault(f"unknown source of load error `{entry.source}`", remedy)
         kind = known[entry.source]
         size = kind.dimension(load)
         if size == 0:
             what = f"a {load.kind} of this robot has no `{entry.source}` error"
-            raise document.fault((*where, "source"), what, "Use another source.")
+            raise entry.where("source").fault(what, "Use another source.")
         deviation = np.atleast_1d(np.array(entry.std, dtype=float))
         if deviation.size != size:
             what = f"{size} standard deviation{'s are' if size > 1 else ' is'} needed here, not {deviation.size}"
-            raise document.fault((*where, "std"), what, f"In {kind.unit}.")
+            raise entry.where("std").fault(what, f"In {kind.unit}.")
         sources.append(kind(deviation, entry.shared))
     return tuple(sources)
 
 
-def _own_loads(section: RunSection, robot: Robot, document: YamlDocument) -> TargetLoads | None:
+def _own_loads(section: RunSection, robot: Robot) -> TargetLoads | None:
     """How well the payloads at the targets are known; None where wrenches act at some."""
     found = TargetLoads.exact(len(section.targets), robot.coordinates)
     for index, target in enumerate(section.targets):
@@ -214,40 +211,39 @@ def _own_loads(section: RunSection, robot: Robot, document: YamlDocument) -> Tar
         if stated is not None:
             found.deviations[index, 0] = stated.mass_kg or 0.0
         if stated is not None and stated.com_m is not None:
-            where = ("targets", index, "payload", "std", "com_m")
-            found.deviations[index, 1:] = _vector(stated.com_m, robot.coordinates.centre_of_mass, document, where)
+            centre = robot.coordinates.centre_of_mass
+            found.deviations[index, 1:] = _vector(stated.com_m, centre, stated.where("com_m"))
     if not any(target.payload is None for target in section.targets):
         return found
     if found.carries.any() or found.deviations.any():
         what = "how well payloads at targets are known, where other targets have a wrench"
-        raise InputError(what, where=document.where(("targets",)), remedy="Give every target a payload.")
+        raise section.where("targets").fault(what, "Give every target a payload.")
     return None
 
 
 def _targets(
-    section: RunSection, loaded: LoadedRobot, document: YamlDocument
+    section: RunSection, loaded: LoadedRobot
 ) -> tuple[Targets, FloatArray, tuple[tuple[LoadedRobot, FloatArray], ...]]:
     robot, coordinates = loaded.robot, loaded.robot.coordinates
     poses, observations, wrenches, loads = [], [], [], []
     importance = np.zeros((len(section.targets), coordinates.n))
-    axes = np.array([tolerance_axes(target, robot, document, index) for index, target in enumerate(section.targets)])
+    axes = np.array([tolerance_axes(target, robot) for target in section.targets])
     kinds: dict[type[Load], LoadedRobot] = {}  # one object for each kind: its expressions are built once
     for index, target in enumerate(section.targets):
-        where: KeyPath = ("targets", index)
-        joints = pose_of(target.pose, robot, document, (*where, "pose"))
-        pose = np.concatenate([joints, tip_number(target.tip, robot, document, (*where, "tip"))])
+        joints = pose_of(target.pose, robot, target.where("pose"))
+        pose = np.concatenate([joints, tip_number(target.tip, robot, target.where("tip"))])
         gravity = robot.gravity if target.gravity_m_s2 is None else np.array(target.gravity_m_s2)
         load: Load
         if target.payload is not None:
             load = Payload(coordinates)
             centre = target.payload.com_m or [0.0] * len(coordinates.centre_of_mass)
-            _vector(centre, coordinates.centre_of_mass, document, (*where, "payload", "com_m"))
+            _vector(centre, coordinates.centre_of_mass, target.payload.where("com_m"))
             parameters = np.array([target.payload.mass_kg, *centre, *gravity])
         else:
             load = Wrench(coordinates)
             wrench = [0.0] * coordinates.n if target.wrench is None else target.wrench
-            parameters = _vector(wrench, coordinates.wrench, document, (*where, "wrench"))
-        require_usable(robot, pose, document.where((*where, "pose")))
+            parameters = _vector(wrench, coordinates.wrench, target.where("wrench"))
+        require_usable(robot, pose, str(target.where("pose")))
         if type(load) not in kinds:
             kinds[type(load)] = loaded.under(load, instrument=False)
         here = kinds[type(load)]
@@ -256,10 +252,10 @@ def _targets(
         poses.append(pose)
         loads.append((here, parameters))
         for name, tolerance in target.tolerance.items():
-            importance[index, axis_of(name, coordinates, document, (*where, "tolerance"))] = 1.0 / tolerance**2
+            importance[index, axis_of(name, coordinates, target.where("tolerance"))] = 1.0 / tolerance**2
     if loaded.regressor.referenced and not np.any(wrenches):
         what = "no target carries a load, so that there is nothing to compensate"
-        raise document.fault(("targets",), what, "Name a payload (under gravity) or a wrench.")
+        raise section.where("targets").fault(what, "Name a payload (under gravity) or a wrench.")
     weights = np.array([target.weight for target in section.targets])
     arrays = (np.array(poses), np.array(observations), importance, weights)
     own = any(target.tolerance_axes == "body" for target in section.targets)
@@ -267,10 +263,10 @@ def _targets(
     return targets, np.array(wrenches), tuple(loads)
 
 
-def _vector(values: list[float], names: tuple[str, ...], document: YamlDocument, where: KeyPath) -> FloatArray:
+def _vector(values: list[float], names: tuple[str, ...], place: Place) -> FloatArray:
     if len(values) != len(names):
         what = f"{len(names)} numbers are needed here, not {len(values)}"
-        raise document.fault(where, what, f"Order: {', '.join(names)}." if names else "")
+        raise place.fault(what, f"Order: {', '.join(names)}." if names else "")
     return np.array(values, dtype=float)
 
 
@@ -303,7 +299,6 @@ def _space(
     robot: Robot,
     load: Load,
     poses: PoseSet,
-    document: YamlDocument,
     budget: Budget | None,
 ) -> DesignSpace:
     section = load_section(experiment)
@@ -316,8 +311,7 @@ def _space(
     stated = experiment.resolution or {}
     for name in stated:
         if name not in known:
-            where = document.where(("experiment", "resolution", name))
-            raise InputError("unknown quantity", where=where, remedy=nearest(name, known))
+            raise experiment.where("resolution", name).fault("unknown quantity", nearest(name, known))
     widths = np.array([q.high - q.low if isinstance(q, Interval) else 0.0 for q in every])
     steps = steps_of(known, widths, stated)
     measurements = experiment.measurements or 1  # `read_budget` has refused where there is none
@@ -328,30 +322,26 @@ def _space(
     for decision in np.flatnonzero(space.grid.empty):
         name = known[space.variables[decision].columns[0]]
         what = f"no multiple of {stated[name]:g} lies between {space.lower[decision]:g} and {space.upper[decision]:g}"
-        where = document.where(("experiment", "resolution", name))
-        raise InputError(what, where=where, remedy="Use a finer step, or fix the quantity.")
-    space.required = required(experiment.constraints, space, robot, document)
+        raise experiment.where("resolution", name).fault(what, "Use a finer step, or fix the quantity.")
+    space.required = required(experiment.constraints, space, robot)
     if space.settings is not None:
         kept = (*space.required.poses, *space.required.masses)
         space.settings = replace(space.settings, budget=budget, kept=kept)
     return space
 
 
-def _poses(experiment: ExperimentSection, robot: Robot, document: YamlDocument) -> PoseSet:
-    where: KeyPath = ("experiment", "poses")
-    section, names = experiment.poses, pose_columns(robot)
-    tips = asked_tips(section.tips, robot, document, (*where, "tips"))
+def _poses(section: PosesSection, robot: Robot) -> PoseSet:
+    names, place = pose_columns(robot), section.where("candidates")
+    tips = asked_tips(section.tips, robot, section.where("tips"))
     if isinstance(section.candidates, list):
-        rows = [pose_of(row, robot, document, (*where, "candidates", i)) for i, row in enumerate(section.candidates)]
+        rows = [pose_of(row, robot, place.below(index)) for index, row in enumerate(section.candidates)]
         if not rows:
-            place = document.where((*where, "candidates"))
-            raise InputError("there is no candidate", where=place, remedy="Name at least one pose, or a file (CSV).")
+            raise place.fault("there is no candidate", "Name at least one pose, or a file (CSV).")
         return PoseSet(candidates=at_tips(_distinct(np.array(rows)), tips))
     if section.candidates is not None:
-        path = document.file(section.candidates)
+        path = section.document.file(section.candidates)
         if not _is_file(path):
-            place = document.where((*where, "candidates"))
-            raise InputError(f"there is no file {path}", where=place, remedy="Paths are relative to the configuration.")
+            raise place.fault(f"there is no file {path}", "Paths are relative to the configuration.")
         table = read_table(path)
         if tips is not None and table.has(TIP_COLUMN):
             return PoseSet(candidates=_distinct(with_joint_columns(table, robot).numbers(robot.configuration)))
@@ -361,7 +351,7 @@ def _poses(experiment: ExperimentSection, robot: Robot, document: YamlDocument) 
     for name in axes:
         if name not in names:
             remedy = "Name tips under `tips`." if name == TIP_COLUMN and tips else nearest(name, names)
-            raise document.fault((*where, form, name), "unknown coordinate", remedy)
+            raise section.where(form, name).fault("unknown coordinate", remedy)
     chosen = tuple(axes.get(name) or fixed(0.0) for name in names)
     return PoseSet(quantities=chosen if tips is None else (*chosen, tips))
 
@@ -372,17 +362,14 @@ def _distinct(rows: FloatArray) -> FloatArray:
     return rows[np.sort(first)]
 
 
-def _objectives(names: list[str], further: tuple[Criterion, ...], document: YamlDocument) -> tuple[Criterion, ...]:
+def _objectives(section: RunSection, further: tuple[Criterion, ...]) -> tuple[Criterion, ...]:
     known = {**known_criteria(), **{criterion.name: criterion for criterion in further}}
-    where = document.where(("objectives",))
+    names, place = section.objectives, section.where("objectives")
     for index, name in enumerate(names):
         if name not in known:
-            place = document.where(("objectives", index))
-            raise InputError(
-                f"unknown criterion `{name}`", where=place, remedy=nearest(name, [cls.name for cls in kinds()])
-            )
+            raise place.below(index).fault(f"unknown criterion `{name}`", nearest(name, [cls.name for cls in kinds()]))
     if len(set(names)) != len(names):
-        raise InputError("a criterion stands there twice", where=where, remedy="Name each once.")
+        raise place.fault("a criterion stands there twice", "Name each once.")
     if not names:
-        raise InputError("at least one criterion is needed", where=where, remedy="E.g. `[duir, feir]`.")
+        raise place.fault("at least one criterion is needed", "E.g. `[duir, feir]`.")
     return tuple(known[name] for name in names)

@@ -10,7 +10,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.io.nearest import nearest
-from expdesign.io.yaml_reader import KeyPath, YamlDocument
+from expdesign.io.yaml_reader import Place
 from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, TIP_COLUMN
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.variables import Choices
@@ -33,7 +33,7 @@ def pose_columns(robot: Robot) -> tuple[str, ...]:
     return robot.configuration[: len(robot.configuration) - bool(tips_of(robot))]
 
 
-def pose_of(values: list[float], robot: Robot, document: YamlDocument, where: KeyPath) -> FloatArray:
+def pose_of(values: list[float], robot: Robot, place: Place) -> FloatArray:
     """A pose of a run configuration in the order of `pose_columns`; links carry nothing where it ends before them.
 
     Raises:
@@ -45,11 +45,11 @@ def pose_of(values: list[float], robot: Robot, document: YamlDocument, where: Ke
         what = f"{len(names) - loads} numbers are needed here, not {len(values)}"
         order = f"Order: {', '.join(names[: len(names) - loads])}."
         further = f" Then, or 0: {', '.join(names[len(names) - loads :])}." if loads else ""
-        raise document.fault(where, what, order + further)
+        raise place.fault(what, order + further)
     return np.array([*values, *[0.0] * (len(names) - len(values))], dtype=float)
 
 
-def tip_number(name: str | None, robot: Robot, document: YamlDocument, where: KeyPath) -> FloatArray:
+def tip_number(name: str | None, robot: Robot, place: Place) -> FloatArray:
     """What follows a target's pose in its configuration: the number of its tip (1,), or nothing (0,).
 
     Raises:
@@ -58,11 +58,11 @@ def tip_number(name: str | None, robot: Robot, document: YamlDocument, where: Ke
     tips = tips_of(robot)
     if name is None and tips:
         what = "the key is missing, and the robot has several tips"
-        raise document.fault(where, what, f"Name one of {_listed(tips)}.")
-    return np.zeros(0) if name is None else np.array([float(_number(name, tips, document, where))])
+        raise place.fault(what, f"Name one of {_listed(tips)}.")
+    return np.zeros(0) if name is None else np.array([float(_number(name, tips, place))])
 
 
-def asked_tips(names: list[str] | None, robot: Robot, document: YamlDocument, where: KeyPath) -> Choices | None:
+def asked_tips(names: list[str] | None, robot: Robot, place: Place) -> Choices | None:
     """Numbers of the tips that may be measured; None of a robot with one tip.
 
     Raises:
@@ -71,9 +71,9 @@ def asked_tips(names: list[str] | None, robot: Robot, document: YamlDocument, wh
     tips = tips_of(robot)
     if names is None:
         return Choices(tuple(float(number) for number in range(1, len(tips) + 1))) if tips else None
-    numbers = [_number(name, tips, document, (*where, index)) for index, name in enumerate(names)]
+    numbers = [_number(name, tips, place.below(index)) for index, name in enumerate(names)]
     if len(set(numbers)) < len(numbers):
-        raise document.fault(where, "a tip stands there twice", "Name each once.")
+        raise place.fault("a tip stands there twice", "Name each once.")
     return Choices(tuple(float(number) for number in numbers))
 
 
@@ -85,11 +85,11 @@ def at_tips(poses: FloatArray, tips: Choices | None) -> FloatArray:
     return np.column_stack([np.repeat(poses, len(tips.values), axis=0), numbers])
 
 
-def _number(name: str, tips: tuple[str, ...], document: YamlDocument, where: KeyPath) -> int:
+def _number(name: str, tips: tuple[str, ...], place: Place) -> int:
     if not tips:
-        raise document.fault(where, "the robot has one tip, which need not be named", "Take the key out.")
+        raise place.fault("the robot has one tip, which need not be named", "Take the key out.")
     if name not in tips:
-        raise document.fault(where, f"`{name}` is no tip of the robot", nearest(name, tips))
+        raise place.fault(f"`{name}` is no tip of the robot", nearest(name, tips))
     return tips.index(name) + 1
 
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.io.yaml_reader import KeyPath, YamlDocument
 from expdesign.mechanics.robots.drawing import Drawing
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.schema import VisibilitySection
@@ -119,9 +118,7 @@ def distance_between(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray)
     return distance
 
 
-def read_visibility(
-    section: VisibilitySection | None, robot: Robot, document: YamlDocument, where: KeyPath
-) -> Visibility | None:
+def read_visibility(section: VisibilitySection | None, robot: Robot) -> Visibility | None:
     """The demand of a configuration, or None where there is none.
 
     Raises:
@@ -130,22 +127,21 @@ def read_visibility(
     if section is None:
         return None
     if len(robot.gravity) != 3:
-        raise document.fault(where, f"a {robot.kind} moves in a plane, where nothing is seen", "Take the key out.")
+        raise section.where().fault(f"a {robot.kind} moves in a plane, where nothing is seen", "Take the key out.")
     reflectors = []
-    for index, stated in enumerate(section.reflectors):
+    for stated in section.reflectors:
         direction = np.array(stated.direction)
         length = float(np.linalg.norm(direction))
-        place = (*where, "reflectors", index)
         if not length > 0.0:
             what, remedy = "a direction has a length", "Write e.g. `[0, 0, 1]`, in the tip's frame."
-            raise document.fault((*place, "direction"), what, remedy)
-        tip = int(tip_number(stated.tip, robot, document, (*place, "tip"))[0]) if stated.tip is not None else 0
+            raise stated.where("direction").fault(what, remedy)
+        tip = int(tip_number(stated.tip, robot, stated.where("tip"))[0]) if stated.tip is not None else 0
         reflectors.append(Reflector(np.array(stated.at_m), direction / length, stated.acceptance_rad, tip))
     for number, name in enumerate(tips_of(robot), start=1):
         if not any(each.tip in (0, number) for each in reflectors):
             what = f"no reflector sits on `{name}`, so that it can never be measured"
-            raise document.fault((*where, "reflectors"), what, "Add one, or leave it out of `poses.tips`.")
+            raise section.where("reflectors").fault(what, "Add one, or leave it out of `poses.tips`.")
     if section.least is not None and section.least > len(reflectors):
         what = f"{section.least} are more than the {len(reflectors)} reflectors"
-        raise document.fault((*where, "least"), what, "Demand fewer.")
+        raise section.where("least").fault(what, "Demand fewer.")
     return Visibility(np.array(section.station_m), tuple(reflectors), section.link_radius_m, section.least)

@@ -160,9 +160,9 @@ def sweep_runs(document: YamlDocument) -> list[SweepRun]:
     """
     require_kind(document, "sweep")
     sweep = validate(SweepSection, document)
-    base = _base(sweep, document)
+    base = _base(sweep)
     runs, robots, tried = [], _Robots(), set[str]()
-    for number, values in enumerate(_combinations(sweep, document), start=1):
+    for number, values in enumerate(_combinations(sweep), start=1):
         described = ", ".join(f"{key} = {text_of(value)}" for key, value in values.items())
         source = f"{document.source}, run {number} ({described})"
         content = copy.deepcopy(base)
@@ -197,18 +197,18 @@ def text_of(value: Any) -> str:
     return value if isinstance(value, str) else json.dumps(value)
 
 
-def _base(sweep: SweepSection, document: YamlDocument) -> dict[str, Any]:
+def _base(sweep: SweepSection) -> dict[str, Any]:
     """The configuration that is varied, its paths made independent of where it lies."""
     if isinstance(sweep.config, str):
-        path = document.file(sweep.config)
+        path = sweep.document.file(sweep.config)
         if not path.is_file():
-            raise document.fault(("config",), f"there is no file {path}", "Paths are relative to the sweep file.")
+            raise sweep.where("config").fault(f"there is no file {path}", "Paths are relative to the sweep file.")
         found = read_yaml(path)
     else:
-        found = document.part("config")
+        found = sweep.document.part("config")
     require_kind(found, "run configuration")
     if not isinstance(found.content, dict):
-        raise found.fault((), "a run configuration is needed here", "See `expdesign new`.")
+        raise found.where().fault("a run configuration is needed here", "See `expdesign new`.")
     content = copy.deepcopy(found.content)
     for key in ("robot", "experiment.poses.candidates"):
         value = _get(content, key)
@@ -217,18 +217,17 @@ def _base(sweep: SweepSection, document: YamlDocument) -> dict[str, Any]:
     return content
 
 
-def _combinations(sweep: SweepSection, document: YamlDocument) -> list[dict[str, Any]]:
+def _combinations(sweep: SweepSection) -> list[dict[str, Any]]:
     lists = [v.values() if isinstance(v, RangeSection) else v for v in sweep.vary.values()]
     count = max(len(sweep.cases), 1)
     for values in lists:
         count *= len(values)
     if count > MOST_RUNS:
-        raise document.fault((), f"these are {count} runs", f"At most {MOST_RUNS}.")
+        raise sweep.where().fault(f"these are {count} runs", f"At most {MOST_RUNS}.")
     for index, case in enumerate(sweep.cases):
         for key in case:
             if key in sweep.vary:
-                where = document.where(("cases", index, key))
-                raise InputError("this key is also under `vary`", where=where, remedy="Keep one of them.")
+                raise sweep.where("cases", index, key).fault("this key is also under `vary`", "Keep one of them.")
     grid = [dict(zip(sweep.vary, values, strict=True)) for values in itertools.product(*lists)]
     return [case | values for case in (sweep.cases or [{}]) for values in grid]
 

@@ -37,7 +37,9 @@ def read_about(path: Path) -> About:
     """
     document = read_yaml(path)
     if not isinstance(document.content, dict):
-        raise document.fault((), "a mapping (`key: value`) is needed here", f"Keys: {', '.join(About.model_fields)}.")
+        raise document.where().fault(
+            "a mapping (`key: value`) is needed here", f"Keys: {', '.join(About.model_fields)}."
+        )
     # YAML reads 2026-03-01 as a date; on a certificate it is a text.
     texts = {key: str(value) if key == "date" else value for key, value in document.content.items()}
     return validate(About, replace(document, content=texts))

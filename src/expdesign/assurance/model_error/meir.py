@@ -32,7 +32,6 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.row import RowData, row_data
 from expdesign.errors import InputError
 from expdesign.estimation.gaussian import left_of
-from expdesign.io.yaml_reader import YamlDocument
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import Criterion
 from expdesign.planning.criteria.information import Information
@@ -103,14 +102,14 @@ class Meir(Criterion):
         self.directions = Directions(chain, chain.start() if known is None else known.values, physics)
 
     @classmethod
-    def for_problem(cls, problem: DesignProblem, section: RunSection, document: YamlDocument) -> Self | None:
+    def for_problem(cls, problem: DesignProblem, section: RunSection) -> Self | None:
         """Raises `InputError`: no physics is left, a name is unknown, a size not positive, or there is no such test."""
         if section.model_error is None and cls.name not in section.objectives:
             return None
         try:
             assumptions = Assumptions(**dict(section.model_error or ModelErrorsSection()))
         except InputError as error:
-            raise InputError(error.what, where=f"{document.source}, {error.where}", remedy=error.remedy) from None
+            raise InputError(error.what, where=f"{problem.source}, {error.where}", remedy=error.remedy) from None
         return cls(problem, assumptions)
 
     @cached_property

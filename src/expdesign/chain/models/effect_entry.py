@@ -17,10 +17,8 @@ from expdesign.chain.effect import Effect
 from expdesign.chain.ports.law import Law, form_data, form_of
 from expdesign.chain.recorded_inputs import RecordedInputs
 from expdesign.chain.recordings.recordings import POSITIONS
-from expdesign.errors import InputError
 from expdesign.io.schema import Number, Section
 from expdesign.io.units import measured_column
-from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.plugins import implementations
 
@@ -66,15 +64,14 @@ def effect_entry(effect: Effect, values: list[float]) -> dict[str, object]:
     return entry
 
 
-def require_identifiers(entries: list[EffectSection], document: YamlDocument) -> None:
+def require_identifiers(entries: list[EffectSection]) -> None:
     """Raise an `InputError` where an effect has no identifier; a law, which is its own form, needs none."""
-    for index, entry in enumerate(entries):
+    for entry in entries:
         if not entry.identifier and entry.law is None:
-            where = document.where(("effects", index, "identifier"))
-            raise InputError("the key is missing", where=where, remedy="Add it; only files of version 1 do without.")
+            raise entry.where("identifier").fault("the key is missing", "Add it; only files of version 1 do without.")
 
 
-def effect_of(entry: EffectSection, robot: Robot, document: YamlDocument) -> Effect:
+def effect_of(entry: EffectSection, robot: Robot) -> Effect:
     """The effect of an entry.
 
     An entry without identifier is that of the only effect of its physics that this robot can have at the component, in
@@ -83,37 +80,34 @@ def effect_of(entry: EffectSection, robot: Robot, document: YamlDocument) -> Eff
     Args:
         entry: the entry.
         robot: the robot of the model.
-        document: the part of the file in which it stands.
 
     Raises:
         InputError: the effect is not known, is at a component that the robot does not have or in a form that the
             effect does not have, has other parameters, or may be several effects.
     """
     if entry.law is not None:
-        return _law(entry, robot, document)
+        return _law(entry, robot)
     known = effect_classes()
     if entry.identifier:
         known = [cls for cls in known if cls.identifier == entry.identifier]
         if not known:
             remedy = f"Known: {', '.join(sorted(cls.identifier for cls in effect_classes()))}."
-            where = document.where(("identifier",))
-            raise InputError(f"unknown effect `{entry.identifier}`", where=where, remedy=remedy)
+            raise entry.where("identifier").fault(f"unknown effect `{entry.identifier}`", remedy)
         if known[0].physics != entry.physics:
-            where = document.where(("physics",))
             what = f"`{entry.identifier}` is `{known[0].physics}`, not `{entry.physics}`"
-            raise InputError(what, where=where, remedy=_AGAIN)
-    effect = _only(_fitting(known, entry, robot, document), entry, document)
+            raise entry.where("physics").fault(what, _AGAIN)
+    effect = _only(_fitting(known, entry, robot), entry)
     if entry.recorded:
         effect.recorded = RecordedInputs({name: (low, high) for name, (low, high) in entry.recorded.items()})
     return effect
 
 
-def _fitting(known: list[type[Effect]], entry: EffectSection, robot: Robot, document: YamlDocument) -> list[Effect]:
+def _fitting(known: list[type[Effect]], entry: EffectSection, robot: Robot) -> list[Effect]:
     """The effects that an entry may be; raises where no class of its physics is, or none has its place or its form."""
     of_physics = [cls for cls in known if cls.physics == entry.physics]
     if not of_physics:
         remedy = f"Known: {', '.join(sorted({cls.physics for cls in known})) or 'none'}."
-        raise document.fault(("physics",), f"unknown physics `{entry.physics}`", remedy)
+        raise entry.where("physics").fault(f"unknown physics `{entry.physics}`", remedy)
     places = [str(component) for cls in of_physics for component in cls.components(robot)]
     try:
         component = component_from_text(entry.component)
@@ -123,7 +117,7 @@ def _fitting(known: list[type[Effect]], entry: EffectSection, robot: Robot, docu
     if not here:
         what = f"`{robot.name}` has no `{entry.component}` at which `{entry.physics}` could be"
         remedy = f"It can be at {', '.join(dict.fromkeys(places))}." if places else f"A {robot.kind} does not have it."
-        raise document.fault(("component",), what, remedy)
+        raise entry.where("component").fault(what, remedy)
     found = []
     for cls in here:
         try:
@@ -132,24 +126,24 @@ def _fitting(known: list[type[Effect]], entry: EffectSection, robot: Robot, docu
             continue
     if not found:
         what = f"`{entry.physics}` at `{entry.component}` has no variant `{entry.variant}` on this robot"
-        raise document.fault(("variant",), what, _AGAIN)
+        raise entry.where("variant").fault(what, _AGAIN)
     return found
 
 
-def _only(found: list[Effect], entry: EffectSection, document: YamlDocument) -> Effect:
+def _only(found: list[Effect], entry: EffectSection) -> Effect:
     """The one of several effects that has the parameters of the entry."""
     fitting = [e for e in found if {parameter.name for parameter in e.parameters} == set(entry.parameters)]
     if not fitting:
         what = f"`{entry.physics}` at `{entry.component}` does not have these parameters on this robot"
-        raise document.fault(("parameters",), what, _AGAIN)
+        raise entry.where("parameters").fault(what, _AGAIN)
     if len(fitting) > 1:
         names = ", ".join(effect.identifier for effect in fitting)
         what = f"`{entry.physics}` at `{entry.component}` may be several effects: {names}"
-        raise document.fault((), what, "Write which one as `identifier`.")
+        raise entry.where().fault(what, "Write which one as `identifier`.")
     return fitting[0]
 
 
-def _law(entry: EffectSection, robot: Robot, document: YamlDocument) -> Law:
+def _law(entry: EffectSection, robot: Robot) -> Law:
     """The law of an entry, from its data."""
     assert entry.law is not None
     try:
@@ -158,7 +152,7 @@ def _law(entry: EffectSection, robot: Robot, document: YamlDocument) -> Law:
     except (KeyError, TypeError, ValueError, IndexError):
         known = False
     if not known:
-        raise document.fault(("law",), "this is not a law as this version writes it", _AGAIN)
+        raise entry.where("law").fault("this is not a law as this version writes it", _AGAIN)
     return law
 
 

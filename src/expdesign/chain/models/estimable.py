@@ -25,7 +25,6 @@ from expdesign.chain.models.checked import AGAIN, covariance_of
 from expdesign.chain.models.matrix_rows import MatrixRows, matrix_rows
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.io.schema import Section
-from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.robot import Robot
 
 _SHARE = 1e-6
@@ -133,9 +132,7 @@ def estimable_entry(estimable: Estimable) -> dict[str, object]:
     return {"estimable": section}
 
 
-def subspace_of(
-    section: EstimableSection | None, count: int, document: YamlDocument, units: FloatArray
-) -> Estimable | None:
+def subspace_of(section: EstimableSection | None, count: int, units: FloatArray) -> Estimable | None:
     """What the section says, its `count` parameters multiplied by `units` (p,); None where the file says nothing.
 
     Raises:
@@ -146,10 +143,10 @@ def subspace_of(
     rows = (*section.covariance, *section.undetermined, section.resolution)
     if {len(row) for row in rows} != {count} or not np.isfinite([x for row in rows for x in row]).all():
         what = f"rows of {count} finite numbers are needed here, and {count} rows of `covariance`"
-        raise document.fault(("estimable",), what, AGAIN)
+        raise section.where().fault(what, AGAIN)
     if min(section.resolution, default=1.0) <= 0.0:
-        raise document.fault(("estimable", "resolution"), "a standard deviation is positive", AGAIN)
-    covariance = covariance_of(section.covariance, count, document, ("estimable", "covariance"))
+        raise section.where("resolution").fault("a standard deviation is positive", AGAIN)
+    covariance = covariance_of(section.covariance, count, section.where("covariance"))
     directions = np.array(section.undetermined).reshape(-1, count).T
     found = Estimable(covariance, directions, np.array(section.resolution))
     return found.in_units(units)

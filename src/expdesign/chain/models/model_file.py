@@ -205,32 +205,30 @@ def model_from_document(document: YamlDocument) -> Model:
     content = document.content
     if not isinstance(content, dict) or content.get("kind") != "model":
         remedy = "`expdesign identify` and `expdesign diagnose` write model files (`kind: model`)."
-        raise document.fault((), "this is not a model file", remedy)
+        raise document.where().fault("this is not a model file", remedy)
     section = validate(_ModelSection, document)
     robot = robot_from_document(document.part("robot"))
-    effects = tuple(
-        effect_of(entry, robot, document.part("effects", index)) for index, entry in enumerate(section.effects)
-    )
+    effects = tuple(effect_of(entry, robot) for entry in section.effects)
     if section.schema_version > 1:
-        require_identifiers(section.effects, document)
-    chain = Chain(robot, effects, reading=_reading(section, robot, document))
+        require_identifiers(section.effects)
+    chain = Chain(robot, effects, reading=_reading(section, robot))
     if tuple(section.compliance) != robot.actuators:
         remedy = f"They must be {', '.join(robot.actuators)}, in this order."
-        raise document.fault(("compliance",), "these are not the robot's actuators", remedy)
-    values = [relative_compliances(section.compliance, section.relative_compliance, robot, document)]
+        raise section.where("compliance").fault("these are not the robot's actuators", remedy)
+    values = [relative_compliances(section.compliance, section.relative_compliance, robot, section.where())]
     values.append(np.array(list(section.instrument.values())))
     for effect, entry in zip(effects, section.effects, strict=True):
         values.append(np.array([entry.parameters[parameter.name] for parameter in effect.parameters]))
     scale = _units(chain)
-    covariance = _covariance(section, chain, document) / np.outer(scale, scale)
-    require_yielding(values[0], covariance, robot, document)
-    require_ordered(section.calibrated, document)
+    covariance = _covariance(section, chain) / np.outer(scale, scale)
+    require_yielding(values[0], covariance, robot, section.where())
+    require_ordered(section.calibrated, section.where("calibrated"))
     joined = np.concatenate(values)
     return Model(
         chain=chain,
         values=joined,
         covariance=covariance,
-        subspace=subspace_of(section.estimable, len(scale), document, 1.0 / scale),
+        subspace=subspace_of(section.estimable, len(scale), 1.0 / scale),
         birge_ratio=section.birge_ratio,
         reading_std=section.reading_std,
         fit=section.fit,
@@ -252,7 +250,7 @@ def _instrument_of(model: Model) -> dict[str, Any]:
     return {"instrument": dict(zip(names, values, strict=True)), **record}
 
 
-def _reading(section: _ModelSection, robot: Robot, document: YamlDocument) -> Reading:
+def _reading(section: _ModelSection, robot: Robot) -> Reading:
     if section.frames is not None:
         return MeasuredPose(section.frames == "known")
     if not section.markers:
@@ -276,16 +274,16 @@ def _reading(section: _ModelSection, robot: Robot, document: YamlDocument) -> Re
     expected = [parameter.name for parameter in reading.parameters]
     if list(section.instrument) != expected:
         remedy = f"They must be {', '.join(expected)}, in this order."
-        raise document.fault(("instrument",), "these are not the instrument's parameters", remedy)
+        raise section.where("instrument").fault("these are not the instrument's parameters", remedy)
     return reading
 
 
-def _covariance(section: _ModelSection, chain: Chain, document: YamlDocument) -> FloatArray:
+def _covariance(section: _ModelSection, chain: Chain) -> FloatArray:
     """The covariance of the file in its units; infinite variances mark what was not determined."""
     if section.parameters != _names(chain):
         remedy = f"They must be {', '.join(_names(chain))}, in this order."
-        raise document.fault(("parameters",), "these are not the model's parameters", remedy)
-    return covariance_of(section.covariance, len(chain.parameters), document, ("covariance",))
+        raise section.where("parameters").fault("these are not the model's parameters", remedy)
+    return covariance_of(section.covariance, len(chain.parameters), section.where("covariance"))
 
 
 def _units(chain: Chain) -> FloatArray:

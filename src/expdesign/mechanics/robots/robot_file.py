@@ -35,39 +35,38 @@ def robot_from_document(document: YamlDocument) -> Robot:
     content = document.content
     if not isinstance(content, dict):
         remedy = "A robot file has the keys `name`, `kind`, ..."
-        raise document.fault((), "a mapping (`key: value`) is needed here", remedy)
+        raise document.where().fault("a mapping (`key: value`) is needed here", remedy)
     kinds = {robot.kind: robot for robot in implementations("expdesign.mechanics.robots", Robot)}  # type: ignore[type-abstract]
     if "kind" not in content:
-        raise document.fault(("kind",), "the key is missing", f"Add `kind:` with one of {', '.join(sorted(kinds))}.")
+        raise document.where("kind").fault("the key is missing", f"Add `kind:` with one of {', '.join(sorted(kinds))}.")
     kind = content["kind"]
     if not isinstance(kind, str) or kind not in kinds:
         near = difflib.get_close_matches(str(kind), list(kinds), n=1)
         remedy = f"Did you mean `{near[0]}`?" if near else f"Known kinds: {', '.join(sorted(kinds))}."
-        raise document.fault(("kind",), f"unknown kind of robot `{kind}`", remedy)
+        raise document.where("kind").fault(f"unknown kind of robot `{kind}`", remedy)
     robot = kinds[kind].from_document(document)
-    _read_instrument(robot, content, document)
+    _read_instrument(robot, document)
     return robot
 
 
-def _read_instrument(robot: Robot, content: dict[str, Any], document: YamlDocument) -> None:
+def _read_instrument(robot: Robot, document: YamlDocument) -> None:
     """Known places of markers and of the instrument, whose numbers the kind's own section has checked."""
+    content: dict[str, Any] = document.content
     markers: dict[str, FloatArray] = {}
     for name, place in (content.get("markers") or {}).items():
         if len(place) != 3:
-            where = document.where(("markers", name))
-            raise InputError("three coordinates are needed here", where=where, remedy="Write `[x, y, z]` in m.")
+            raise document.where("markers", name).fault("three coordinates are needed here", "Write `[x, y, z]` in m.")
         markers[str(name)] = np.array(place, dtype=float)
     robot.markers = markers
     if content.get("instrument") is not None:
         if len(content["instrument"]) != 6:
-            where = document.where(("instrument",))
             remedy = "Write `[x, y, z, rx, ry, rz]` in m and rad."
-            raise InputError("six numbers are needed here", where=where, remedy=remedy)
+            raise document.where("instrument").fault("six numbers are needed here", remedy)
         robot.instrument = np.array(content["instrument"], dtype=float)
     if content.get("geometry_std_m") is not None:
         if not robot.on_legs:
             what = f"a {robot.kind} has no legs whose geometry is identified"
-            raise document.fault(("geometry_std_m",), what, "Take the key out.")
+            raise document.where("geometry_std_m").fault(what, "Take the key out.")
         robot.geometry_std = float(content["geometry_std_m"])
 
 

@@ -22,7 +22,6 @@ from pydantic import Field
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.coordinates import SPATIAL
-from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
 from expdesign.io.schema import Number, Positive, validate
 from expdesign.io.yaml_reader import YamlDocument
@@ -127,21 +126,20 @@ class SerialRobot(Robot):
         except OSError:  # a name that is too long, or a folder that may not be read
             known = False
         if not known:
-            raise document.fault(("urdf",), f"there is no file {path}", "Paths are relative to the robot file.")
-        tree = _tree(section, path, document)
+            raise section.where("urdf").fault(f"there is no file {path}", "Paths are relative to the robot file.")
+        tree = _tree(section, path)
         names = configuration_names(tree)
         stiffness = section.actuator_stiffness or [np.inf] * len(tree.coordinates)
         if len(stiffness) != len(tree.coordinates):
             joints = ", ".join(f"{n}: {c.joint}" for n, c in zip(names, tree.coordinates, strict=False))
             what = f"{len(tree.coordinates)} values are needed here, not {len(stiffness)}"
-            raise document.fault(("actuator_stiffness",), what, f"Order: {joints}.")
+            raise section.where("actuator_stiffness").fault(what, f"Order: {joints}.")
         for column, (low, high) in section.limits.items():
-            where = document.where(("limits", column))
+            place = section.where("limits", column)
             if column not in names:
-                raise InputError("unknown coordinate", where=where, remedy=f"Known here: {', '.join(names)}.")
+                raise place.fault("unknown coordinate", f"Known here: {', '.join(names)}.")
             if low >= high:
-                raise InputError(f"the limits are the wrong way round: {low:g} ≥ {high:g}", where=where,
-                                 remedy="Write `[low, high]`.")  # fmt: skip
+                raise place.fault(f"the limits are the wrong way round: {low:g} ≥ {high:g}", "Write `[low, high]`.")
         return cls(
             tree,
             np.array(stiffness),
@@ -330,31 +328,30 @@ def configuration_names(tree: KinematicTree) -> tuple[str, ...]:
     return (*chain, *branches, *payloads, *((TIP_COLUMN,) if len(tree.tips) > 1 else ()))
 
 
-def _tree(section: SerialSection, path: Path, document: YamlDocument) -> KinematicTree:
+def _tree(section: SerialSection, path: Path) -> KinematicTree:
     """The kinematics that a robot file describes."""
-    urdf = coupled(read_urdf(path), section.couplings, document)
+    urdf = coupled(read_urdf(path), section.couplings)
     for index, name in enumerate(section.branch_joints):
-        where = document.where(("branch_joints", index))
-        joint = require_joint(urdf, name, where)
+        place = section.where("branch_joints", index)
+        joint = require_joint(urdf, name, str(place))
         if joint.mimics:
             leaders = " and ".join(f"`{leader}`" for leader in leading(urdf, joint).multipliers)
-            raise InputError(f"joint `{name}` follows {leaders}", where=where, remedy=f"Name {leaders} instead.")
+            raise place.fault(f"joint `{name}` follows {leaders}", f"Name {leaders} instead.")
     tips = [section.tip_link] if isinstance(section.tip_link, str) else section.tip_link
     for key, names in (("tip_link", tips), ("payload_links", section.payload_links)):
         twice = next((name for index, name in enumerate(names) if name in names[:index]), None)
         if twice is not None:
-            where = document.where((key,))
-            raise InputError(f"link `{twice}` is named twice", where=where, remedy="Take it out.")
+            raise section.where(key).fault(f"link `{twice}` is named twice", "Take it out.")
     tree = KinematicTree(urdf, section.base_link, tips, section.branch_joints, section.payload_links)
     for index, name in enumerate(section.payload_links):
         if not tree.carries(name):
             remedy = nearest(name, [link for link in urdf.links if tree.carries(link)])
-            raise document.fault(("payload_links", index), f"no joint of the robot moves a link `{name}`", remedy)
+            raise section.where("payload_links", index).fault(f"no joint of the robot moves a link `{name}`", remedy)
     chain = {coordinate.joint for coordinate in tree.coordinates}
     for index, name in enumerate(section.branch_joints):
         if name in chain or name in section.branch_joints[:index]:
             what = f"joint `{name}` is " + ("on the chain from base to tip" if name in chain else "named twice")
-            raise document.fault(("branch_joints", index), what, "Take it out.")
+            raise section.where("branch_joints", index).fault(what, "Take it out.")
     near = on_common_normals(urdf, section.base_link, [*tips, *section.payload_links])
     if near is urdf:
         return tree

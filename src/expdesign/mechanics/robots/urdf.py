@@ -25,7 +25,7 @@ from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
 from expdesign.io.schema import LARGEST, Number, Section
-from expdesign.io.yaml_reader import YamlDocument, read_text
+from expdesign.io.yaml_reader import read_text
 from expdesign.mechanics.robots.orientation import rotations_of, transform
 
 _MOVING = ("revolute", "continuous", "prismatic")
@@ -353,7 +353,7 @@ def leading(urdf: Urdf, joint: UrdfJoint, above: tuple[str, ...] = ()) -> Leadin
     return Leading(multipliers, offset)
 
 
-def coupled(urdf: Urdf, couplings: Mapping[str, CouplingSection], document: YamlDocument) -> Urdf:
+def coupled(urdf: Urdf, couplings: Mapping[str, CouplingSection]) -> Urdf:
     """The URDF with the couplings of a robot file in the place of its own `<mimic>` tags of these joints.
 
     Raises:
@@ -361,8 +361,9 @@ def coupled(urdf: Urdf, couplings: Mapping[str, CouplingSection], document: Yaml
     """
     joints = dict(urdf.joints)
     for name, rule in couplings.items():
-        for mentioned, keys in ((name, ("couplings", name)), *((n, ("couplings", name, n)) for n in rule.follows)):
-            require_joint(urdf, mentioned, document.where(keys if len(keys) == 2 else ("couplings", name, "follows")))
+        require_joint(urdf, name, str(rule.where()))
+        for leader in rule.follows:
+            require_joint(urdf, leader, str(rule.where("follows")))
         mimics = [Mimic(joint, multiplier, 0.0) for joint, multiplier in rule.follows.items()]
         mimics[0] = replace(mimics[0], offset=rule.offset)
         joints[name] = replace(joints[name], mimics=tuple(mimics))

@@ -14,7 +14,6 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
-from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.differentiation import is_recorded, plain
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.plugins import implementations, when_forgotten
@@ -55,13 +54,13 @@ class Criterion(ABC):
         """
 
     @classmethod
-    def for_problem(cls, problem: "DesignProblem", section: "RunSection", document: YamlDocument) -> Self | None:
+    def for_problem(cls, problem: "DesignProblem", section: "RunSection") -> Self | None:
         """The criterion of one problem, as its configuration says; None where that does not ask for it.
 
         Raises:
             InputError: the configuration asks for it and does not suit it.
         """
-        del problem, section, document
+        del problem, section
         return cls()
 
 
@@ -99,11 +98,9 @@ def kinds() -> list[type[Criterion]]:
     return implementations("expdesign.planning.criteria", Criterion)  # type: ignore[type-abstract]
 
 
-def criteria_of_problem(
-    problem: "DesignProblem", section: "RunSection", document: YamlDocument
-) -> tuple[Criterion, ...]:
+def criteria_of_problem(problem: "DesignProblem", section: "RunSection") -> tuple[Criterion, ...]:
     """Criteria beside those of every design for which a configuration asks."""
-    found = (cls.for_problem(problem, section, document) for cls in kinds() if cls.of_problem)
+    found = (cls.for_problem(problem, section) for cls in kinds() if cls.of_problem)
     return tuple(criterion for criterion in found if criterion is not None)
 
 
