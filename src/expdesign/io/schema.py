@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
-from expdesign.io.yaml_reader import KeyPath, Place, YamlDocument, document_from_mapping, dotted
+from expdesign.io.yaml_reader import FilePlace, KeyPath, YamlDocument, document_from_mapping, dotted
 
 LARGEST = 1e20
 """No quantity in SI units is larger, nor a positive one smaller than its inverse; squares are far from overflow."""
@@ -75,7 +75,7 @@ class Section(BaseModel):
         found: YamlDocument | None = getattr(self, "_document", None)
         return found or YamlDocument(self.__repr_name__(), Path(), self.as_mapping())
 
-    def where(self, *path: str | int) -> Place:
+    def where(self, *path: str | int) -> FilePlace:
         """The place of one of its keys, or of what stands below one; its own without any."""
         return self.document.where(*path)
 

@@ -29,7 +29,7 @@ KeyPath = tuple[str | int, ...]
 
 
 @dataclass(frozen=True)
-class Place:
+class FilePlace:
     """Where something stands in a YAML file, for messages.
 
     Attributes:
@@ -40,9 +40,9 @@ class Place:
     document: "YamlDocument"
     path: KeyPath
 
-    def below(self, *path: str | int) -> "Place":
+    def below(self, *path: str | int) -> "FilePlace":
         """A place below this one."""
-        return Place(self.document, self.path + path)
+        return FilePlace(self.document, self.path + path)
 
     def __str__(self) -> str:
         """File, line and key, as a person would look it up."""
@@ -77,9 +77,9 @@ class YamlDocument:
     lines: dict[KeyPath, int] = field(default_factory=dict)
     prefix: KeyPath = ()
 
-    def where(self, *path: str | int) -> Place:
+    def where(self, *path: str | int) -> FilePlace:
         """The place of a key, or of an entry of a list, below this content."""
-        return Place(self, path)
+        return FilePlace(self, path)
 
     def file(self, name: str) -> Path:
         """The place of a file that is named in this one.

@@ -15,7 +15,7 @@ from expdesign.io.kinds import require_kind
 from expdesign.io.nearest import nearest
 from expdesign.io.schema import validate
 from expdesign.io.table import read_table
-from expdesign.io.yaml_reader import Place, YamlDocument, read_yaml
+from expdesign.io.yaml_reader import FilePlace, YamlDocument, read_yaml
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.errors.source import LoadErrorSource
 from expdesign.mechanics.loads.load import Load, Payload, Wrench
@@ -263,7 +263,7 @@ def _targets(
     return targets, np.array(wrenches), tuple(loads)
 
 
-def _vector(values: list[float], names: tuple[str, ...], place: Place) -> FloatArray:
+def _vector(values: list[float], names: tuple[str, ...], place: FilePlace) -> FloatArray:
     if len(values) != len(names):
         what = f"{len(names)} numbers are needed here, not {len(values)}"
         raise place.fault(what, f"Order: {', '.join(names)}." if names else "")

@@ -10,7 +10,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.io.schema import LARGEST
-from expdesign.io.yaml_reader import Place
+from expdesign.io.yaml_reader import FilePlace
 from expdesign.mechanics.robots.robot import Robot
 
 AGAIN = "Identify or diagnose the recordings again."
@@ -23,7 +23,7 @@ ROUNDING = 1e-6
 
 
 def relative_compliances(
-    stated: Mapping[str, float], written: Sequence[float], robot: Robot, file: Place
+    stated: Mapping[str, float], written: Sequence[float], robot: Robot, file: FilePlace
 ) -> FloatArray:
     """Compliances (n_p,) in units of the robot file's, to the last bit as they were written.
 
@@ -56,7 +56,7 @@ def relative_compliances(
     return found
 
 
-def require_yielding(compliance: FloatArray, covariance: FloatArray, robot: Robot, file: Place) -> None:
+def require_yielding(compliance: FloatArray, covariance: FloatArray, robot: Robot, file: FilePlace) -> None:
     """Raise an `InputError` where an actuator moves against its load.
 
     Args:
@@ -73,7 +73,7 @@ def require_yielding(compliance: FloatArray, covariance: FloatArray, robot: Robo
         raise file.below("compliance", name).fault(what, f"Correct the sign. {AGAIN}")
 
 
-def covariance_of(rows: Sequence[Sequence[float]], count: int, place: Place) -> FloatArray:
+def covariance_of(rows: Sequence[Sequence[float]], count: int, place: FilePlace) -> FloatArray:
     """A covariance (count, count); infinite variances mark what is not determined.
 
     Raises:
@@ -104,7 +104,7 @@ def covariance_of(rows: Sequence[Sequence[float]], count: int, place: Place) -> 
     return covariance
 
 
-def require_ordered(ranges: Mapping[str, Sequence[float]], place: Place) -> None:
+def require_ordered(ranges: Mapping[str, Sequence[float]], place: FilePlace) -> None:
     """Raise an `InputError` where a range of `calibrated` ends before it begins."""
     for name, (low, high) in ranges.items():
         if low > high:
