@@ -10,7 +10,7 @@ import yaml
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.ports.features import basis_of
-from expdesign.chain.ports.law import _WITHIN, Form, Law, _within, form_data, form_of
+from expdesign.chain.ports.law import _WITHIN, Law, LawForm, _within, form_data, form_of
 from expdesign.chain.ports.port import Channel
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.words import quantity_name
@@ -127,7 +127,7 @@ def test_a_drift_stays_at_its_last_value_and_grows_less_certain() -> None:
     assert basis is not None
     channel = Channel(0, 0, (Quantity("clock"),))
     ends = np.array([[0.0]]), np.array([[end]])
-    law = Law(here, Form("actuators", LEG_1, "offset", (channel,), basis, *ends, size))
+    law = Law(here, LawForm("actuators", LEG_1, "offset", (channel,), basis, *ends, size))
     chain, rows = Chain(here, (law,)), row_data(recordings_of(None), here)
     (clock,) = (i for i, name in enumerate(_names(chain)) if name == "clock")
     values = np.concatenate([np.ones(2), np.random.default_rng(0).standard_normal(basis.rank) * size, [0.0]])
@@ -153,7 +153,7 @@ def test_a_reading_that_refers_to_a_late_time_is_unsure_by_what_a_random_walk_do
     assert basis is not None
     channels = tuple(Channel(0, 0, (Quantity(kind),), gain=gain) for kind, gain in (("clock", 1.0), ("started", -1.0)))
     ends = np.zeros((2, 1)), np.full((2, 1), end)
-    chain = Chain(here, (Law(here, Form("actuators", LEG_1, "offset", channels, basis, *ends, 2e-6)),))
+    chain = Chain(here, (Law(here, LawForm("actuators", LEG_1, "offset", channels, basis, *ends, 2e-6)),))
     rows = row_data(recordings_of(None), here)
     columns = {name: index for index, name in enumerate(_names(chain))}
 

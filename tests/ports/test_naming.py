@@ -8,7 +8,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.component import BASE, ENVIRONMENT, PAYLOAD, PLATFORM, Component, Part
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.features import basis_of
-from expdesign.chain.ports.law import Form, Law
+from expdesign.chain.ports.law import Law, LawForm
 from expdesign.chain.ports.port import Channel
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.words import FORMS
@@ -34,7 +34,7 @@ def law(
     basis = basis_of(kernel, np.ones(1), np.linspace(-1.0, 1.0, 5)[:, None], 1)
     assert basis is not None
     channel = Channel(0, 0, (seen,), amplitude)
-    form = Form(port, component, kind, (channel,), basis, np.zeros((1, 1)), np.ones((1, 1)), 1.0)
+    form = LawForm(port, component, kind, (channel,), basis, np.zeros((1, 1)), np.ones((1, 1)), 1.0)
     return Law(robot("H1"), form, 1)
 
 

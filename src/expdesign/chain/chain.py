@@ -293,7 +293,8 @@ class Chain:
         row = self.row_symbols()
         state = ca.SX.sym("state", self.states)
         theta = ca.SX.sym("theta", len(self.parameters))
-        reading, following = self.expression(row, state, theta)
+        # Links make the same expressions anew: kept once, derivatives of them are taken once as well.
+        reading, following = ca.cse([*self.expression(row, state, theta)])
         return row, state, theta, reading, following
 
     def _run(self, rows: RowData, values: FloatArray, *, derivatives: bool) -> tuple[FloatArray, FloatArray | None]:

@@ -47,7 +47,7 @@ class Form:
         law: what each of them gains.
         name: text of the variant in files; empty for the only one.
         memory: states of one actuator.
-        parameters: with names as `Term.quantities` has them; empty where those of the physics are its own.
+        parameters: with names as `DeclaredEffect.quantities` has them; empty where those of the physics are its own.
         says: its sentence, where it is another one than that of the physics.
         called: name of the parametric form, where its physics has several (`Effect.form_name`).
         beyond: what it does beyond the recorded range, where that is not what its physics does.

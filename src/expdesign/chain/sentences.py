@@ -15,7 +15,7 @@ class Alone(float):
 
 
 @dataclass(frozen=True)
-class Interval:
+class Reported:
     """An estimate with its interval in a sentence.
 
     `{gap:1e6 .3g}` is `12 (10 to 14)` in millionths, `{ratio:100 .1f %}` is `12.0 % (10.0 to 14.0 %)`. An interval that
@@ -38,7 +38,7 @@ class Interval:
         return f"{self.best:{spec}}{percent} ({self.low:{spec}} to {self.high:{spec}}{percent})"
 
 
-class Listed(tuple[Interval, ...]):
+class Listed(tuple[Reported, ...]):
     """All values in a sentence, without their intervals: `{all:1e3 .2f}`."""
 
     def __format__(self, spec: str) -> str:

@@ -16,10 +16,10 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, on
 from expdesign.chain.declaration import rounded
+from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
 from expdesign.chain.row import Row
-from expdesign.chain.term import Term
 
 
 class Drive(StrEnum):
@@ -154,7 +154,7 @@ def with_powers(parameters: tuple[Parameter, ...], over: Over | None) -> tuple[P
     return (*free, *further, *(p for p in parameters if p.shape))
 
 
-class SupportEffect(Term):
+class SupportEffect(DeclaredEffect):
     """An effect of what a body stands on, in the direction of a drive.
 
     Parameters of a motion are its `amount` per unit of the load that drives, or two about x and y where that is

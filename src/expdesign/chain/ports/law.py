@@ -129,7 +129,7 @@ class Injection(_AtPort):
 
 
 @dataclass(frozen=True)
-class Form:
+class LawForm:
     """A law without its weights; everything that a model file has to hold.
 
     Attributes:
@@ -174,7 +174,7 @@ class Law(_AtPort):
     σ·√|b − b₀|, however late both are.
     """
 
-    def __init__(self, robot: Robot, form: Form, number: int = 1) -> None:
+    def __init__(self, robot: Robot, form: LawForm, number: int = 1) -> None:
         self.form = form
         classes = port_classes()
         self._outputs = sorted({channel.output for channel in form.channels})
@@ -287,7 +287,7 @@ def _within(inputs: list[ca.SX], low: FloatArray, high: FloatArray) -> ca.SX:
     return ca.exp(-0.5 * squares)
 
 
-def form_data(form: Form) -> dict[str, Any]:
+def form_data(form: LawForm) -> dict[str, Any]:
     """A form as plain data, for a model file."""
 
     def of(quantity: Quantity | None) -> list[Any] | None:
@@ -316,7 +316,7 @@ def form_data(form: Form) -> dict[str, Any]:
     }
 
 
-def form_of(data: Mapping[str, Any], component: Component) -> Form:
+def form_of(data: Mapping[str, Any], component: Component) -> LawForm:
     """The form in the data of a model file; `KeyError`, `TypeError` or `ValueError` where it is wrong."""
 
     def quantity(entry: Any) -> Quantity | None:
@@ -337,7 +337,7 @@ def form_of(data: Mapping[str, Any], component: Component) -> Form:
         np.array(data["centres"], dtype=float),
         np.array(data["features"], dtype=float),
     )
-    return Form(
+    return LawForm(
         str(data["port"]), component, str(data["kind"]), tuple(channels), basis,
         np.array(low, dtype=float), np.array(high, dtype=float), float(data["deviation"]),
     )  # fmt: skip

@@ -9,7 +9,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component
 from expdesign.chain.ports.families import look_back
 from expdesign.chain.ports.features import FeatureBasis, basis_of
-from expdesign.chain.ports.law import Form, Injection, Law, ports_of
+from expdesign.chain.ports.law import Injection, Law, LawForm, ports_of
 from expdesign.chain.ports.port import Channel, Entry, Port
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
@@ -240,7 +240,7 @@ def law_of(
         seen = np.concatenate([np.column_stack([sight.values(q)[counts] for q in inputs]) for inputs in alike])
         low.append(seen.min(axis=0))
         high.append(seen.max(axis=0))
-    form = Form(
+    form = LawForm(
         entry.port, entry.component, entry.form, entry.channels, smaller, np.array(low), np.array(high),
         float(np.sqrt(variance)),
     )  # fmt: skip

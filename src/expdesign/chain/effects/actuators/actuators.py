@@ -11,10 +11,10 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import actuators_and_all
 from expdesign.chain.declaration import Declaration, Input, Size
+from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Effect, Parameter, Values, When
 from expdesign.chain.forms import Acting, Form
 from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.chain.term import Term
 from expdesign.mechanics.robots.robot import Robot
 
 
@@ -27,7 +27,7 @@ def _creeps(at: Acting, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
     return ratio * crept, ca.vertcat(crept, at.force)
 
 
-class Creep(Term):
+class Creep(DeclaredEffect):
     """Creep: the deflection grows with time under constant load (a Kelvin-Voigt element in series with a leg's spring).
 
     The load of a row was applied somewhere between the row before and itself: at the fraction `applied` of the
@@ -110,7 +110,7 @@ _FRICTION = Parameter("friction_{force}", 1.0, low=0.0, high=1e5)
 _CONTACT = Parameter("contact_stiffness_ratio", 1.0, neutral=3.0, low=0.05, high=1e3, shape=True)
 
 
-class FrictionHysteresis(Term):
+class FrictionHysteresis(DeclaredEffect):
     """Loading and unloading differ: dry friction beside the spring of a leg or joint.
 
     A spring k_t that slips at the friction F acts beside the actuator's spring k (a Jenkins element, variant
@@ -189,7 +189,7 @@ def _named(name: str) -> Form:
     return Form(partial(_in_series, name=name), name, parameters=(size,), called=name)
 
 
-class LegNonlinearStiffness(Term):
+class LegNonlinearStiffness(DeclaredEffect):
     """A leg's or joint's stiffness changes with its force: something non-linear in series, or a spring that hardens.
 
     `quadratic`, `square`, `cube`, `asymmetric` and `hertz`: Δq gains a·g(τ), g being τ·|τ|, τ², τ³, |τ| or
@@ -265,7 +265,7 @@ def _flag(at: Acting, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
     return theta[0] * at.compliance * following, following
 
 
-class SelfCentring(Term):
+class SelfCentring(DeclaredEffect):
     """A preloaded joint of a leg opens under load and closes later than it opened: a flag-shaped loop.
 
     Beside the spring stands a joint that is closed until the force exceeds F_o; beyond, it yields by a compliance of

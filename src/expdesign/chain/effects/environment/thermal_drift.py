@@ -19,11 +19,11 @@ from expdesign.chain.component import (
     long_links,
 )
 from expdesign.chain.declaration import IN_1000_S, Beyond, Declaration, Input, Size, Variant
+from expdesign.chain.declared_effect import DeclaredEffect, Shows
 from expdesign.chain.effect import Parameter, Values, When
 from expdesign.chain.forms import Acting, Form, warm_up
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES, POSITIONS, LoadedPoints, Measurand
 from expdesign.chain.row import Row
-from expdesign.chain.term import Shows, Term
 from expdesign.mechanics.robots.robot import Robot
 
 _TIME = "time"
@@ -56,7 +56,7 @@ def _seen_drivers(robot: Robot, points: LoadedPoints) -> Shows:
     )
 
 
-class ThermalDrift(Term):
+class ThermalDrift(DeclaredEffect):
     """A deflection that follows temperature or time, not load.
 
     Legs: Δq gains α·q·ΔT (variant empty) or rate·q·t (`time`). `environment`: the reading gains a constant times
@@ -171,7 +171,7 @@ class ArmThermalDrift(ThermalDrift):
         if str(self.variant) == _WARM_UP:
             if self.component.part is Part.LINK:
                 raise ValueError(f"`{self.component}` has no variant `{self.variant}`")
-            return Term.describe(self)
+            return DeclaredEffect.describe(self)
         unit, scale = ("per_s", 1e-8) if self.of_time else ("per_K", 1e-6)
         name = f"drift_{{motion}}_{unit}"
         if self.component.part is Part.LINK:
@@ -192,7 +192,7 @@ class ArmThermalDrift(ThermalDrift):
 
     def sentence(self, values: Values) -> str:
         if len(values) > 1:
-            return Term.sentence(self, values)
+            return DeclaredEffect.sentence(self, values)
         per = "second" if self.of_time else "kelvin"
         if self.component.part is Part.LINK:
             return self.said(f"{{subject}} grows: {{first:1e6 .3g}} µm per metre and {per}.", values)
@@ -203,7 +203,7 @@ FEWEST = 10
 """Rows below which a slow drift is not looked for."""
 
 
-class WarmUpByRows(Term):
+class WarmUpByRows(DeclaredEffect):
     """A joint shifts as the machine warms up, in recordings without time: along `sequence`, one row like the next.
 
     Δq gains drift·(e^(−n₀/ν) − e^(−n/ν)), n rows after the first of all. Deflections are relative to the first row of

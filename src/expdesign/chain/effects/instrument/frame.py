@@ -10,11 +10,11 @@ import casadi as ca
 
 from expdesign.chain.component import INSTRUMENT, Component, on_any
 from expdesign.chain.declaration import Beyond, Declaration, Input, Size, Variant, rounded
+from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Parameter, Values, When
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSITIONS, LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import measured_axes
-from expdesign.chain.term import Term
 from expdesign.mechanics.robots.orientation import angles_of, rotation_matrix
 from expdesign.mechanics.robots.robot import Robot
 
@@ -28,7 +28,7 @@ class FrameMotion(StrEnum):
     SHIFT_AND_TURN = "shift and turn"
 
 
-class InstrumentDrift(Term):
+class InstrumentDrift(DeclaredEffect):
     """An instrument that measures positions drifts: its frame shifts and turns slowly against the robot's base.
 
     The reading y gains v·t + (w·t)×y, t the time since the first recorded row. Variants: `shift` and `shift and turn`
@@ -91,7 +91,7 @@ def _seen_turns(points: LoadedPoints) -> list[Axes]:
     return [Axes.POSES] if len(seen) == len(pairs) else seen
 
 
-class InstrumentMisalignment(Term):
+class InstrumentMisalignment(DeclaredEffect):
     """The instrument's axes are rotated from the base frame by Q.
 
     An instrument that measures poses reads the position Qᵀ·p and the orientation Qᵀ·R·Q in its own axes, and a
@@ -155,7 +155,7 @@ class InstrumentMisalignment(Term):
         return rates @ ca.vertcat(turn.T @ twist[:3], turn.T @ twist[3:])
 
 
-class InstrumentScale(Term):
+class InstrumentScale(DeclaredEffect):
     """The instrument's scale is wrong on one or more axes: it reads (1 + s_i)·d_i on the translational axes."""
 
     identifier = "instrument.scale"
@@ -205,7 +205,7 @@ class Duration:
         return cls(float(match.group(1)))
 
 
-class FrameWander(Term):
+class FrameWander(DeclaredEffect):
     """The base, or the instrument's stand, wanders during a campaign: Brownian motion of the frame between them.
 
     The reading y gains x(t) + w(t)×y. Each coordinate is a Brownian motion from the first row on, as the

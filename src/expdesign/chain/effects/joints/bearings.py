@@ -17,12 +17,12 @@ from expdesign.chain.component import (
     with_links_beyond,
 )
 from expdesign.chain.declaration import STRAIN_WAVE, WITH_EXTENSION, Declaration, Input, Size, Variant
+from expdesign.chain.declared_effect import DeclaredEffect, Shows
 from expdesign.chain.effect import Parameter, Values
 from expdesign.chain.effects.legs.transmission import LegBacklash
 from expdesign.chain.forms import SLACK, Form, play, resting
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.term import Shows, Term
 from expdesign.mechanics.robots.robot import Robot
 
 
@@ -33,7 +33,7 @@ class OffAxes(StrEnum):
     TWO = "two directions"
 
 
-class JointCompliance(Term):
+class JointCompliance(DeclaredEffect):
     """A joint's gearbox and bearing yield off the joint's axis.
 
     The base model's joint turns about its axis only. Its bearing also tilts under the moment across the axis: the arm
@@ -119,7 +119,7 @@ def across(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
     return first, np.cross(axis, first)
 
 
-class ExtensionCompliance(Term):
+class ExtensionCompliance(DeclaredEffect):
     """A telescope's guide yields more the farther it is extended.
 
     The arm beyond a prismatic joint turns by (C₀ + C₁·q)·M about the joint, M being the moment there and q its
@@ -172,7 +172,7 @@ def _pushed_by_nothing(robot: Robot, points: LoadedPoints) -> Shows:
     return lambda joint, rest: str(rest) == "middle" or free[joint.index]
 
 
-class JointBacklash(Term):
+class JointBacklash(DeclaredEffect):
     """A joint has play: it jumps by the gap where its torque changes sign.
 
     The torque is the whole one, the weight of the links included: unloaded, a joint rests on the side to which the
@@ -196,7 +196,7 @@ class JointBacklash(Term):
     says = LegBacklash.says
 
 
-class ExtensionPlay(Term):
+class ExtensionPlay(DeclaredEffect):
     """A telescope's play along its axis changes with its extension: a worn spindle, a guide that overlaps less.
 
     A joint that nothing pushes rests in the middle of its gap.

@@ -7,11 +7,11 @@ import casadi as ca
 
 from expdesign.chain.component import ALL_JOINTS, GEOMETRY, Component, Part, each_joint, each_link, on, on_any
 from expdesign.chain.declaration import LOOSELY, Declaration, Input, Size, Variant
+from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Parameter, Values
 from expdesign.chain.effects.legs.geometry import GeometricStiffness
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSITIONS, LoadedPoints, Measurand
 from expdesign.chain.row import Row
-from expdesign.chain.term import Term
 from expdesign.mechanics.robots.kinematic_tree import FRAME_AXES
 from expdesign.mechanics.robots.orientation import rotation_vector
 from expdesign.mechanics.robots.robot import Robot
@@ -21,7 +21,7 @@ ANGLE, LENGTH = 2e-3, 5e-4
 MADE = "assumed: zeros set by marks and castings machined to 2 mrad and 0.5 mm, not calibrated"
 
 
-class GeometricError(Term):
+class GeometricError(DeclaredEffect):
     """Geometry of an arm, as its positions show it: zeros of joints, and frames of links that are not in place.
 
     Components: `joint k` (its zero), `all joints` (all zeros), `link k` (the frame at its far end, six motions),
@@ -191,7 +191,7 @@ class ArmGeometryError(GeometricError):
 _PASSES = 2
 
 
-class ArmGeometricStiffness(Term):
+class ArmGeometricStiffness(DeclaredEffect):
     """The change of an arm's geometry under load, by its own weight as well as by the payload's (theory.md 2.3).
 
     The joints stand in equilibrium where they are, not where they were sent: δ = c∘(τ_g(q + δ) + J(q + δ)ᵀF(q + δ)),

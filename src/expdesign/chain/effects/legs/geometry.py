@@ -7,10 +7,10 @@ import numpy as np
 
 from expdesign.chain.component import GEOMETRY, Component, each_leg, on, turned_lever
 from expdesign.chain.declaration import ONLY, Declaration, Input, Size, Variant
+from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Parameter, Values
 from expdesign.chain.recordings.recordings import POSES, POSITIONS
 from expdesign.chain.row import Row
-from expdesign.chain.term import Term
 from expdesign.mechanics.elastostatics.maps import geometric_stiffness_expression
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot import Robot
@@ -27,7 +27,7 @@ class LegEnd(StrEnum):
     PLATFORM = "platform"
 
 
-class JointPositionError(Term):
+class JointPositionError(DeclaredEffect):
     """A joint is not where the geometry says, so that both the true pose and the lever arms differ.
 
     True minus nominal position of a leg's `base` or `platform` joint (variant), in the frame it is fixed to.
@@ -68,7 +68,7 @@ class JointPositionError(Term):
         return moved
 
 
-class LegGeometry(Term):
+class LegGeometry(DeclaredEffect):
     """Every joint's place and every leg's length, as absolute poses show them (theory.md 9.I).
 
     The true pose X solves q(X; g + δg) = q(X_C; g) + δl, X_C being the command: the controller computes lengths with
@@ -114,7 +114,7 @@ class Correction(StrEnum):
     MAPPING = "mapping"
 
 
-class GeometricStiffness(Term):
+class GeometricStiffness(DeclaredEffect):
     """The change of geometry under load: the conservative stiffness mapping, and more (theory.md 2.3, plant P2).
 
     The loaded pose satisfies q(X + ΔX) = q(X) + Δq with the actuator forces of the loaded pose. One Newton step from

@@ -11,15 +11,15 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import PAYLOAD, PLATFORM, Component, on, on_any, tilted_load
 from expdesign.chain.declaration import ONLY, Declaration, Input, Size, Variant, rounded
+from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Parameter, Values, When
 from expdesign.chain.recordings.recordings import POSITIONS, LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.term import Term
 from expdesign.mechanics.robots.orientation import moment
 from expdesign.mechanics.robots.robot import Robot
 
 
-class PayloadComOffset(Term):
+class PayloadComOffset(DeclaredEffect):
     """The payload's centre of mass is not where it was assumed (theory.md 5.2: L = [0; −[m g]ₓ R]).
 
     The force acts at R·(c + d): its moment about the origin of P grows by (R·d) × f.
@@ -51,7 +51,7 @@ class PayloadComOffset(Term):
         return wrench + ca.vertcat(ca.SX.zeros(split), moment(row.rotation @ theta, wrench[:split]))
 
 
-class LoadDirectionTilt(Term):
+class LoadDirectionTilt(DeclaredEffect):
     """Gravity, or the load, does not act along the assumed direction (theory.md 5.2, tilt of gravity).
 
     The force is turned by small angles about x and y of O (`tilted_load`).
@@ -124,7 +124,7 @@ def weights_from_text(text: str) -> MassShares:
     return MassShares(wrong, float(text.removesuffix(wrong)))
 
 
-class PayloadMassError(Term):
+class PayloadMassError(DeclaredEffect):
     """The payload's mass, or the scale of the wrench, is not as assumed.
 
     An error that is the same fraction of every load is a change of scale of all compliances, which no deflection can
@@ -237,7 +237,7 @@ class SensorAxis:
         return f"{self.axis}{self.growth}"
 
 
-class ForceSensor(Term):
+class ForceSensor(DeclaredEffect):
     """The sensor by which loads are known does not read in proportion on one axis, or has a wrong scale there.
 
     A scale that is wrong on all axes alike is a change of all compliances (theory.md 5.2) and cannot be seen; on one
@@ -324,7 +324,7 @@ class Tip:
         return self.name
 
 
-class UnknownTool(Term):
+class UnknownTool(DeclaredEffect):
     """A tool or a payload of unknown mass and centre rides on the tip in every row.
 
     Its weight is m·g, at R·c about the origin of P; the first moments m·c (`tool_moment_x_kgm`) are fitted, in which

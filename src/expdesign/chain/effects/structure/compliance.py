@@ -7,10 +7,10 @@ import casadi as ca
 
 from expdesign.chain.component import BASE, PLATFORM, on, on_any, symmetric
 from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size
+from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Parameter, When
 from expdesign.chain.row import Row
 from expdesign.chain.support import measured_axes
-from expdesign.chain.term import Term
 from expdesign.coordinates import Coordinates
 from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
 
@@ -40,7 +40,7 @@ def compliance_parameters(coordinates: Coordinates, full: bool) -> tuple[Paramet
     return tuple(diagonal + upper)
 
 
-class PlatformCompliance(Term):
+class PlatformCompliance(DeclaredEffect):
     """The platform or the payload's mount deforms: a compliance fixed to the platform, in series with the legs.
 
     ΔX gains T·diag(R, R)·C·diag(R, R)ᵀ·F with C constant in the platform frame, about the origin of P.
@@ -72,7 +72,7 @@ class PlatformCompliance(Term):
         return deflection + row.rates @ turn @ symmetric(theta, n) @ turn.T @ wrench
 
 
-class BaseCompliance(Term):
+class BaseCompliance(DeclaredEffect):
     """The base or the ground deforms: a compliance fixed to the ground, in series with the legs.
 
     The base moves by the twist C·F_O, F_O being the wrench referred to the origin of O, and carries all along.

@@ -12,7 +12,7 @@ from expdesign.chain.effect import Effect, Values
 from expdesign.chain.forms import Acting, Form
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.sentences import ENDLESS, Alone, Interval, Listed
+from expdesign.chain.sentences import ENDLESS, Alone, Listed, Reported
 from expdesign.mechanics.robots.robot import Robot
 
 Shows = Callable[[Component, Variant], object]
@@ -24,7 +24,7 @@ def anywhere(robot: Robot, points: LoadedPoints) -> Shows:
     return lambda component, variant: True
 
 
-class Term(Effect):
+class DeclaredEffect(Effect):
     """An effect whose places, parameters and sentence are data.
 
     Names of parameters may hold `{force}` and `{motion}`, the units where it acts (N and m, or Nm and rad), and
@@ -38,7 +38,7 @@ class Term(Effect):
         shows: which of these, in which variants, recordings can show.
         quantities: its parameters.
         says: its sentence, with `{component}`, `{subject}` (the same as first word), `{variant}`, `{s}` (of a verb),
-            `{force}` and `{motion}`, and the reported values (`Interval`): `{first}`, `{all}`, and by name, with or
+            `{force}` and `{motion}`, and the reported values (`Reported`): `{first}`, `{all}`, and by name, with or
             without these units.
     """
 
@@ -115,7 +115,7 @@ class Term(Effect):
         force, motion = self.units
         limits = {p.name: (max(p.low, ENDLESS[0]), min(p.high, ENDLESS[1])) for p in self.parameters}
         known = {
-            name: Interval(Alone(best), Alone(low), Alone(high), limits.get(name, ENDLESS))
+            name: Reported(Alone(best), Alone(low), Alone(high), limits.get(name, ENDLESS))
             for name, (best, low, high) in values.items()
         }
         plain = {name.removesuffix(f"_{force}").removesuffix(f"_{motion}"): value for name, value in known.items()}
