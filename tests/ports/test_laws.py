@@ -13,7 +13,6 @@ from expdesign.chain.ports.features import basis_of
 from expdesign.chain.ports.law import _WITHIN, Law, LawForm, _within, form_data, form_of
 from expdesign.chain.ports.port import Channel
 from expdesign.chain.ports.quantities import Quantity
-from expdesign.chain.ports.words import quantity_name
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.law_findings import LawFinding, sentence
@@ -223,5 +222,5 @@ def test_every_effort_of_a_memory_has_a_name() -> None:
     """Actuator forces, the wrench at the platform, and the same about the origin of O."""
     here = robot("irregular")
     count = len(here.stiffness) + 2 * here.coordinates.n
-    names = [quantity_name(Quantity("stop", index, (1.0,)), here) for index in range(count)]
+    names = [Quantity("stop", index, (1.0,)).name(here) for index in range(count)]
     assert len(set(names)) == count

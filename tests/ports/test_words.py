@@ -8,7 +8,7 @@ import pytest
 from expdesign.chain.ports import quantities
 from expdesign.chain.ports.law import ports_of
 from expdesign.chain.ports.quantities import Quantity
-from expdesign.chain.ports.words import columns, depends_on, identifier, says
+from expdesign.chain.ports.words import columns, depends_on, says
 from expdesign.mechanics.robots.robot import Robot
 from tests.cases import robot
 from tests.chain.arms import read_arm
@@ -27,7 +27,7 @@ def _seen(here: Robot) -> list[Quantity]:
         "pose": range(len(here.configuration)), "overlap": range(len(here.configuration)),
         "warming": range(max(actuators, 1)),
     }  # fmt: skip
-    kinds = {*quantities._VALUES, "stop", "lag", "latched", "overlap", "settling", "after"} - {"towards"}
+    kinds = set(quantities.KINDS) - {"towards"}
     found = []
     for kind in sorted(kinds):
         usual = range(len(here.gravity)) if kind in _AXES else range(axes)
@@ -42,7 +42,7 @@ def test_every_quantity_has_words(name: str, tmp_path: Path) -> None:
     assert len({q.index for q in seen if q.kind == "joint_moment"}) == (21 if name == "seven joints" else 0)
     for quantity in seen:
         assert all(text for text in depends_on((quantity,), here))
-        assert identifier(quantity, here)
+        assert quantity.identifier(here)
         assert np.shape(columns((quantity, quantity), here)) == (2,)
 
 

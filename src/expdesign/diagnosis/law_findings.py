@@ -10,7 +10,7 @@ from expdesign.chain.effect import Effect
 from expdesign.chain.ports.curve import Curve, curve_of
 from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.sight import Sight
-from expdesign.chain.ports.words import FORMS, columns, depends_on, identifier, quantity_name, says, unit_of, usually
+from expdesign.chain.ports.words import FORMS, USUALLY, columns, depends_on, says
 from expdesign.diagnosis.findings import Finding, compensating, reported
 from expdesign.diagnosis.groups import FoundGroup, Groups
 from expdesign.diagnosis.laws import FoundLaw, Laws
@@ -69,7 +69,7 @@ def _finding(laws: Laws, index: int, robot: Robot, known: Collection[str]) -> Fi
         )  # fmt: skip
     inputs = effect.form.channels[0].inputs
     every = effect.form.depends_on
-    names = tuple(dict.fromkeys(identifier(q, robot) for q in every))
+    names = tuple(dict.fromkeys(q.identifier(robot) for q in every))
     # What may as well be elsewhere has no name yet: the name depends on the part. Nor has what several laws of one part
     # make up together, unless all are the same physics.
     beside = [p.effect for p in laws.parts if p.effect.component == effect.component]
@@ -95,11 +95,11 @@ def sentence(part: FoundLaw, robot: Robot, others: tuple[str, ...] = ()) -> str:
         at = int(np.argmax(np.abs(curve.mean - middle)))
         relative = curve.mean[at] / middle - 1.0
         half = 1.96 * curve.deviation[at] / abs(middle)
-        unit = unit_of(curve.quantities[0], robot)
+        unit = curve.quantities[0].unit(robot)
         how = "softer" if relative > 0.0 else "stiffer"
-        where = f"{quantity_name(curve.quantities[0], robot)} is {curve.inputs[at, 0]:.4g} {unit}"
+        where = f"{curve.quantities[0].name(robot)} is {curve.inputs[at, 0]:.4g} {unit}"
         text += f": it is {100.0 * abs(relative):.0f} % (±{100.0 * half:.0f}) {how} than usual where {where}"
-    text = compensating(f"{text}; {usually(effect.form.kind)}." if said else f"{text}.", part.share)
+    text = compensating(f"{text}; {USUALLY[effect.form.kind]}." if said else f"{text}.", part.share)
     if len(others) > _PLACES:
         text += f" These recordings hardly tell where: {len(others)} other places fit as well."
     elif others:
@@ -147,14 +147,14 @@ def _of_laws(found: FoundGroup, named_by: float, groups: Groups, robot: Robot, k
     seen = [q for q in dict.fromkeys(seen) if q.kind not in ("rest", "overlap")]
     text = (
         f"{found.laws[0].subject} {FORMS[form.kind]} {', '.join(depends_on(tuple(seen), robot))}: "
-        f"{_how_much(found, 'weight')}; {usually(form.kind)}."
+        f"{_how_much(found, 'weight')}; {USUALLY[form.kind]}."
     )
     curve = _curve(found, groups, robot)
     physics = found.laws[0].physics_among(known)
     return LawFinding(
         physics, str(found.group.component), form.kind, {}, found.probability, (), text,
         form="" if physics == Law.physics else FREE, share=found.share, named_by=named_by,
-        depends_on=tuple(dict.fromkeys(identifier(q, robot) for q in seen)),
+        depends_on=tuple(dict.fromkeys(q.identifier(robot) for q in seen)),
         columns=() if curve is None else columns(curve.quantities, robot), curve=curve,
     )  # fmt: skip
 

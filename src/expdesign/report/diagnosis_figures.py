@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.ports.words import quantity_name, unit_of
 from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.law_findings import LawFinding, curve_file, curves
 from expdesign.diagnosis.result import Diagnosis
@@ -35,8 +34,8 @@ def law_figure(result: Diagnosis, finding: LawFinding) -> Figure:
     varied, outputs = np.array(found.varied), np.array(found.output)
     ranges = {i: float(np.ptp(found.mean[varied == i])) for i in np.unique(varied)}
     telling = max(ranges, key=lambda i: ranges[i])
-    names = [quantity_name(q, result.robot) for q in found.quantities]
-    unit = unit_of(found.quantities[telling], result.robot)
+    names = [q.name(result.robot) for q in found.quantities]
+    unit = found.quantities[telling].unit(result.robot)
     chosen = {name: (outputs == name) & (varied == telling) for name in dict.fromkeys(found.output)}
     largest = sorted(chosen, key=lambda name: -float(np.ptp(found.mean[chosen[name]])))
     traces = []

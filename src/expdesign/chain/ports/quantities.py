@@ -1,6 +1,9 @@
-"""What a port sees: effort, place, time, temperature and history, as expressions of one row and as numbers of many."""
+"""What a port sees: effort, place, time, temperature and history, as expressions of one row and as numbers of many.
 
-from collections.abc import Sequence
+A kind of quantity says everything about itself in one entry of `KINDS`: its names, its unit and its value.
+"""
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -15,16 +18,6 @@ from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.symbolic import BatchFunction
 
-_STATES = {"stop": 2, "slip": 2, "lag": 2, "latched": 3}
-"""Quantities with memory, and how many states each carries: the force of the row before is one of them."""
-_FORCES = "effort effort_sign whole rest ground joint_moment carried pair pair_sign weight"
-_INPUTS = {
-    **dict.fromkeys(_FORCES.split(), Input.FORCE),
-    **dict.fromkeys(("clock", "after", "elapsed", "started"), Input.TIME),
-    **dict.fromkeys(("warming", "temperature", "warmth"), Input.TEMPERATURE),
-}
-"""What is neither a place nor remembered, in the words of declarations."""
-_DRIFTS = ("clock", "elapsed", "started", "temperature", "warmth")
 _LEAST_OVERLAP = 1e-3
 """m, rad; a guide is not drawn out farther."""
 
@@ -34,7 +27,7 @@ class Quantity:
     """One number that a port sees.
 
     Attributes:
-        kind: what (`_VALUES`), or what remembers a force (`stop`, `lag`) or how far a leg bent (`slip`).
+        kind: what, a key of `KINDS`.
         index: of which actuator, axis or coordinate.
         setting: threshold (N, N·m, rad) of a stop operator, time constant (s) of a lag or of settling, point of a
             distance (m), end of a guide and the way to it, temperature (°C) from which one counts, index of the other
@@ -48,17 +41,29 @@ class Quantity:
     @property
     def states(self) -> int:
         """States carried from row to row of a series."""
-        return _STATES.get(self.kind, 0)
+        return KINDS[self.kind].states
 
     @property
     def drifts(self) -> bool:
         """Whether it goes on changing beyond what was recorded, as time and temperature do."""
-        return self.kind in _DRIFTS
+        return KINDS[self.kind].drifts
 
     @property
     def input(self) -> Input:
         """What it is in the words of declarations; memory is known by its states, and all other things are places."""
-        return Input.HISTORY if self.states else _INPUTS.get(self.kind, Input.PLACE)
+        return Input.HISTORY if self.states else KINDS[self.kind].input
+
+    def name(self, robot: Robot) -> str:
+        """As people speak of it, with the actuator, axis or coordinate."""
+        return KINDS[self.kind].name.format_map(_Parts(self, robot))
+
+    def identifier(self, robot: Robot) -> str:
+        """As files name it (file-formats.md, diagnosis.json), e.g. `length`; of whose, the component says."""
+        return KINDS[self.kind].identifier.format_map(_Parts(self, robot))
+
+    def unit(self, robot: Robot) -> str:
+        """Its SI unit; '' of what is a ratio or a direction."""
+        return KINDS[self.kind].unit.format_map(_Parts(self, robot))
 
     def expression(self, row: Row, robot: Robot, state: ca.SX) -> tuple[ca.SX, ca.SX]:
         """The quantity in one row and the states after it.
@@ -155,50 +160,170 @@ def _bends(row: Row, robot: Robot) -> ca.SX:
     return ca.vertcat(*found)
 
 
-def _turned_gravity(row: Row) -> ca.SX:
-    """Gravity along the platform's axes."""
-    return row.rotation.T @ row.gravity
-
-
 def _ground(row: Row) -> ca.SX:
     """The wrench at the platform referred to the origin of O."""
     wrench = row.wrench + row.weight
     return twist_transfer(row.position, wrench.shape[0]).T @ wrench
 
 
-_VALUES = {
-    "effort": lambda row, robot: _effort(row),
-    "effort_sign": lambda row, robot: ca.sign(_effort(row)),
-    "ground": lambda row, robot: _ground(row),
-    "whole": lambda row, robot: row.absolute,
-    "rest": lambda row, robot: row.absolute - row.wrench,
-    "length": lambda row, robot: row.lengths,
-    "pose": lambda row, robot: row.pose,
-    "position": lambda row, robot: row.position,
-    "distance": lambda row, robot: row.position,
-    "towards": lambda row, robot: row.position,
-    "rotation": lambda row, robot: ca.vec(row.rotation),
-    "clock": lambda row, robot: row.clock,
-    "elapsed": lambda row, robot: row.elapsed,
-    "started": lambda row, robot: row.clock - row.elapsed,
-    "warming": lambda row, robot: row.warming,
-    "temperature": lambda row, robot: row.warmth + row.warming,
-    "warmth": lambda row, robot: row.warmth,
-    "weight": lambda row, robot: ca.sqrt(ca.sumsqr(row.wrench[: row.gravity.shape[0]]) + 1e-12),
-    "loaded": lambda row, robot: ca.SX(row.payload),
-    "gravity": lambda row, robot: row.gravity,
-    "carried": lambda row, robot: _carried(row),
-    "bend": _bends,
-    "own_gravity": lambda row, robot: _turned_gravity(row),
-    "deflection": _own_deflection,
-    "joint_moment": _joint_moments,
+@dataclass(frozen=True)
+class Kind:
+    """One kind of quantity. Names and unit are templates of `_PARTS`.
+
+    Attributes:
+        name: for people.
+        identifier: in files.
+        unit: SI unit.
+        value: all quantities of the kind in a row; None where `Quantity.expression` makes them of others.
+        input: what it is in the words of declarations, where it remembers nothing.
+        drifts: whether it goes on changing beyond what was recorded.
+        states: how many it carries; the force of the row before is one of them.
+    """
+
+    name: str
+    identifier: str
+    unit: str = ""
+    value: Callable[[Row, Robot], ca.SX] | None = None
+    input: Input = Input.PLACE
+    drifts: bool = False
+    states: int = 0
+
+
+_FORCE, _TIME, _HEAT = Input.FORCE, Input.TIME, Input.TEMPERATURE
+_SERIES = "the time since the series' first row"
+KINDS = {
+    "effort": Kind("{effort}", "{force}", "{effort_unit}", lambda row, robot: _effort(row), _FORCE),
+    "effort_sign": Kind(
+        "the sign of {effort}", "{force}_sign", "", lambda row, robot: ca.sign(_effort(row)), _FORCE
+    ),
+    "stop": Kind("the history of {effort}", "{force}_history", "{effort_unit}", states=2),
+    "lag": Kind("the history of {effort}", "{force}_history", "{effort_unit}", states=2),
+    "slip": Kind("how far it was bent", "bending_history", "rad", states=2),
+    "latched": Kind("the direction of the last force that was large enough", "force_history", states=3),
+    "pair": Kind("{pair}", "force_of_both", "N", input=_FORCE),
+    "pair_sign": Kind("the sign of {pair}", "force_of_both_sign", input=_FORCE),
+    "whole": Kind("{load}", "{component}", "{load_unit}", lambda row, robot: row.absolute, _FORCE),
+    "rest": Kind(
+        "{load} of the reference", "load_of_reference", "{load_unit}", lambda row, robot: row.absolute - row.wrench,
+        _FORCE,
+    ),
+    "ground": Kind("{wrench} about the origin of O", "{wrench}_about_O", "N", lambda row, robot: _ground(row), _FORCE),
+    "carried": Kind(
+        "{wrench} along the platform's axes", "{wrench}_along_platform", "", lambda row, robot: _carried(row), _FORCE
+    ),
+    "weight": Kind(
+        "the size of the load", "load", "N",
+        lambda row, robot: ca.sqrt(ca.sumsqr(row.wrench[: row.gravity.shape[0]]) + 1e-12), _FORCE,
+    ),
+    "joint_moment": Kind(
+        "the moment about {axis} of joint {joint}", "moment_{axis}", "", _joint_moments, _FORCE
+    ),
+    "loaded": Kind("loaded", "loaded", "", lambda row, robot: ca.SX(row.payload)),
+    "length": Kind("{length}", "{place}", "{length_unit}", lambda row, robot: row.lengths),
+    "overlap": Kind("what {coordinate} leaves of its guide", "overlap"),
+    "pose": Kind("{coordinate}", "{coordinate}", "{pose_unit}", lambda row, robot: row.pose),
+    "position": Kind("the place of P along {axis}", "position_{axis}", "m", lambda row, robot: row.position),
+    "distance": Kind("the distance from ({point}) m", "distance", "", lambda row, robot: row.position),
+    "towards": Kind("towards", "towards", "", lambda row, robot: row.position),
+    "rotation": Kind("rotation", "rotation", "", lambda row, robot: ca.vec(row.rotation)),
+    "gravity": Kind("gravity", "gravity", "", lambda row, robot: row.gravity),
+    "own_gravity": Kind(
+        "gravity along the platform's {axis}", "gravity_{axis}", "", lambda row, robot: row.rotation.T @ row.gravity
+    ),
+    "bend": Kind("bend", "bend", "", _bends),
+    "deflection": Kind(
+        "the deflection along {deflection}", "deflection_{deflection}", "{pose_unit}", _own_deflection
+    ),
+    "clock": Kind("the time since the first row", "time", "s", lambda row, robot: row.clock, _TIME, drifts=True),
+    "elapsed": Kind(_SERIES, "time_in_series", "s", lambda row, robot: row.elapsed, _TIME, drifts=True),
+    "started": Kind(
+        "the time of the series' first row", "time", "s", lambda row, robot: row.clock - row.elapsed, _TIME,
+        drifts=True,
+    ),
+    "settling": Kind(_SERIES, "time_in_series"),
+    "after": Kind("whether the time is before or after {moment}", "time", input=_TIME),
+    "warming": Kind("the warming", "temperature_change", "K", lambda row, robot: row.warming, _HEAT),
+    "temperature": Kind(
+        "the temperature", "temperature", "degC", lambda row, robot: row.warmth + row.warming, _HEAT, drifts=True
+    ),
+    "warmth": Kind(
+        "the temperature of the series' first row", "temperature", "degC", lambda row, robot: row.warmth, _HEAT,
+        drifts=True,
+    ),
+}  # fmt: skip
+"""By the names that model files have for them."""
+
+
+def _effort_words(quantity: Quantity, robot: Robot) -> tuple[str, str, str]:
+    """Name, word and unit of the force in an actuator, or of a component of the wrench at the platform or about O."""
+    index = quantity.index - len(robot.stiffness)
+    if index < 0:
+        word, unit = ("moment", "N·m") if _turns(quantity, robot) else ("force", "N")
+        return f"the {word} in {robot.actuators[quantity.index]}", word, unit
+    part, axis = divmod(index, robot.coordinates.n)
+    word = robot.coordinates.wrench[axis]
+    return word + ("" if part == 0 else " about the origin of O"), word, "N·m" if axis >= len(robot.gravity) else "N"
+
+
+def _turns(quantity: Quantity, robot: Robot) -> bool:
+    """Whether the actuator of a quantity turns; False where it is of none."""
+    return quantity.index < len(robot.stiffness) and robot.units[quantity.index] == "rad"
+
+
+def _component(quantity: Quantity, robot: Robot) -> tuple[str, str, str]:
+    """A component of the load: `force` or `moment`, the word before its axis, and the axis."""
+    d = len(robot.gravity)
+    force = quantity.index < d
+    return ("force", "along", "xyz"[quantity.index]) if force else ("moment", "about", "xyz"[quantity.index - d])
+
+
+def _length_name(quantity: Quantity, robot: Robot) -> str:
+    place = "angle" if _turns(quantity, robot) else "length"
+    return f"the {place} of {robot.actuators[quantity.index]}" if quantity.index < len(robot.stiffness) else place
+
+
+_PARTS: dict[str, Callable[[Quantity, Robot], str]] = {
+    "effort": lambda q, robot: _effort_words(q, robot)[0],
+    "force": lambda q, robot: _effort_words(q, robot)[1],
+    "effort_unit": lambda q, robot: _effort_words(q, robot)[2],
+    "pair": lambda q, robot: (
+        f"the force in {robot.actuators[q.index]} and {robot.actuators[int(q.setting[0])]} together"
+    ),
+    "load": lambda q, robot: "the {} {} {}".format(*_component(q, robot)),
+    "component": lambda q, robot: "{0}_{2}".format(*_component(q, robot)),
+    "load_unit": lambda q, robot: "N·m" if q.index >= len(robot.gravity) else "N",
+    "wrench": lambda q, robot: robot.coordinates.wrench[q.index % robot.coordinates.n],
+    "axis": lambda q, robot: "xyz"[q.index % 3],
+    "joint": lambda q, robot: str(q.index // 3 + 1),
+    "length": _length_name,
+    "place": lambda q, robot: "angle" if _turns(q, robot) else "length",
+    "length_unit": lambda q, robot: robot.units[q.index] if q.index < len(robot.stiffness) else "m",
+    "coordinate": lambda q, robot: robot.configuration[q.index % max(len(robot.configuration), 1)],
+    "pose_unit": lambda q, robot: "m" if q.index < len(robot.gravity) else "rad",
+    "deflection": lambda q, robot: robot.coordinates.deflection[q.index % robot.coordinates.n],
+    "point": lambda q, robot: ", ".join(f"{v:.3g}" for v in q.setting),
+    "moment": lambda q, robot: "".join(f"{v:.4g} s" for v in q.setting),
 }
+"""What templates of names and units may hold."""
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """The parts of one quantity's names, as templates ask for them."""
+
+    quantity: Quantity
+    robot: Robot
+
+    def __getitem__(self, part: str) -> str:
+        return _PARTS[part](self.quantity, self.robot)
 
 
 @lru_cache(maxsize=256)
 def _seen(kind: str, row: Row, robot: Robot) -> ca.SX:
     """All quantities of a kind without memory: one expression for all laws that use them."""
-    return _VALUES[kind](row, robot)
+    value = KINDS[kind].value
+    assert value is not None
+    return value(row, robot)
 
 
 def evaluate(quantities: Sequence[Quantity], rows: RowData, row: Row, robot: Robot) -> FloatArray:
