@@ -25,7 +25,7 @@ def _seen(here: Robot) -> list[Quantity]:
         "effort": forces, "effort_sign": forces, "stop": forces, "lag": forces,
         "joint_moment": range(3 * actuators if here.jointed else 0), "length": range(actuators),
         "pose": range(len(here.configuration)), "overlap": range(len(here.configuration)),
-        "warming": range(max(actuators, 1)),
+        "warming": range(max(actuators, 1)), "pair": range(actuators), "pair_sign": range(actuators),
     }  # fmt: skip
     kinds = set(quantities.KINDS) - {"towards"}
     found = []
