@@ -86,7 +86,7 @@ def _shared_out(problem: DesignProblem, designs: FloatArray, counts: IntArray, l
     exchange, aims, everyone = Exchange(problem, ("total",)), Aims.of_one(len(designs)), np.arange(len(designs))
     told, possible, counts = exchange.told(designs), counts > 0, counts.copy()
     for given in range(int(left.max())):
-        once_more = exchange.with_more(told * counts[..., None, None], told, designs)
+        once_more = exchange.with_one(told * counts[..., None, None], designs, designs, told)
         best = np.where(possible, exchange.distances(once_more, aims), np.inf).argmin(axis=1)
         counts[everyone, best] += given < left
     return counts

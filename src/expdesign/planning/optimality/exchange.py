@@ -85,18 +85,11 @@ class Exchange:
         """Sums (b, q, w) over the measurements of designs (b, m, g), of which each has told (b, m, q', w')."""
         return told.sum(axis=1) if not self._readings else self._series(told, designs)[1].sum(axis=1)
 
-    def with_more(self, told: FloatArray, more: FloatArray, designs: FloatArray) -> FloatArray:
-        """Sums (b, m, q, w) of designs (b, m, g) of which one measurement after the other has `more` (b, m, q', w')."""
-        if not self._readings:
-            return told.sum(axis=1)[:, None] + more
-        together, series = self._series(told, designs)
-        return series.sum(axis=1)[:, None] + self._closed(together + more) - self._closed(together)
-
     def with_one(self, told: FloatArray, designs: FloatArray, options: FloatArray, new: FloatArray) -> FloatArray:
-        """Sums (b, l, q, w) of designs (b, m − 1, g) with one measurement more, for l of them.
+        """Sums (b, l, q, w) of designs (b, n, g) with one measurement more, for l of them.
 
         Args:
-            told: sums of the measurements that they have, shape (b, m − 1, q', w').
+            told: sums of the measurements that they have, shape (b, n, q', w').
             designs: what they have.
             options: what comes to it, shape (b, l, g) or (1, l, g).
             new: sums of that, shape (b, l, q', w') or (1, l, q', w').

@@ -14,8 +14,8 @@ import numpy as np
 from scipy.optimize import nnls
 
 from expdesign.arrays import FloatArray
-from expdesign.planning.optimality.differentiated import Differentiated
-from expdesign.planning.optimality.objectives import Objectives, PoseGroups
+from expdesign.planning.optimality.differentiated import Differentiated, shared_series
+from expdesign.planning.optimality.objectives import Objectives, tied
 from expdesign.planning.optimality.sqp import MARGIN, Limits
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import spans as objective_spans
@@ -45,13 +45,13 @@ def kktpm(problem: DesignProblem, variables: FloatArray, spans: FloatArray | Non
     span = objective_spans(values) if spans is None else spans
     free = (~space.discrete) & (space.upper > space.lower)
     width = np.where(free, space.upper - space.lower, 0.0)
-    groups = PoseGroups.of(problem, variables)
+    tie = tied(space, shared_series(problem, designs.quantities))
     columns, slack = [], []
     for k, pieces in enumerate(found):
         for piece in pieces:
             gradient = piece.gradient() * width
-            if groups is not None:
-                gradient = groups.tied(gradient, np.arange(len(variables)))
+            if tie is not None:
+                gradient = tie(gradient, np.arange(len(variables)))
             # A root mean square that vanishes, but for rounding of the design, has zero among its subgradients.
             vanishing = problem.objectives[k].root_mean_square and np.abs(piece.value) <= _VANISHING * span[k]
             gradient = np.where(np.reshape(vanishing, (-1, 1, 1)), 0.0, gradient)

@@ -2,7 +2,6 @@
 (`sqp.py`). Measurements of one setting of the robot stay at one pose together while gradients move it.
 """
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -12,9 +11,10 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import criterion_values, known_criteria
 from expdesign.planning.optimality.differentiated import Differentiated, Piece, shared_series, weighted_gradient
-from expdesign.planning.optimality.sqp import MinimaxSearch
+from expdesign.planning.optimality.sqp import MinimaxSearch, Tie
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import Aims
+from expdesign.planning.space import DesignSpace
 
 
 class Objectives:
@@ -99,43 +99,15 @@ _ABSENT = -1e4
 """Value of a piece that is left out: far below the others, so that it is never the largest."""
 
 
-@dataclass(frozen=True)
-class PoseGroups:
-    """Which measurements of some designs are at one pose.
-
-    Attributes:
-        problem: the design problem.
-        numbers: of the groups, shape (b, m).
+def tied(space: DesignSpace, series: IntArray | None) -> Tie | None:
+    """What makes changes of variables (c, m, g) of the designs with some indices (c,) the same for all poses of one of
+    their series (b, m), by their mean; None where there are none.
     """
-
-    problem: DesignProblem
-    numbers: IntArray
-
-    @classmethod
-    def of(cls, problem: DesignProblem, designs: FloatArray) -> "PoseGroups | None":
-        """The groups of designs (b, m, g); None where neither references are shared nor poses have a cost."""
-        series = shared_series(problem, problem.space.quantities(designs))
-        return None if series is None else cls(problem, series)
-
-    def tied(self, steps: FloatArray, index: IntArray) -> FloatArray:
-        """Changes of variables (c, m, g) of the designs with these indices (c,), the same for all poses of a group."""
-        return np.where(self.problem.space.of_pose, self._mean[index] @ steps, steps)
-
-    @cached_property
-    def _mean(self) -> FloatArray:
-        """What takes measurements to the means of their groups, shape (b, m, m)."""
-        same = (self.numbers[:, :, None] == self.numbers[:, None, :]).astype(float)
-        return same / same.sum(axis=2, keepdims=True)
-
-    def apart(self, designs: FloatArray) -> FloatArray:
-        """Designs (b, m, g) whose groups keep references of their own also where they meet at one pose."""
-        settings = self.problem.space.settings
-        if settings is None or not settings.shared:
-            return designs
-        found = designs.copy()
-        own = settings.first + self.numbers - 1.0
-        found[..., settings.gene] = np.where(self.numbers > 0, own, designs[..., settings.gene])
-        return found
+    if series is None:
+        return None
+    same = (series[:, :, None] == series[:, None]).astype(float)
+    mean = same / same.sum(axis=2, keepdims=True)
+    return lambda steps, index: np.where(space.of_pose, mean[index] @ steps, steps)
 
 
 class Pace(NamedTuple):
@@ -167,10 +139,14 @@ def descended(objectives: Objectives, starts: FloatArray, aims: Aims, pace: Pace
         found = starts.copy()
         found[~without] = descended(objectives, starts[~without], aims[~without], pace)
         return found
-    groups = PoseGroups.of(objectives.problem, starts)
-    series, tie = (None, None) if groups is None else (groups.numbers, groups.tied)
-    search = MinimaxSearch(objectives.problem, Scalarised(objectives, aims, series), tie)
+    space = objectives.problem.space
+    series = shared_series(objectives.problem, space.quantities(starts))
+    search = MinimaxSearch(objectives.problem, Scalarised(objectives, aims, series), tied(space, series))
     found = search.minimise(
         starts, iterations=pace.steps, radius=pace.radius, tolerance=pace.tolerance, inner=pace.inner
     )
-    return found if groups is None else groups.apart(found)
+    if series is not None and space.settings is not None and space.settings.shared:
+        # Series keep references of their own also where they meet at one pose.
+        gene = space.settings.gene
+        found[..., gene] = np.where(series > 0, space.settings.first + series - 1.0, found[..., gene])
+    return found
