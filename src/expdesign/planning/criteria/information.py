@@ -339,7 +339,8 @@ class Sums:
 
     Attributes:
         packed: [M, N, S] side by side, M and N of q unknowns, shape (..., q, 2·q + d).
-        estimated: how many of the last unknowns are load errors, which have the place of S: they do what they are.
+        estimated: how many of the last unknowns are load errors, known beforehand to one standard deviation each; they
+            have the place of S, as they do what they are.
     """
 
     packed: FloatArray
@@ -400,9 +401,10 @@ class Sums:
 
     def variances(self, targets: FloatArray, estimator: Estimator) -> Parts:
         """Variances along the axes of targets (t, r, q) due to noise and to load errors, shape (..., t, r) each."""
+        matrix = self.matrix + np.diag((np.arange(self.unknowns) >= self.unknowns - self.estimated).astype(float))
         # A ridge far below rounding of a regular matrix keeps a singular one from stopping the batch.
-        size = np.trace(self.matrix, axis1=-2, axis2=-1)[..., None, None]
-        inverse = np.linalg.inv(self.matrix + 1e-14 * np.maximum(size, 1e-300) * np.eye(self.unknowns))
+        size = np.trace(matrix, axis1=-2, axis2=-1)[..., None, None]
+        inverse = np.linalg.inv(matrix + 1e-14 * np.maximum(size, 1e-300) * np.eye(self.unknowns))
         return parted(targets @ inverse[..., None, :, :], targets, self.shared, self.own, estimator)
 
 

@@ -12,9 +12,8 @@ the condition of Ã, which the ranking of exchanges can bear; the value that is 
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.mechanics.differentiation import inverse_root, one_and_gram
 from expdesign.planning.criteria.information import Sums
-from expdesign.planning.optimality.measurement_maps import MeasurementMaps, regular_only
+from expdesign.planning.optimality.measurement_maps import MeasurementMaps
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.scalarisation import Aims, achieved
 from expdesign.planning.space import DesignSpace
@@ -50,35 +49,21 @@ class Exchange:
     def __init__(self, problem: DesignProblem, names: tuple[str, ...], factor: float = 1.0) -> None:
         self._problem, self._space, self._names, self._factor = problem, problem.space, names, factor
         self._readings = len(problem.noise.axes) if problem.noise.shared_reference else 0
-        maps, self._weighs = MeasurementMaps(problem, factor), problem.estimator == "generalised"
-        self._common, self._own = maps.common, maps.own
-        common, parameters = int(self._common.sum()), len(problem.loaded.scale)
-        self._estimated, seen = (common, 0) if self._weighs else (0, common)
-        unknowns = parameters + self._estimated
-        self._targets = maps.relaxation().targets[..., :unknowns]
-        # What is known before: load errors that are estimated to one standard deviation each.
-        among = np.diag((np.arange(unknowns) >= parameters).astype(float))
-        self._before = np.pad(among, ((0, 0), (0, unknowns + seen)))
-        if problem.known is not None:
-            self._before += Sums.of_information(problem.known.in_units(problem.loaded.scale)).packed
+        self._weighs = problem.estimator == "generalised"
+        self._maps = MeasurementMaps(problem, factor if self._weighs else 0.0)
+        self._estimated, self._targets = int(self._maps.common.sum()), self._maps.relaxation().targets
+        known = problem.known
+        self._known = None if known is None else Sums.of_information(known.in_units(problem.loaded.scale)).packed
 
     def told(self, measurements: FloatArray) -> FloatArray:
         """Sums of single measurements (..., g), 0 of those that are not taken."""
-        observation, errors = self._problem.whitened(*self._space.decode(measurements))
-        # Apart from its reference a reading has half the variance of a deflection.
-        sharpness = np.sqrt(2.0) if self._readings else 1.0
-        rows, errors = regular_only(
-            sharpness * self._problem.loaded.scale * observation, sharpness * self._factor * errors
-        )
-        own, common = errors[..., self._own], errors[..., self._common]
-        if self._weighs:
-            rows, common = np.concatenate([rows, common], axis=-1), common[..., :0]
-        if self._readings:
-            one = np.broadcast_to(sharpness * np.eye(self._readings), (*rows.shape[:-1], self._readings))
-            rows = np.concatenate([rows, one], axis=-1)
-        if self._weighs:
-            weight = inverse_root(one_and_gram(own))
-            rows, own = weight @ rows, weight @ own
+        observation, errors = self._maps.whitened(*self._space.decode(measurements))
+        rows, own = self._maps.weighed(observation, errors, reference=self._readings > 0)
+        common = own[..., :0]
+        if not self._weighs:
+            errors = self._maps.sharpness * self._factor * errors
+            shared = self._problem.shared_errors
+            own, common = errors[..., ~shared], errors[..., shared]
         return Sums.of_measurements(rows, own, common).packed * self._space.taken(measurements)[..., None, None]
 
     def sums(self, told: FloatArray, designs: FloatArray) -> FloatArray:
@@ -128,7 +113,8 @@ class Exchange:
         """How far designs are from their aims, (b, ...), by their sums (b, ..., q, w)."""
         shape = (len(aims), *(1,) * (sums.ndim - 3), -1)
         with np.errstate(all="ignore"):
-            found = Sums(sums + self._before, self._estimated).variances(self._targets, self._problem.estimator)
+            whole = Sums(sums if self._known is None else sums + self._known, self._estimated)
+            found = whole.variances(self._targets, self._problem.estimator)
             noise, force = (part.sum(axis=-1) for part in found)
             both = {"duir": noise, "feir": force, "total": noise + force}
             values = np.stack([np.sqrt(both[name].max(axis=-1)) for name in self._names], axis=-1)

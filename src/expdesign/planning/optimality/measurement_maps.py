@@ -56,7 +56,7 @@ class MeasurementMaps:
         shared = problem.shared_errors
         self.common: BoolArray = shared & (load_errors > 0.0)
         self.own: BoolArray = ~shared & (load_errors > 0.0)
-        self._sharpness = np.sqrt(2.0) if problem.noise.shared_reference else 1.0
+        self.sharpness = np.sqrt(2.0) if problem.noise.shared_reference else 1.0
         self._scale = problem.loaded.scale
 
     def relaxation(self, count: int | None = None) -> Relaxation:
@@ -83,20 +83,40 @@ class MeasurementMaps:
         """R (b, k, q) of readings with quantities (b, z), plain or recorded; behind it, where wanted, H (b, k, k), what
         an unknown reading of the reference adds to the whitened deflection (theory.md 10.6).
         """
-        observation, errors = regular_only(*self.problem.whitened(*self.problem.space.split(quantities)))
-        stacked = observation * (self._sharpness * self._scale)
+        whitened = self.whitened(*self.problem.space.split(quantities))
+        return self.weighed(*whitened, reference=reference)[0]
+
+    def whitened(self, configurations: FloatArray, loads: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Whitened maps as of the problem, 0 at singular poses.
+
+        An ascent or an exchange may pass one, where the maps overflow; the limit on the condition number keeps such a
+        measurement out of every result, and here it counts as if it told nothing.
+        """
+        observation, errors = self.problem.whitened(configurations, loads)
+        size = np.abs(plain(observation)).max(axis=(-2, -1)) + np.abs(plain(errors)).max(axis=(-2, -1), initial=0.0)
+        regular = (size < _OVERFLOW)[..., None, None]
+        if regular.all():
+            return observation, errors
+        return np.where(regular, observation, 0.0), np.where(regular, errors, 0.0)
+
+    def weighed(self, observation: FloatArray, errors: FloatArray, *, reference: bool) -> tuple[FloatArray, FloatArray]:
+        """R (..., k, q) of whitened maps, with H behind it where wanted, and in the same weights the readings per
+        standard deviation of the load errors that each measurement has of its own, (..., k, e).
+        """
+        stacked, own = observation * (self.sharpness * self._scale), errors @ self._chosen(self.own)
         if self.common.any():
-            stacked = np.concatenate([stacked, errors @ self._chosen(self.common)], 2)
+            stacked = np.concatenate([stacked, errors @ self._chosen(self.common)], axis=-1)
         if reference:
-            one = np.broadcast_to(self._sharpness * np.eye(stacked.shape[1]), (len(stacked), *2 * stacked.shape[1:2]))
-            stacked = np.concatenate([stacked, one], 2)
-        if self.own.any():
-            stacked = inverse_root(one_and_gram(errors @ self._chosen(self.own))) @ stacked
-        return stacked
+            one = self.sharpness * np.eye(stacked.shape[-2])
+            stacked = np.concatenate([stacked, np.broadcast_to(one, (*stacked.shape[:-2], *one.shape))], axis=-1)
+        if not self.own.any():
+            return stacked, own
+        weight = inverse_root(one_and_gram(own))
+        return weight @ stacked, weight @ own
 
     def _chosen(self, flags: BoolArray) -> FloatArray:
         """What takes the load errors of some sources from those of all, weighted as they count, shape (d, d')."""
-        chosen: FloatArray = self._sharpness * self.load_errors * np.eye(len(flags))[:, flags]
+        chosen: FloatArray = self.sharpness * self.load_errors * np.eye(len(flags))[:, flags]
         return chosen
 
     @property
@@ -125,16 +145,3 @@ class MeasurementMaps:
                     ends.append(variable.bounds)
         corners = list(product(*ends))
         return LoadVariables(np.array(index, dtype=np.int64), np.array(corners).reshape(len(corners), len(index)))
-
-
-def regular_only(observation: FloatArray, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Whitened maps (..., k, p) and (..., k, d) of single measurements, 0 of those at singular poses.
-
-    An ascent or an exchange may pass a singular pose, where the maps overflow; the limit on the condition number keeps
-    such a measurement out of every result, and here it counts as if it told nothing.
-    """
-    size = np.abs(plain(observation)).max(axis=(-2, -1)) + np.abs(plain(errors)).max(axis=(-2, -1), initial=0.0)
-    regular = (size < _OVERFLOW)[..., None, None]
-    if regular.all():
-        return observation, errors
-    return np.where(regular, observation, 0.0), np.where(regular, errors, 0.0)
