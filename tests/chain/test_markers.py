@@ -49,15 +49,13 @@ def measured(
 
 
 def test_reading_against_rigid_bodies_and_gravity_by_hand(arm: SerialRobot) -> None:
-    """Oracle: SciPy's rotations, and the torques of own weight, which have a test of their own."""
+    """Oracle: the torques of own weight where the joints stand, which have a test of their own."""
     q = configurations(4, 3)
     positions = measured(arm, q, seed=None).deflections
     for row, angles in enumerate(q):
-        torque = arm.own_weight(angles, arm.gravity)
-        jacobians = arm.jacobians(angles)
-        twist = jacobians.forward @ (2.0 * torque / STIFFNESS)
-        rotation = Rotation.from_rotvec(twist[3:]).as_matrix() @ jacobians.rotation
-        point = arm.position(angles) + twist[:3] + rotation @ PLACE
+        sagged = angles + 2.0 * arm.own_weight(angles, arm.gravity) / STIFFNESS
+        bent = angles + 2.0 * arm.own_weight(sagged, arm.gravity) / STIFFNESS
+        point = arm.position(bent) + arm.jacobians(bent).rotation @ PLACE
         turn = Rotation.from_euler("xyz", INSTRUMENT[3:]).as_matrix()
         np.testing.assert_allclose(positions[row], turn.T @ (point - INSTRUMENT[:3]), rtol=0.0, atol=1e-9)
 

@@ -92,7 +92,7 @@ def test_the_wheel_plans_a_calibration_in_an_empty_environment(distribution: Dis
         said(binaries / "expdesign", "new", kind, "--out", place / kind)
         assert {file.name for file in (place / kind).iterdir()} >= {file.name for file in files}
     said(binaries / "expdesign", "run", "hexapod/config.yaml", "--out", "mine")
-    names = {".expdesign.json", "pareto.csv", "plan.csv", "plans.csv", "report.html", "run.json"}
+    names = {".expdesign.json", "pareto.csv", "plan.csv", "plan-checked.csv", "plans.csv", "report.html", "run.json"}
     assert {file.name for file in (place / "mine").iterdir()} == names
     said(binaries / "expdesign", "simulate", "hexapod/config.yaml", "mine/plan.csv", "--out", "recordings.csv")
     said(binaries / "expdesign", "identify", "hexapod/robot.yaml", "recordings.csv", "--out", "identified")
