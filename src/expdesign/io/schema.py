@@ -89,8 +89,9 @@ class Section(BaseModel):
         """Remember the document of this section, and those of the sections in it."""
         object.__setattr__(self, "_document", document)
         for name, field in type(self).model_fields.items():
-            key = field.alias or name
-            for path, section in _sections_in(getattr(self, name), (key,)):
+            if next(_sections(field.annotation), None) is None:  # a covariance may have 400,000 numbers, and no section
+                continue
+            for path, section in _sections_in(getattr(self, name), (field.alias or name,)):
                 section._stand_in(document.part(*path))
 
     def as_mapping(self) -> dict[str, Any]:
