@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import turned_lever
+from expdesign.chain.component import turned_lever, yielded
 from expdesign.chain.declaration import Parameter
 from expdesign.chain.effect import Effect
 from expdesign.chain.readings.reading import DEFLECTION, Reading
@@ -158,11 +158,12 @@ class Chain:
             wrench = effect.load(wrench, effect.seen(row), part)
         force = forward.T @ wrench + row.carried if self.compliances else ca.SX.zeros(0)
         elongation, states = self._elongated(force, compliance, row, state, acting)
-        deflection = pose_map @ elongation if self.compliances else ca.SX.zeros(robot.coordinates.n)
         if self.compliances and robot.jointed and self.reading.absolute:
             force, wrench = self._force_where_it_stands(row, elongation, acting, errors)
             elongation, states = self._elongated(force, compliance, row, state, acting)
             deflection = self._moved_tip(row, elongation, errors)
+        else:
+            deflection = pose_map @ elongation if self.compliances else ca.SX.zeros(robot.coordinates.n)
         following = [ca.SX.zeros(0)]
         for (effect, part), own in zip(acting, states, strict=True):
             deflection = effect.structure(deflection, wrench, compliance, effect.seen(row), part)
@@ -192,10 +193,6 @@ class Chain:
             offset += effect.states
         return elongation, states
 
-    def _turned(self, row: Row, elongation: ca.SX) -> ca.SX:
-        """Coordinates (n_q,) at which an arm stands whose joints yield: the command, and what is no joint unchanged."""
-        return row.pose + ca.vertcat(elongation, ca.SX.zeros(row.pose.shape[0] - elongation.shape[0]))
-
     def _force_where_it_stands(
         self, row: Row, elongation: ca.SX, acting: Acting, errors: ca.SX | None
     ) -> tuple[ca.SX, ca.SX]:
@@ -217,14 +214,14 @@ class Chain:
         for effect, part in acting:
             wrench = effect.load(wrench, effect.seen(stands), part)
         force = forward.T @ wrench + stands.carried
-        force, wrench = ca.substitute([force, wrench], [q], [self._turned(row, elongation)])
+        force, wrench = ca.substitute([force, wrench], [q], [yielded(row.pose, elongation)])
         return force, wrench
 
     def _moved_tip(self, row: Row, elongation: ca.SX, errors: ca.SX | None) -> ca.SX:
         """How far the tip of an arm is from where it were if no joint yielded, exactly: in pose coordinates (n,)."""
         links = self.robot.links
         position, rotation = links.tip(row.pose, errors)
-        moved, turned = links.tip(self._turned(row, elongation), errors)
+        moved, turned = links.tip(yielded(row.pose, elongation), errors)
         return ca.vertcat(moved - position, rotation_vector(turned @ rotation.T))
 
     def _with_true_legs(self, row: Row, compliance: ca.SX, acting: Acting) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:

@@ -156,6 +156,11 @@ def turned_lever(rotation: ca.SX, row: Row, wrench: ca.SX) -> ca.SX:
     return ca.vertcat(none, row.payload * moment(arm, wrench[:split]))
 
 
+def yielded(pose: ca.SX, elongation: ca.SX) -> ca.SX:
+    """Coordinates (n_q,) at which an arm stands whose joints yield (n_p,): what is no joint is unchanged."""
+    return pose + ca.vertcat(elongation, ca.SX.zeros(pose.shape[0] - elongation.shape[0]))
+
+
 def tilted_load(wrench: ca.SX, row: Row, angles: ca.SX) -> ca.SX:
     """A wrench (n,) with its force turned by small angles about axes of O: a payload's moment follows from its lever,
     a free wrench turns as a whole.

@@ -277,8 +277,12 @@ def _component(quantity: Quantity, robot: Robot) -> tuple[str, str, str]:
     return ("force", "along", "xyz"[quantity.index]) if force else ("moment", "about", "xyz"[quantity.index - d])
 
 
+def _place_name(quantity: Quantity, robot: Robot) -> str:
+    return "angle" if _turns(quantity, robot) else "length"
+
+
 def _length_name(quantity: Quantity, robot: Robot) -> str:
-    place = "angle" if _turns(quantity, robot) else "length"
+    place = _place_name(quantity, robot)
     return f"the {place} of {robot.actuators[quantity.index]}" if quantity.index < len(robot.stiffness) else place
 
 
@@ -296,7 +300,7 @@ _PARTS: dict[str, Callable[[Quantity, Robot], str]] = {
     "axis": lambda q, robot: "xyz"[q.index % 3],
     "joint": lambda q, robot: str(q.index // 3 + 1),
     "length": _length_name,
-    "place": lambda q, robot: "angle" if _turns(q, robot) else "length",
+    "place": _place_name,
     "length_unit": lambda q, robot: robot.units[q.index] if q.index < len(robot.stiffness) else "m",
     "coordinate": lambda q, robot: robot.configuration[q.index % max(len(robot.configuration), 1)],
     "pose_unit": lambda q, robot: "m" if q.index < len(robot.gravity) else "rad",

@@ -5,7 +5,18 @@ from typing import ClassVar
 
 import casadi as ca
 
-from expdesign.chain.component import ALL_JOINTS, GEOMETRY, Component, Part, each_joint, each_link, on, on_any
+from expdesign.chain.component import (
+    ALL_JOINTS,
+    GEOMETRY,
+    Component,
+    Part,
+    each_joint,
+    each_link,
+    on,
+    on_any,
+    turned_lever,
+    yielded,
+)
 from expdesign.chain.declaration import LOOSELY, Declaration, Input, Size, Variant
 from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Parameter, Values
@@ -211,24 +222,22 @@ class ArmGeometricStiffness(DeclaredEffect):
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         reference = row.absolute - row.wrench
-        before, turned_before = self._equilibrium(ca.SX.zeros(6) + reference, ca.SX(0.0), compliance, row)
-        after, turned_after = self._equilibrium(reference + wrench, row.payload, compliance, row)
+        before, turned_before = self._equilibrium(reference, compliance, row, turns=False)
+        after, turned_after = self._equilibrium(reference + wrench, compliance, row, turns=True)
         whole = ca.vertcat(after - before, rotation_vector(turned_after @ turned_before.T))
         linear = row.pose_map @ (compliance * (row.forward.T @ wrench))
         return deflection + theta[0] * (whole - linear)
 
-    def _equilibrium(self, wrench: ca.SX, payload: ca.SX, compliance: ca.SX, row: Row) -> tuple[ca.SX, ca.SX]:
-        """Position and orientation of the tip in equilibrium under a wrench given at the commanded pose."""
+    def _equilibrium(self, wrench: ca.SX, compliance: ca.SX, row: Row, *, turns: bool) -> tuple[ca.SX, ca.SX]:
+        """Position and orientation of the tip in equilibrium under a wrench given at the commanded pose, of which a
+        payload's lever `turns`.
+        """
         robot = self.robot.links
         q = ca.SX.sym("q", len(self.robot.configuration))
         forward, _, rotation = robot.jacobian_expressions(q)
-        arm = rotation @ row.rotation.T @ row.lever - row.lever
-        turned = wrench + ca.vertcat(ca.SX.zeros(3), payload * ca.cross(arm, wrench[:3]))
+        turned = wrench + turned_lever(rotation, row, wrench) if turns else wrench
         torque = robot.own_weight_expression(q, row.gravity) + forward.T @ turned
         at = row.pose
         for _ in range(_PASSES):
-            turned_joints = compliance * ca.substitute(torque, q, at)
-            at = row.pose + ca.vertcat(
-                turned_joints, ca.SX.zeros(len(self.robot.configuration) - len(self.robot.stiffness))
-            )
+            at = yielded(row.pose, compliance * ca.substitute(torque, q, at))
         return robot.tip(at)
