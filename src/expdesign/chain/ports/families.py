@@ -1,11 +1,11 @@
 """Prior families that several ports share: covariance functions over what a port sees, lengths on a fixed grid."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from expdesign.chain.ports.port import Channel
+from expdesign.chain.ports.port import Channel, Prior
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
 
@@ -23,17 +23,6 @@ _JUMPS = 20
 """Times at which something may have jumped, evenly among the rows; the search goes on between them."""
 SHARES = (0.05, 0.15, 0.3, 0.6, 1.0)
 """Thresholds of a bank of stop operators, as shares of the largest value that they follow."""
-
-
-@dataclass(frozen=True)
-class Prior:
-    """A covariance function over inputs: `form` says what kind of law it makes (`words.FORMS`)."""
-
-    form: str
-    kernel: str
-    inputs: tuple[Quantity, ...]
-    scales: tuple[float, ...]
-    rank: int = 16
 
 
 def smooth_over(sight: Sight, form: str, inputs: tuple[Quantity, ...], rank: int = 16) -> Iterator[Prior]:
@@ -103,7 +92,7 @@ def jumps(sight: Sight, form: str = "jump") -> Iterator[Prior]:
 
 def memory_of(sight: Sight, effort: Quantity) -> Iterator[Prior]:
     """What remembers an effort: a bank of stop operators (dry friction), and slow parts (creep)."""
-    if sight.spread(effort) == 0.0 or int(sight.rows.position.max()) < 1:
+    if sight.spread(effort) == 0.0 or not sight.remembers:
         return
     bank, lags = stops(sight, effort), _lags(sight, effort)
     varying = tuple(q for q in bank if sight.spread(q) > 0.0)
@@ -149,7 +138,7 @@ def over_temperature(sight: Sight, form: str, index: int) -> Iterator[Prior]:
 
 def look_back(sight: Sight, efforts: Iterable[Quantity]) -> None:
     """Evaluate together whatever remembers these efforts: one by one that takes longer than everything else."""
-    if int(sight.rows.position.max()) >= 1:
+    if sight.remembers:
         sight.look(q for effort in efforts for q in (*stops(sight, effort), *_lags(sight, effort)))
 
 

@@ -8,7 +8,7 @@ with features φ of a covariance function (`features`) and unknown weights w ~ N
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -38,6 +38,42 @@ class Channel:
     inputs: tuple[Quantity, ...]
     amplitude: Quantity | None = None
     gain: float = 1.0
+
+
+Terms = Iterable[int | tuple[int, Quantity] | Channel]
+"""Components of u in which a law acts, each with the quantity by which it is multiplied, if any; or whole channels."""
+
+
+def channels_of(terms: Terms, inputs: tuple[Quantity, ...], *, alike: bool = False) -> tuple[Channel, ...]:
+    """Channels of a law of its own in every component of u, or of one law in all of them (`alike`)."""
+    found = []
+    for block, term in enumerate(terms):
+        if isinstance(term, Channel):
+            found.append(term)
+            continue
+        output, amplitude = term if isinstance(term, tuple) else (term, None)
+        found.append(Channel(output, 0 if alike else block, inputs, amplitude))
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class Prior:
+    """A covariance function over inputs: `form` says what kind of law it makes (`words.FORMS`)."""
+
+    form: str
+    kernel: str
+    inputs: tuple[Quantity, ...]
+    scales: tuple[float, ...]
+    rank: int = 16
+
+
+ALWAYS = Quantity("clock")
+"""What stands in the place of an input where a law has none."""
+
+
+def steady(form: str, quantity: Quantity = ALWAYS) -> Prior:
+    """What is the same always; `quantity` only stands in the place of an input."""
+    return Prior(form, "constant", (quantity,), (1.0,), 1)
 
 
 @dataclass(frozen=True)
@@ -79,38 +115,42 @@ class Entry:
         return tuple(dict.fromkeys(quantity for quantity in every if quantity is not None))
 
 
+Names = Callable[[Robot], Sequence[str]]
+"""Names of what a robot has of a kind."""
+
+
 class Port(ABC):
     """One kind of port of a robot. The hooks are those of `Effect`, with u in place of parameters.
 
     Attributes:
         name: identifies the port in model files.
+        at: where on a robot its laws may be.
+        adds: names of the components of u with their units, as curves have them; none where a robot has no such port.
+        components, outputs: the same of this robot.
         width: components of u.
     """
 
     name: ClassVar[str]
-    width: int
+    at: ClassVar[Callable[[Robot], Sequence[Component]]]
+    adds: ClassVar[Names] = lambda robot: robot.coordinates.deflection
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
-        self.width = self.components_of_motion()
-
-    @abstractmethod
-    def components_of_motion(self) -> int:
-        """How many components u has on this robot; 0 where the robot has no such port."""
-
-    @property
-    def outputs(self) -> Sequence[str]:
-        """Names of the components of u with their units, as curves have them: motions of the platform."""
-        return self.robot.coordinates.deflection
-
-    @property
-    @abstractmethod
-    def components(self) -> Sequence[Component]:
-        """Where its laws may be."""
+        self.outputs = tuple(type(self).adds(robot))
+        self.width = len(self.outputs)
+        self.components = tuple(type(self).at(robot))
 
     @abstractmethod
     def entries(self, sight: Sight) -> Iterator[Entry]:
         """The laws that recordings with this sight could show."""
+
+    def law(
+        self, component: Component, prior: Prior, terms: Terms, *, alike: bool = False, rank: int | None = None
+    ) -> Entry:
+        """A law with a prior: of its own in each of the terms, or the same in all of them (`alike`)."""
+        channels = channels_of(terms, prior.inputs, alike=alike)
+        rank = prior.rank if rank is None else rank
+        return Entry(self.name, component, prior.form, channels, prior.kernel, prior.scales, rank)
 
     def geometry(self, geometry: ca.SX, extra: ca.SX) -> ca.SX:
         """See `Effect.geometry`."""

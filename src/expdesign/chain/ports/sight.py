@@ -32,6 +32,16 @@ class Sight:
         self.positions = row.marker.shape[0] > 0
         self._values: dict[Quantity, FloatArray] = {}
 
+    @property
+    def pose(self) -> tuple[Quantity, ...]:
+        """Every coordinate of the command."""
+        return tuple(Quantity("pose", index) for index in range(len(self.robot.configuration)))
+
+    @property
+    def remembers(self) -> bool:
+        """Whether some series has several rows, without which nothing shows that depends on the row before."""
+        return int(self.rows.position.max()) >= 1
+
     def look(self, quantities: Iterable[Quantity]) -> None:
         """Evaluate quantities together."""
         missing = [quantity for quantity in dict.fromkeys(quantities) if quantity not in self._values]

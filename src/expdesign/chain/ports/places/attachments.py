@@ -7,7 +7,7 @@ import numpy as np
 
 from expdesign.chain.component import ENVIRONMENT
 from expdesign.chain.ports.places.wrenches import PayloadPort
-from expdesign.chain.ports.port import Channel, Entry
+from expdesign.chain.ports.port import Channel, Entry, steady
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
 from expdesign.chain.row import Row
@@ -30,8 +30,7 @@ class Attachments(PayloadPort):
         loads = [sight.values(Quantity("effort", first + axis))[sight.counts] for axis in range(self.width)]
         if np.any(loads, axis=0).all():
             return
-        steady = tuple(Channel(axis, axis, (Quantity("clock"),)) for axis in range(len(self.robot.gravity)))
-        yield Entry(self.name, ENVIRONMENT, "field", steady, "constant", (1.0,), 1)
+        yield self.law(ENVIRONMENT, steady("field"), range(len(self.robot.gravity)))
         yield from self._fields(sight)
         yield from self._towards_points(sight, (1.0,))
 

@@ -2,38 +2,46 @@
 another direction.
 """
 
+from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 
 import casadi as ca
 
-from expdesign.chain.component import PAYLOAD, Component, tilted_load
-from expdesign.chain.ports.families import Prior, over_time, smooth_over
-from expdesign.chain.ports.port import Channel, Entry, Port
+from expdesign.chain.component import PAYLOAD, on_any, tilted_load
+from expdesign.chain.ports.families import over_time, smooth_over
+from expdesign.chain.ports.port import Entry, Port, steady
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
 from expdesign.chain.row import Row
 from expdesign.mechanics.robots.orientation import moment
+from expdesign.mechanics.robots.robot import Robot
 
 
 class _Stated(Port):
     """What is stated of a load, and is not so; laws of the pose, of time, or of nothing."""
 
-    @property
-    def components(self) -> Sequence[Component]:
-        return (PAYLOAD,)
+    at = on_any(PAYLOAD)
+
+    @abstractmethod
+    def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
+        """The wrench of a load that differs by u from what is stated."""
 
     def entries(self, sight: Sight) -> Iterator[Entry]:
-        pose = tuple(Quantity("pose", index) for index in range(len(self.robot.configuration)))
-        priors = [Prior("load", "constant", (Quantity("clock"),), (1.0,), 1), *over_time(sight, "load")]
-        for inputs in (*self._further(), pose):
+        priors = [steady("load"), *over_time(sight, "load")]
+        for inputs in (*self._further(), sight.pose):
             priors += smooth_over(sight, "load", inputs, 15)
         for prior in priors if self.width else ():
-            channels = tuple(Channel(axis, axis, prior.inputs) for axis in range(self.width))
-            yield Entry(self.name, PAYLOAD, prior.form, channels, prior.kernel, prior.scales, prior.rank)
+            yield self.law(PAYLOAD, prior, range(self.width))
 
     def _further(self) -> tuple[tuple[Quantity, ...], ...]:
         """Inputs beside the pose."""
         return ()
+
+
+def _centre(robot: Robot) -> Sequence[str]:
+    """A force has a moment where the platform turns."""
+    d = len(robot.gravity)
+    return [f"com_d{axis}_m" for axis in "xyz"[:d]] if robot.coordinates.n > d else []
 
 
 class CentreOfMass(_Stated):
@@ -44,13 +52,7 @@ class CentreOfMass(_Stated):
     """
 
     name = "centre of mass"
-
-    def components_of_motion(self) -> int:
-        return len(self.robot.gravity) if self.robot.coordinates.n > len(self.robot.gravity) else 0
-
-    @property
-    def outputs(self) -> Sequence[str]:
-        return tuple(f"com_d{axis}_m" for axis in "xyz"[: self.width])
+    adds = _centre
 
     def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
         d = self.width
@@ -60,17 +62,15 @@ class CentreOfMass(_Stated):
         return (tuple(Quantity("own_gravity", axis) for axis in range(self.width)),)
 
 
+def _tilts(robot: Robot) -> Sequence[str]:
+    return ("tilt_x_rad", "tilt_y_rad") if robot.coordinates.translations > 2 else ("tilt_z_rad",)
+
+
 class LoadDirection(_Stated):
     """u: small angles (rad) about x and y of O (in the plane about its normal) by which the load is turned."""
 
     name = "load direction"
-
-    def components_of_motion(self) -> int:
-        return len(self.robot.gravity) - 1
-
-    @property
-    def outputs(self) -> Sequence[str]:
-        return ("tilt_x_rad", "tilt_y_rad") if self.width > 1 else ("tilt_z_rad",)
+    adds = _tilts
 
     def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
         return wrench + tilted_load(row.wrench, row, extra) - row.wrench

@@ -1,12 +1,11 @@
 """The instrument and what surrounds it: what is read is not what happens."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import casadi as ca
 
-from expdesign.chain.component import ENVIRONMENT, INSTRUMENT, Component
+from expdesign.chain.component import ENVIRONMENT, INSTRUMENT, on_any
 from expdesign.chain.ports.families import (
-    Prior,
     jumps,
     over_temperature,
     over_time,
@@ -14,7 +13,7 @@ from expdesign.chain.ports.families import (
     since_start,
     smooth_over,
 )
-from expdesign.chain.ports.port import Channel, Entry, Port
+from expdesign.chain.ports.port import Channel, Entry, Port, channels_of, steady
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
 from expdesign.chain.row import Row
@@ -24,67 +23,47 @@ class Instrument(Port):
     """u: added to the reading. A law over pose times the deflection is a scale or a rotation that varies."""
 
     name = "instrument"
-
-    def components_of_motion(self) -> int:
-        return self.robot.coordinates.n
+    at = on_any(INSTRUMENT)
 
     def reading(self, reading: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
         return reading + extra[: reading.shape[0]]
 
-    @property
-    def components(self) -> Sequence[Component]:
-        return (INSTRUMENT,)
+    def _axes(self, sight: Sight) -> list[int]:
+        """What is read of the components of u."""
+        return [a for a in sight.axes if a < (len(self.robot.gravity) if sight.positions else self.width)]
 
     def entries(self, sight: Sight) -> Iterator[Entry]:
-        n, d = self.width, len(self.robot.gravity)
-        axes = [a for a in sight.axes if a < (d if sight.positions else n)]
-        pose = tuple(Quantity("pose", i) for i in range(len(self.robot.configuration)))
+        n, d, axes = self.width, len(self.robot.gravity), self._axes(sight)
         position = tuple(Quantity("position", i) for i in range(d))
-        shown = [Quantity("deflection", i) for i in range(n)]
         if not sight.positions:
+            shown = [Quantity("deflection", i) for i in range(n)]
             sight.look(shown)
             blocks = [range(d), range(d, n)] if n > d else [range(d)]
-            steady = Prior("scale", "constant", (shown[0],), (1.0,), 1)
-            for prior in (steady, *smooth_over(sight, "scale", position, 12), *smooth_over(sight, "scale", pose, 12)):
-                full = [(a, shown[b]) for block in blocks for a in block if a in axes for b in block]
-                own = [(a, shown[a]) for a in axes]
+            full = [(a, shown[b]) for block in blocks for a in block if a in axes for b in block]
+            own = [(a, shown[a]) for a in axes]
+            varying = [prior for seen in (position, sight.pose) for prior in smooth_over(sight, "scale", seen, 12)]
+            for prior in (steady("scale", shown[0]), *varying):
                 for pairs in (full, own):
-                    channels = tuple(Channel(a, i, prior.inputs, q) for i, (a, q) in enumerate(pairs))
-                    yield Entry(
-                        self.name, INSTRUMENT, prior.form, channels, prior.kernel, prior.scales, min(prior.rank, 10)
-                    )
-                alike = tuple(Channel(a, 0, prior.inputs, shown[a]) for a in axes)
-                yield Entry(self.name, INSTRUMENT, prior.form, alike, prior.kernel, prior.scales, prior.rank)
+                    yield self.law(INSTRUMENT, prior, pairs, rank=min(prior.rank, 10))
+                yield self.law(INSTRUMENT, prior, own, alike=True)
             for a in axes:
-                if sight.varies(shown[a]):
-                    for prior in (
-                        *smooth_over(sight, "reading law", (shown[a],)),
-                        *repeating(sight, "reading law", shown[a]),
-                    ):
-                        yield Entry(
-                            self.name, INSTRUMENT, "reading law", (Channel(a, 0, prior.inputs),), prior.kernel,
-                            prior.scales, prior.rank,
-                        )  # fmt: skip
-        for prior in smooth_over(sight, "offset", position if n > 2 else pose, 16):
-            channels = tuple(Channel(a, i, prior.inputs) for i, a in enumerate(axes))
-            yield Entry(self.name, INSTRUMENT, prior.form, channels, prior.kernel, prior.scales, prior.rank)
+                curves = [*smooth_over(sight, "reading law", (shown[a],)), *repeating(sight, "reading law", shown[a])]
+                for prior in curves if sight.varies(shown[a]) else ():
+                    yield self.law(INSTRUMENT, prior, (a,))
+        for prior in smooth_over(sight, "offset", position if n > 2 else sight.pose, 16):
+            yield self.law(INSTRUMENT, prior, axes)
 
 
 class Surroundings(Instrument):
     """Slow changes of whatever is read: in time, and with the temperature."""
 
     name = "environment"
-
-    @property
-    def components(self) -> Sequence[Component]:
-        return (ENVIRONMENT,)
+    at = on_any(ENVIRONMENT)
 
     def entries(self, sight: Sight) -> Iterator[Entry]:
-        n, d = self.width, len(self.robot.gravity)
-        axes = [a for a in sight.axes if a < (d if sight.positions else n)]
         for prior in (*over_time(sight, "drift"), *jumps(sight), *over_temperature(sight, "drift", 0)):
-            channels = since_start(sight, (Channel(a, i, prior.inputs) for i, a in enumerate(axes)))
-            yield Entry(self.name, ENVIRONMENT, prior.form, channels, prior.kernel, prior.scales, prior.rank)
+            channels = since_start(sight, channels_of(self._axes(sight), prior.inputs))
+            yield self.law(ENVIRONMENT, prior, channels)
 
 
 class CrossTalk(Instrument):
@@ -104,6 +83,6 @@ class CrossTalk(Instrument):
         pairs = [(a, q) for a in sight.axes for q in shown if q.index != a and sight.spread(q) > 0.0]
         rows = [[pair for pair in pairs if pair[0] == a] for a in sight.axes]
         for chosen in (pairs, *rows, *([pair] for pair in pairs)):
-            channels = tuple(Channel(a, i, (q,), q) for i, (a, q) in enumerate(chosen))
-            if channels:
-                yield Entry(self.name, INSTRUMENT, "scale", channels, "constant", (1.0,), 1)
+            if chosen:
+                channels = [Channel(a, block, (q,), q) for block, (a, q) in enumerate(chosen)]
+                yield self.law(INSTRUMENT, steady("scale"), channels)

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 from expdesign.chain.ports.families import kinks_over
 from expdesign.chain.ports.places.mounts import Ground, Mount, PlatformMount
-from expdesign.chain.ports.port import Channel, Entry
+from expdesign.chain.ports.port import Entry
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
 
@@ -25,13 +25,11 @@ class _Opening(Mount):
             return
         for normal in range(d):
             about = [axis for axis in range(d) if axis != normal] if d == 3 else [0]
-            hinges = [(axis,) for axis in about] + ([tuple(about)] if len(about) > 1 else [])
-            for axes in hinges:
+            for axes in (*((axis,) for axis in about), *((tuple(about),) if len(about) > 1 else ())):
                 moved = (normal, *(d + axis for axis in axes))
                 efforts = tuple(Quantity(self.effort, component) for component in moved)
                 for prior in kinks_over(sight, "force law", efforts, _RANK):
-                    channels = tuple(Channel(a, i, prior.inputs) for i, a in enumerate(moved))
-                    yield Entry(self.name, self.component, prior.form, channels, prior.kernel, prior.scales, prior.rank)
+                    yield self.law(self.components[0], prior, moved)
 
 
 class PlatformOpening(_Opening, PlatformMount):

@@ -6,11 +6,23 @@ import casadi as ca
 
 from expdesign.chain.component import Component, each_leg, legs_and_all, passive_joint_turns, sprung_twist
 from expdesign.chain.effects.legs.passive_joints import PassiveJoints, PassiveJointStiffness
-from expdesign.chain.ports.families import SHARES, Prior, over_time, smooth_over
-from expdesign.chain.ports.port import Channel, Entry, Port
+from expdesign.chain.ports.families import SHARES, over_time, smooth_over
+from expdesign.chain.ports.port import Channel, Entry, Port, Prior, steady
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
 from expdesign.chain.row import Row
+from expdesign.mechanics.robots.robot import Robot
+
+
+def _ends(robot: Robot) -> tuple[PassiveJoints, ...]:
+    """Ends of a leg whose joints show each for itself."""
+    several = robot.coordinates.rotations == 3
+    return (PassiveJoints.BASE, PassiveJoints.PLATFORM) if several else (PassiveJoints.CARDAN,)
+
+
+def _stiffnesses(robot: Robot) -> Sequence[str]:
+    legs = robot.actuators if robot.on_straight_legs else ()
+    return [f"{end or 'both'}_{leg}_Nm_per_rad" for end in _ends(robot) for leg in legs]
 
 
 class PassiveJointsPort(Port):
@@ -21,25 +33,11 @@ class PassiveJointsPort(Port):
     """
 
     name = "passive joints"
-
-    def components_of_motion(self) -> int:
-        return len(self._ends) * len(each_leg(self.robot)) if self.robot.on_straight_legs else 0
-
-    @property
-    def _ends(self) -> tuple[PassiveJoints, ...]:
-        several = self.robot.coordinates.rotations == 3
-        return (PassiveJoints.BASE, PassiveJoints.PLATFORM) if several else (PassiveJoints.CARDAN,)
-
-    @property
-    def outputs(self) -> Sequence[str]:
-        return tuple(f"{end or 'both'}_{leg}_Nm_per_rad" for end in self._ends for leg in self.robot.actuators)
-
-    @property
-    def components(self) -> Sequence[Component]:
-        return legs_and_all(self.robot)
+    at = legs_and_all
+    adds = _stiffnesses
 
     def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
-        kinds = [(end, leg) for end in self._ends for leg in each_leg(self.robot)]
+        kinds = [(end, leg) for end in _ends(self.robot) for leg in each_leg(self.robot)]
         moved = sprung_twist(self.robot, row)
         for index, (end, leg) in enumerate(kinds):
             wrench = wrench - extra[index] * (PassiveJointStiffness(self.robot, leg, end).relaxed(row) @ moved)
@@ -47,16 +45,22 @@ class PassiveJointsPort(Port):
 
     def entries(self, sight: Sight) -> Iterator[Entry]:
         """All legs alike, all legs each its own, and single legs: the same always, or with time and length."""
-        legs, ends = each_leg(self.robot), len(self._ends)
+        legs, always = each_leg(self.robot), steady("joints")
         if not self.width:
             return
         for leg, component in enumerate(legs):
-            for prior in (_ALWAYS, *smooth_over(sight, "joints", (Quantity("length", leg),), 6)):
-                channels = tuple(Channel(e * len(legs) + leg, e, prior.inputs) for e in range(ends))
-                yield Entry(self.name, component, prior.form, channels, prior.kernel, prior.scales, prior.rank)
-        for prior in (_ALWAYS, *over_time(sight, "joints")) if len(legs) > 1 else ():
-            channels = tuple(Channel(i, i // len(legs), prior.inputs) for i in range(self.width))
-            yield Entry(self.name, self.components[-1], prior.form, channels, prior.kernel, prior.scales, 6)
+            for prior in (always, *smooth_over(sight, "joints", (Quantity("length", leg),), 6)):
+                yield self.law(component, prior, range(leg, self.width, len(legs)))
+        for prior in (always, *over_time(sight, "joints")) if len(legs) > 1 else ():
+            ends = [Channel(i, i // len(legs), prior.inputs) for i in range(self.width)]
+            yield self.law(self.components[-1], prior, ends, rank=6)
+
+
+def _moments(robot: Robot) -> Sequence[str]:
+    """Three axes at either end of a leg and that of the leg itself, or one in the plane."""
+    axes = [f"{end}_{axis}" for end in ("base", "platform") for axis in "xyz"]
+    axes = [*axes, "torsion"] if robot.coordinates.rotations == 3 else ["both"]
+    return [f"{axis}_{leg}_Nm" for leg in robot.actuators for axis in axes] if robot.on_straight_legs else []
 
 
 class StickingJoints(Port):
@@ -68,26 +72,8 @@ class StickingJoints(Port):
     """
 
     name = "sticking joints"
-
-    def components_of_motion(self) -> int:
-        if not self.robot.on_straight_legs:
-            return 0
-        return len(each_leg(self.robot)) * self._of_each
-
-    @property
-    def _of_each(self) -> int:
-        """Components of u for one leg: three axes at either end and that of the leg, or one in the plane."""
-        return 7 if self.robot.coordinates.rotations == 3 else 1
-
-    @property
-    def outputs(self) -> Sequence[str]:
-        axes = [f"{end}_{axis}" for end in ("base", "platform") for axis in "xyz"]
-        axes = [*axes, "torsion"] if self._of_each > 1 else ["both"]
-        return tuple(f"{axis}_{leg}_Nm" for leg in self.robot.actuators for axis in axes)
-
-    @property
-    def components(self) -> Sequence[Component]:
-        return legs_and_all(self.robot)
+    at = legs_and_all
+    adds = _moments
 
     def actuator(self, elongation: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
         turns = [turn for leg in range(len(each_leg(self.robot))) for turn in passive_joint_turns(self.robot, row, leg)]
@@ -96,7 +82,7 @@ class StickingJoints(Port):
 
     def entries(self, sight: Sight) -> Iterator[Entry]:
         """Of single legs, and of all legs alike."""
-        if not self.width or int(sight.rows.position.max()) < 1:
+        if not self.width or not sight.remembers:
             return
         sight.look(Quantity("bend", index) for index in range(self.width))
         largest = max(sight.largest(Quantity("bend", index)) for index in range(self.width))
@@ -106,11 +92,21 @@ class StickingJoints(Port):
         scales = tuple(max(sight.spread(several[i]) for several in slips) for i in range(len(bounds)))
         if min(scales) == 0.0:
             return
+        prior = Prior("sticking", "linear", slips[0], scales, len(bounds))
+        of_each = self.width // len(each_leg(self.robot))
         for component in self.components:
             legs = range(len(each_leg(self.robot))) if component.several else (component.index,)
-            own = [(leg * self._of_each + axis, axis // 6) for leg in legs for axis in range(self._of_each)]
-            channels = tuple(Channel(index, torsion, slips[index]) for index, torsion in own)
-            yield Entry(self.name, component, "sticking", channels, "linear", scales, len(bounds))
+            own = [(leg * of_each + axis, axis // 6) for leg in legs for axis in range(of_each)]
+            yield self.law(component, prior, [Channel(index, torsion, slips[index]) for index, torsion in own])
+
+
+def _all_legs(robot: Robot) -> Sequence[Component]:
+    return legs_and_all(robot)[-1:]
+
+
+def _flexures(robot: Robot) -> Sequence[str]:
+    several = robot.on_straight_legs and len(each_leg(robot)) > 1 and robot.coordinates.rotations == 3
+    return ("base_Nm_per_rad", "platform_Nm_per_rad") if several else ()
 
 
 class Flexures(Port):
@@ -122,23 +118,12 @@ class Flexures(Port):
     """
 
     name = "flexures"
-
-    def components_of_motion(self) -> int:
-        legs = each_leg(self.robot) if self.robot.on_straight_legs else []
-        return 2 if len(legs) > 1 and self.robot.coordinates.rotations == 3 else 0
-
-    @property
-    def outputs(self) -> Sequence[str]:
-        return ("base_Nm_per_rad", "platform_Nm_per_rad")
-
-    @property
-    def components(self) -> Sequence[Component]:
-        return legs_and_all(self.robot)[-1:]
+    at = _all_legs
+    adds = _flexures
 
     @property
     def _of_ends(self) -> list[PassiveJointStiffness]:
-        ends = (PassiveJoints.BASE, PassiveJoints.PLATFORM)
-        return [PassiveJointStiffness(self.robot, self.components[0], end) for end in ends]
+        return [PassiveJointStiffness(self.robot, self.components[0], end) for end in _ends(self.robot)]
 
     def unloaded(self, pose: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
         for index, joints in enumerate(self._of_ends):
@@ -154,8 +139,4 @@ class Flexures(Port):
     def entries(self, sight: Sight) -> Iterator[Entry]:
         """The same always, at the ends of all legs alike."""
         if not sight.positions:
-            channels = tuple(Channel(i, i, _ALWAYS.inputs) for i in range(self.width))
-            yield Entry(self.name, self.components[0], "joints", channels, "constant", (1.0,), 1)
-
-
-_ALWAYS = Prior("joints", "constant", (Quantity("clock"),), (1.0,), 1)
+            yield self.law(self.components[0], steady("joints"), range(self.width))

@@ -5,15 +5,16 @@ that two channels of one block, with opposite signs, see the two loads. Guides o
 proportion to 1/overlap by their clearance, and so does the law of a load that is taken up by them.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
-from expdesign.chain.component import BASE, Component
+from expdesign.chain.component import BASE, on_any
 from expdesign.chain.ports.families import guide_ends, time_constants
-from expdesign.chain.ports.port import Channel, Entry, Port
+from expdesign.chain.ports.port import Channel, Entry, Names, Port, Prior, steady
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
 from expdesign.chain.row import Row
@@ -31,13 +32,8 @@ class Supports(Port):
     """u: twist (m, rad) of the body at the origin of P along the axes of O."""
 
     name = "supports"
-
-    def components_of_motion(self) -> int:
-        return self.robot.coordinates.n if self.robot.on_support else 0
-
-    @property
-    def components(self) -> Sequence[Component]:
-        return (BASE,)
+    at = on_any(BASE)
+    adds: ClassVar[Names] = lambda robot: robot.coordinates.deflection if robot.on_support else ()
 
     def structure(self, deflection: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
         return deflection + row.rates @ extra
@@ -66,23 +62,24 @@ class Supports(Port):
     def _compliances(self, sight: Sight, loads: list[int]) -> Iterator[Entry]:
         """Springs about any axes, the same always, or changing with the pose; and motions that follow the pose."""
         pairs = [(a, Quantity("effort", i)) for a in sight.axes for i in loads]
-        steady = tuple(Channel(a, b, (load,), load) for b, (a, load) in enumerate(pairs))
-        yield Entry(self.name, BASE, "compliance", steady, "constant", (1.0,), 1)
+        # The same always in proportion to each load, which also stands in the place of an input.
+        same = [Channel(a, b, (load,), load) for b, (a, load) in enumerate(pairs)]
+        yield self.law(BASE, steady("compliance"), same)
         for pose in sight.varying("pose", len(self.robot.configuration)):
-            changing = tuple(Channel(a, b, (pose,), load) for b, (a, load) in enumerate(pairs))
-            yield Entry(self.name, BASE, "compliance", changing, "squared_exponential", (sight.spread(pose),), 5)
+            changing = Prior("compliance", "squared_exponential", (pose,), (sight.spread(pose),), 5)
+            yield self.law(BASE, changing, pairs)
 
     def _force_laws(self, sight: Sight, loads: list[int]) -> Iterator[Entry]:
         """Any continuous function of the load, and the same in proportion to 1/overlap of a guide."""
         now, before = (tuple(Quantity(kind, i) for i in loads) for kind in ("whole", "rest"))
         for factor in _SCALES:
-            scales = tuple(factor * sight.spread(q) for q in now)
+            law = Prior("force law", "matern", now, tuple(factor * sight.spread(q) for q in now), _FEATURES)
             for a in sight.axes:
                 pair = (Channel(a, 0, now), Channel(a, 0, before, gain=-1.0))
-                yield Entry(self.name, BASE, "force law", pair, "matern", scales, _FEATURES)
+                yield self.law(BASE, law, pair)
                 for overlap in self.overlaps(sight):
-                    guided = tuple(replace(channel, amplitude=overlap) for channel in pair)
-                    yield Entry(self.name, BASE, "guide", guided, "matern", scales, _FEATURES)
+                    guided = [replace(channel, amplitude=overlap) for channel in pair]
+                    yield self.law(BASE, replace(law, form="guide"), guided)
 
     def overlaps(self, sight: Sight) -> list[Quantity]:
         """Reciprocals of what guides overlap, for ends of the guides at several distances beyond the range."""
@@ -91,7 +88,7 @@ class Supports(Port):
 
     def _memory(self, sight: Sight, loads: list[int]) -> Iterator[Entry]:
         """Dry friction and creep under every component of the load: banks of stop operators and of slow parts."""
-        if int(sight.rows.position.max()) < 1:
+        if not sight.remembers:
             return
         stops = [
             Quantity("stop", i, (round(share * float(np.ptp(sight.values(Quantity("whole", i))[sight.counts])), 9),))
@@ -102,12 +99,11 @@ class Supports(Port):
         for form, bank in (("friction", stops), ("creep", slow)):
             sight.look(bank)
             inputs = tuple(q for q in bank if sight.spread(q) > 0.0)
-            scales = tuple(sight.spread(q) for q in inputs)
+            law = Prior(form, "linear", inputs, tuple(sight.spread(q) for q in inputs), len(inputs))
             for a in sight.axes if inputs else ():
-                yield Entry(self.name, BASE, form, (Channel(a, 0, inputs),), "linear", scales, len(inputs))
+                yield self.law(BASE, law, (a,))
                 for overlap in self.overlaps(sight) if form == "friction" else ():
-                    guided = (Channel(a, 0, inputs, overlap),)
-                    yield Entry(self.name, BASE, "guide friction", guided, "linear", scales, len(inputs))
+                    yield self.law(BASE, replace(law, form="guide friction"), [(a, overlap)])
 
     def _in_time(self, sight: Sight) -> Iterator[Entry]:
         """The body settles from the start of a series on, or drifts."""
@@ -115,11 +111,8 @@ class Supports(Port):
         if not sight.timed or not sight.varies(elapsed):
             return
         longest = sight.largest(elapsed)
-        settling = tuple(Quantity("settling", 0, (round(share * longest, 6),)) for share in _SETTLES)
-        priors = [("settling", settling, "linear", tuple(sight.spread(q) for q in settling), len(settling))]
-        priors += [
-            ("drift", (elapsed,), "pinned", (factor * sight.spread(elapsed),), 20) for factor in (0.3, 1.0)
-        ]  # fmt: skip
-        for form, inputs, kernel, scales, rank in priors:
-            channels = tuple(Channel(a, b, inputs) for b, a in enumerate(sight.axes))
-            yield Entry(self.name, BASE, form, channels, kernel, scales, rank)
+        parts = tuple(Quantity("settling", 0, (round(share * longest, 6),)) for share in _SETTLES)
+        priors = [Prior("settling", "linear", parts, tuple(sight.spread(q) for q in parts), len(parts))]
+        priors += [Prior("drift", "pinned", (elapsed,), (f * sight.spread(elapsed),), 20) for f in (0.3, 1.0)]
+        for prior in priors:
+            yield self.law(BASE, prior, sight.axes)

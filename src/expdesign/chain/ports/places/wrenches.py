@@ -1,14 +1,15 @@
 """The payload and what surrounds it: an extra wrench on the platform or tip."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import ENVIRONMENT, PAYLOAD, Component
-from expdesign.chain.ports.families import COARSE, Prior, kinks_over, over_time, since_start, smooth_over
-from expdesign.chain.ports.port import Channel, Entry, Port
+from expdesign.chain.component import ENVIRONMENT, PAYLOAD, on_any
+from expdesign.chain.ports.families import COARSE, kinks_over, over_time, since_start, smooth_over
+from expdesign.chain.ports.port import Channel, Entry, Names, Port, Prior, channels_of, steady
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
 from expdesign.chain.row import Row
@@ -40,20 +41,11 @@ class PayloadPort(Port):
     """
 
     name = "payload"
-
-    def components_of_motion(self) -> int:
-        return self.robot.coordinates.n
-
-    @property
-    def outputs(self) -> Sequence[str]:
-        return self.robot.coordinates.wrench
+    at = on_any(ENVIRONMENT, PAYLOAD)
+    adds: ClassVar[Names] = lambda robot: robot.coordinates.wrench
 
     def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
         return wrench + extra
-
-    @property
-    def components(self) -> Sequence[Component]:
-        return (ENVIRONMENT, PAYLOAD)
 
     def entries(self, sight: Sight) -> Iterator[Entry]:
         yield from self._fields(sight)
@@ -65,17 +57,15 @@ class PayloadPort(Port):
         """Forces that follow the place, the pose or time."""
         n, d = self.width, len(self.robot.gravity)
         position = tuple(Quantity("position", i) for i in range(d))
-        pose = tuple(Quantity("pose", i) for i in range(len(self.robot.configuration)))
-        forces = range(d)
+        pose, forces = sight.pose, range(d)
         priors: list[tuple[Prior, range]] = []
         for inputs in (position, pose) if n > 2 else (position,):
             priors += [(prior, forces) for prior in smooth_over(sight, "field", inputs, 20)]
             priors += [(prior, forces) for prior in kinks_over(sight, "field", inputs, 24)]
         varying = tuple(q for q in position if sight.spread(q) > 0.0)
-        if varying:
-            for factor in COARSE:
-                scales = tuple(factor * sight.spread(q) for q in varying)
-                priors.append((Prior("field", "matern", varying, scales, 24), forces))
+        for factor in COARSE if varying else ():
+            scales = tuple(factor * sight.spread(q) for q in varying)
+            priors.append((Prior("field", "matern", varying, scales, 24), forces))
         if n > 2:
             priors += [(prior, range(n)) for prior in smooth_over(sight, "field", pose, 15)]
             priors += [(prior, range(n)) for prior in kinks_over(sight, "field", pose, 15)]
@@ -91,8 +81,7 @@ class PayloadPort(Port):
     def _each(self, sight: Sight, priors: list[tuple[Prior, range]]) -> Iterator[Entry]:
         """Every prior with a law of its own in each of its directions."""
         for prior, outputs in priors:
-            channels = self._moved(sight, tuple(Channel(a, i, prior.inputs) for i, a in enumerate(outputs)))
-            yield Entry(self.name, ENVIRONMENT, prior.form, channels, prior.kernel, prior.scales, prior.rank)
+            yield self.law(ENVIRONMENT, prior, self._moved(sight, channels_of(outputs, prior.inputs)))
 
     def _moved(self, sight: Sight, channels: tuple[Channel, ...]) -> tuple[Channel, ...]:
         """Channels as a reading shows them that is the change since the series' first row."""
@@ -110,38 +99,27 @@ class PayloadPort(Port):
             away = Quantity("distance", 0, setting)
             if sight.spread(away) == 0.0:
                 continue
-            channels = tuple(Channel(i, 0, (away,), Quantity("towards", i, setting)) for i in range(d))
+            towards = [(i, Quantity("towards", i, setting)) for i in range(d)]
             for factor in lengths:
-                scale = (factor * sight.spread(away),)
-                yield Entry(self.name, ENVIRONMENT, "field", channels, "squared_exponential", scale, 10)
+                prior = Prior("field", "squared_exponential", (away,), (factor * sight.spread(away),), 10)
+                yield self.law(ENVIRONMENT, prior, towards, alike=True)
 
     def _loads(self, sight: Sight) -> Iterator[Entry]:
         """A share of the stated load, in any direction, that is the same always or changes."""
-        efforts = self._efforts(sight)
+        count = len(self.robot.stiffness)
+        every = [Quantity("effort", count + a) for a in range(self.width)]
+        sight.look(every)
+        efforts = [quantity for quantity in every if sight.spread(quantity) > 0.0]
         if not efforts:
             return
         pairs = [(a, q) for a in range(self.width) for q in efforts]
-        pose = tuple(Quantity("pose", i) for i in range(len(self.robot.configuration)))
-        steady = Prior("load", "constant", (efforts[0],), (1.0,), 1)
-        same = [(a, q) for a, q in pairs if q.index == len(self.robot.stiffness) + a]
-        for prior in (steady, *over_time(sight, "load"), *smooth_over(sight, "load", pose, 12)):
+        same = [(a, q) for a, q in pairs if q.index == count + a]
+        changing = (*over_time(sight, "load"), *smooth_over(sight, "load", sight.pose, 12))
+        for prior in (steady("load", efforts[0]), *changing):
             for chosen in (pairs, same) if prior.kernel == "constant" else (same,):
-                channels = tuple(Channel(a, i, prior.inputs, q) for i, (a, q) in enumerate(chosen))
-                yield Entry(self.name, PAYLOAD, prior.form, channels, prior.kernel, prior.scales, min(prior.rank, 10))
-            yield self._share(prior, same)
+                yield self.law(PAYLOAD, prior, chosen, rank=min(prior.rank, 10))
+            yield self.law(PAYLOAD, prior, same, alike=True)
         size = Quantity("weight")
         for factor in _WEIGHTS if sight.varies(size) else ():
-            scale = (factor * sight.spread(size),)
-            yield self._share(Prior("load", "squared_exponential", (size,), scale, 12), same)
-
-    def _share(self, prior: Prior, loads: list[tuple[int, Quantity]]) -> Entry:
-        """The same share of every component of the load."""
-        alike = tuple(Channel(a, 0, prior.inputs, q) for a, q in loads)
-        return Entry(self.name, PAYLOAD, prior.form, alike, prior.kernel, prior.scales, prior.rank)
-
-    def _efforts(self, sight: Sight) -> list[Quantity]:
-        """Components of the stated wrench that vary."""
-        count = len(self.robot.stiffness)
-        several = [Quantity("effort", count + i) for i in range(self.width)]
-        sight.look(several)
-        return [quantity for quantity in several if sight.spread(quantity) > 0.0]
+            prior = Prior("load", "squared_exponential", (size,), (factor * sight.spread(size),), 12)
+            yield self.law(PAYLOAD, prior, same, alike=True)
