@@ -52,9 +52,9 @@ def test_a_long_series_in_few_calls_is_the_same_as_row_by_row(monkeypatch: pytes
     data = row_data(LIFTING, BODY)
     chain = Chain(BODY, effects)
     whole = chain.predict_with_sensitivities(data, values)
-    assert max(count for _, count in chain._several_rows) == 16 < np.bincount(data.series).max()
+    assert max(count for _, count, _ in chain._several_rows) == 16 < np.bincount(data.series).max()
     plain = Chain(BODY, effects).predict(data, values)
-    monkeypatch.setattr(chain_module, "LONG_SERIES", 10**9)
+    monkeypatch.setattr(chain_module, "_LARGEST_CALL", 1)
     for found, expected in zip(whole, Chain(BODY, effects).predict_with_sensitivities(data, values), strict=True):
         np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-18)
     np.testing.assert_allclose(plain, whole[0], rtol=1e-12, atol=1e-18)

@@ -23,10 +23,8 @@ from expdesign.mechanics.symbolic import BatchFunction, evaluate_through
 
 Acting = list[tuple[Effect, ca.SX]]
 """Effects with their parameters."""
-LONG_SERIES = 30
-"""Rows from which a series with memory is worked through in few calls, instead of all series at once row by row."""
 _LARGEST_CALL = 64
-"""Most rows of one such call: powers of two up to it make up every length."""
+"""Most rows of a series with memory in one call: powers of two up to it make up every length."""
 
 
 class Chain:
@@ -72,7 +70,7 @@ class Chain:
             self.slices.append(slice(start, start + len(effect.parameters)))
             start += len(effect.parameters)
         self.states = sum(effect.states for effect in effects)
-        self._several_rows: dict[tuple[bool, int], ca.Function] = {}
+        self._several_rows: dict[tuple[bool, int, int], ca.Function] = {}
 
     @property
     def linear(self) -> bool:
@@ -268,24 +266,6 @@ class Chain:
         return None if geometry is nominal else geometry
 
     @cached_property
-    def _value(self) -> BatchFunction:
-        row, state, theta, reading, following = self._symbolic
-        return BatchFunction("chain", [row.flat(), state, theta], [reading, following])
-
-    @cached_property
-    def _derivatives(self) -> BatchFunction:
-        row, state, theta, reading, following = self._symbolic
-        return BatchFunction("chain_derivatives", [row.flat(), state, theta], [reading, following, *self._jacobians])
-
-    @cached_property
-    def _jacobians(self) -> list[ca.SX]:
-        """Of the reading for parameters and for states, then of the next states: taken at once, terms are shared."""
-        _, state, theta, reading, following = self._symbolic
-        whole = ca.jacobian(ca.vertcat(reading, following), ca.vertcat(theta, state))
-        rows, columns = [0, self.width, whole.size1()], [0, len(self.parameters), whole.size2()]
-        return [block for line in ca.blocksplit(whole, rows, columns) for block in line]
-
-    @cached_property
     def _symbolic(self) -> tuple[Row, ca.SX, ca.SX, ca.SX, ca.SX]:
         row = self.row_symbols()
         state = ca.SX.sym("state", self.states)
@@ -294,81 +274,76 @@ class Chain:
         reading, following = ca.cse([*self.expression(row, state, theta)])
         return row, state, theta, reading, following
 
-    def _run(self, rows: RowData, values: FloatArray, *, derivatives: bool) -> tuple[FloatArray, FloatArray | None]:
-        count, width = len(rows), len(self.parameters)
-        n = self.width
-        function = self._derivatives if derivatives else self._value
-        if self.states == 0:
-            results = function(rows.values, np.zeros((count, 0)), values)
-            return results[0], results[2].reshape(count, n, width) if derivatives else None
-        if int(rows.position.max()) + 1 >= LONG_SERIES:
-            return self._run_series_by_series(rows, values, derivatives=derivatives)
-        deflections = np.zeros((count, n))
-        sensitivities = np.zeros((count, n, width))
-        state = np.zeros((int(rows.series.max()) + 1, self.states))
-        state_sensitivity = np.zeros((*state.shape, width))
-        for position in range(int(rows.position.max()) + 1):
-            chosen = np.flatnonzero(rows.position == position)
-            series = rows.series[chosen]
-            results = function(rows.values[chosen], state[series], values)
-            deflections[chosen] = results[0]
-            state[series] = results[1].reshape(len(chosen), self.states)
-            if derivatives:
-                shape = (len(chosen), n, -1)
-                before = state_sensitivity[series]
-                sensitivities[chosen] = results[2].reshape(*shape[:2], width) + results[3].reshape(shape) @ before
-                shape = (len(chosen), self.states, -1)
-                state_sensitivity[series] = results[4].reshape(shape) + results[5].reshape(shape) @ before
-        return deflections, sensitivities if derivatives else None
+    @cached_property
+    def _value(self) -> BatchFunction:
+        row, _, theta, reading, _ = self._symbolic
+        return BatchFunction("chain", [row.flat(), theta], [reading])
 
     @cached_property
-    def _step(self) -> ca.Function:
-        """One row after the other: states with their sensitivities, the reading and its total sensitivities."""
+    def _derivatives(self) -> BatchFunction:
+        row, _, theta, reading, _ = self._symbolic
+        return BatchFunction("chain_derivatives", [row.flat(), theta], [reading, ca.jacobian(reading, theta)])
+
+    @cached_property
+    def _next(self) -> ca.Function:
+        """One row after the other: states and the reading."""
         row, state, theta, reading, following = self._symbolic
-        width = len(self.parameters)
-        carried = ca.SX.sym("carried", self.states, width)
-        reading_theta, reading_state, following_theta, following_state = self._jacobians
-        through = following_theta + following_state @ carried
-        total = reading_theta + reading_state @ carried
-        before = ca.vertcat(state, ca.vec(carried))
-        after = ca.vertcat(following, ca.vec(through))
+        return ca.Function("next", [state, row.flat(), theta], [ca.densify(following), ca.densify(reading)])
+
+    @cached_property
+    def _next_derivatives(self) -> ca.Function:
+        """`_next` with the sensitivities that states carry along, and total sensitivities of the reading."""
+        row, state, theta, reading, following = self._symbolic
+        carried = ca.SX.sym("carried", self.states, len(self.parameters))
+        # Taken at once, derivatives share terms.
+        whole = ca.jacobian(ca.vertcat(reading, following), ca.vertcat(theta, state))
+        by_theta, by_state = ca.horzsplit(whole, [0, len(self.parameters), whole.size2()])
+        total, through = ca.vertsplit(by_theta + by_state @ carried, [0, self.width, whole.size1()])
+        before, after = ca.vertcat(state, ca.vec(carried)), ca.vertcat(following, ca.vec(through))
         outputs = [ca.densify(after), ca.densify(ca.vertcat(reading, ca.vec(total)))]
-        return ca.Function("step", [before, row.flat(), theta], outputs)
+        return ca.Function("next_derivatives", [before, row.flat(), theta], outputs)
 
-    @cached_property
-    def _plain_step(self) -> ca.Function:
-        """`_step` without sensitivities."""
-        row, state, theta, reading, following = self._symbolic
-        return ca.Function("plain_step", [state, row.flat(), theta], [ca.densify(following), ca.densify(reading)])
+    def _run(self, rows: RowData, values: FloatArray, *, derivatives: bool) -> tuple[FloatArray, FloatArray | None]:
+        """Readings (N, k), and where they are asked for their derivatives (N, k, p)."""
+        if self.states:
+            return self._run_in_order(rows, values, derivatives=derivatives)
+        found = (self._derivatives if derivatives else self._value)(rows.values, values)
+        shape = (len(rows), self.width, len(values))
+        return found[0].reshape(shape[:2]), found[1].reshape(shape) if derivatives else None
 
-    def _run_series_by_series(
+    def _run_in_order(
         self, rows: RowData, values: FloatArray, *, derivatives: bool
     ) -> tuple[FloatArray, FloatArray | None]:
-        """The same as `_run` for few long series: each is worked through in few calls of the engine."""
-        count, width, n = len(rows), len(self.parameters), self.width
-        deflections, sensitivities = np.zeros((count, n)), np.zeros((count, n, width))
-        for number in range(int(rows.series.max()) + 1):
-            chosen = np.flatnonzero(rows.series == number)
-            chosen = chosen[np.argsort(rows.position[chosen], kind="stable")]
-            state = np.zeros((self._step if derivatives else self._plain_step).size1_in(0))
-            while chosen.size:
-                part, chosen = np.split(chosen, [min(_LARGEST_CALL, 1 << (chosen.size.bit_length() - 1))])
-                function = self._consecutive(derivatives, part.size)
-                given = [np.ascontiguousarray(array, dtype=np.float64) for array in (
-                    state, rows.values[part], np.repeat(values[None], part.size, axis=0)
-                )]  # fmt: skip
-                # CasADi stores columns first, of which it has one for every row.
-                states, output = (np.empty((part.size, function.size1_out(index))) for index in (0, 1))
-                evaluate_through(function.buffer(), given, (states, output))
-                state = states[-1]
-                deflections[part] = output[:, :n]
-                if derivatives:
-                    sensitivities[part] = output[:, n:].reshape(len(part), width, n).swapaxes(1, 2)
-        return deflections, sensitivities if derivatives else None
+        """`_run` with memory: one call takes the next rows of all series that are long enough, in powers of two."""
+        count, width, n = len(rows), len(values), self.width
+        readings, sensitivities = np.zeros((count, n)), np.zeros((count, n, width) if derivatives else 0)
+        order, left = np.lexsort((rows.position, rows.series)), np.bincount(rows.series)
+        begin = np.cumsum(left) - left
+        state = np.zeros((len(left), self.states * (1 + width * derivatives)))
+        while left.any():
+            length = min(_LARGEST_CALL, 1 << (int(left.max()).bit_length() - 1))
+            series = np.flatnonzero(left >= length)
+            part = order[begin[series][:, None] + np.arange(length)]
+            function = self._consecutive(derivatives, length, len(series))
+            given = [
+                np.ascontiguousarray(array, dtype=np.float64)
+                for array in (state[series], rows.values[part], np.broadcast_to(values, (*part.shape, width)))
+            ]
+            # CasADi stores columns first, of which it has one for every row.
+            states, output = (np.empty((*part.shape, function.size1_out(index))) for index in (0, 1))
+            evaluate_through(function.buffer(), given, (states, output))
+            readings[part] = output[..., :n]
+            if derivatives:
+                sensitivities[part] = output[..., n:].reshape(*part.shape, width, n).swapaxes(-1, -2)
+            state[series] = states[:, -1]
+            begin[series] += length
+            left[series] -= length
+        return readings, sensitivities if derivatives else None
 
-    def _consecutive(self, derivatives: bool, count: int) -> ca.Function:
-        """`count` rows of a series in one call. Only few sizes are made, because each keeps what its rows need."""
-        key = (derivatives, count)
+    def _consecutive(self, derivatives: bool, length: int, series: int) -> ca.Function:
+        """`length` rows of each of several series in one call. Few sizes are made, because each keeps what it needs."""
+        key = (derivatives, length, series)
         if key not in self._several_rows:
-            self._several_rows[key] = (self._step if derivatives else self._plain_step).mapaccum(count)
+            following = self._next_derivatives if derivatives else self._next
+            self._several_rows[key] = following.mapaccum(length).map(series)
         return self._several_rows[key]
