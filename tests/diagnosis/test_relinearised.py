@@ -1,5 +1,7 @@
 """What a diagnosis writes predicts what it was judged by, also along what the recordings hardly determine."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ import expdesign as xd
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY, PLATFORM
 from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
+from expdesign.chain.effects.links.links import LinkCompliance
 from expdesign.chain.effects.load.payload import UnknownTool
 from expdesign.chain.identified import ChainBeside, Identified
 from expdesign.chain.row import row_data
@@ -80,10 +83,28 @@ def test_a_long_step_is_repeated_about_its_end_until_file_and_fit_agree(arm: Ser
 def test_what_nothing_determines_has_the_least_size(arm: SerialRobot) -> None:
     """Every parameter that is no shape has a proper prior, except where instrument and marker stand."""
     chain = beside(arm, tool=True)
-    known = proper(chain)
+    known = proper(fit(chain, sample_of(arm, 0.0), None, chain.knowledge()))
     assert known is not None
     free = [p.name for p, deviation in zip(chain.parameters, known[1], strict=True) if not np.isfinite(deviation)]
     assert all(name.startswith(("instrument", "marker")) for name in free)
+
+
+def test_what_readings_determine_is_not_pulled_at(arm: SerialRobot) -> None:
+    """A link thirty times as soft as its class: the fit about its estimate leaves what the first one left."""
+    plain, soft = sample_of(arm, 0.04), LinkCompliance.from_text(arm, "link 3", "")
+    chain = beside(arm).identified.beside([soft])
+    zeros = fit(beside(arm), plain, None, beside(arm).knowledge()).values
+    yields = [3e-4, 2e-4]
+    values = np.append(zeros, yields)
+    bent, stiff = (chain.exact.predict(plain.rows, v) for v in (values, np.append(zeros, [0.0, 0.0])))
+    recordings = replace(plain.recordings, deflections=plain.recordings.deflections + (bent - stiff)[:, :3])
+    sample = replace(plain, recordings=recordings)
+    first = fit(chain, sample, None, chain.knowledge())
+    assert difference(first, sample) > AGREES
+    found = relinearised(first, sample)
+    assert (found.residuals**2).mean() == pytest.approx(1.0, abs=0.3)
+    part = found.chain.slices[0]
+    assert (np.abs(found.values[part] - yields) < 4.0 * np.sqrt(np.diag(found.covariance)[part])).all()
 
 
 @pytest.mark.parametrize("seed", [2, 3])

@@ -237,9 +237,8 @@ def _with_verdict(frame: Frame, model: NamedModel, errors: HeldOut, method: Meth
     names, base, noise = frame.names, frame.base, frame.noise
     found = bool(model.candidates) or bool(frame.aside.any())
     before, after = tested(base, frame.sample), tested(model.fit, names.sample)
-    if noise.origin == "residuals" and found and model.fit.chi2 > 0.0:
-        # What the base model leaves is noise and the physics that was found; the noise is what the chosen model leaves.
-        errors = errors.divided_by(float(np.sqrt(after[0] / after[1])))
+    if noise.origin == "residuals":
+        errors = _in_noise_left(frame, model.fit, errors)
     verdict = verdict_without(frame.before)
     if found:
         reason = doubt(
@@ -297,7 +296,7 @@ def _with_laws(frame: Frame, result: Diagnosis, *, mistaken: bool) -> Diagnosis:
         return result
     frame, names = replace(frame, names=laws.names), laws.names
     changed = replace(result, laws=laws if explained else laws.doubted)
-    errors = _held_out(frame, laws.fit).divided_by(laws.noise) if wins else result.errors
+    errors = _in_noise_left(frame, laws.fit, _held_out(frame, laws.fit)) if wins else result.errors
     # Rows that were held out do not choose among laws, but none is predicted with that they refute.
     if wins and not errors.refuted:
         named = tuple(part.named for part in laws.parts if part.named is not None)
@@ -350,6 +349,15 @@ def _predictive(frame: Frame, model: NamedModel, errors: HeldOut) -> tuple[Named
     if doubt:
         names.log.add("held out", model, False, f"not predicted with: {doubt}")
     return names.base, _held_out(frame, names.base.fit)
+
+
+def _in_noise_left(frame: Frame, model: Fit, errors: HeldOut) -> HeldOut:
+    """The errors in the noise of a reading that the model file states: where none is known, what the model leaves.
+
+    What the base model leaves is noise and the physics that was found.
+    """
+    value, dof = tested(model, frame.names.sample)
+    return errors if frame.noise.known or value == 0.0 else errors.divided_by(float(np.sqrt(value / dof)))
 
 
 def _held_out(frame: Frame, model: Fit) -> HeldOut:

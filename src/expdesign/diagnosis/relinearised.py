@@ -9,7 +9,6 @@ repeated about its own estimate until both chains agree.
 import numpy as np
 
 from expdesign.arrays import FloatArray, rms
-from expdesign.chain.chain import Chain
 from expdesign.chain.declaration import LOOSELY
 from expdesign.chain.identified import ChainBeside
 from expdesign.diagnosis.options import OPTIONS
@@ -43,7 +42,8 @@ def relinearised(found: Fit, sample: Data, prior: Prior | None = None) -> Fit:
         if difference(found, sample) <= AGREES or not isinstance(found.chain, ChainBeside):
             break
         chain = found.chain.about(found.values)
-        nearest = fit(chain, sample, found.values, prior or proper(chain), enough=OPTIONS.settled)
+        held = prior or proper(fit(chain, sample, found.values, enough=OPTIONS.settled))
+        nearest = fit(chain, sample, found.values, held, enough=OPTIONS.settled)
         found = nearest if prior else _without_sizes(nearest, sample)
     return found
 
@@ -54,21 +54,26 @@ def _without_sizes(found: Fit, sample: Data) -> Fit:
     return found.known_as(known.estimable)
 
 
-def proper(chain: Chain) -> Prior | None:
+def proper(free: Fit) -> Prior | None:
     """What is known of the parameters before anything is measured, also of physics of which nothing is.
 
     The size that an effect has on machines of its class (`Effect.size`) holds loosely what no reading determines, so
-    that a step there is the shortest one. None where nothing is known at all.
+    that a step there is the shortest one. What readings determine is not pulled at: where they show more than that
+    size, what they show is the size. None where nothing is known at all.
+
+    Args:
+        free: the fit that nothing of this holds.
     """
+    chain = free.chain
     known = chain.knowledge()
     if known is None:
         return None
     mean, deviation = known[0], known[1].copy()
     for effect, part in zip(chain.effects, chain.slices, strict=True):
+        away, unsure = np.abs(free.values[part] - effect.neutral()), np.sqrt(np.diag(free.covariance)[part])
         sizes = [effect.size(parameter) for parameter in effect.parameters]
-        loose = LOOSELY * np.array(
-            [p.scale if s.of else s.value for p, s in zip(effect.parameters, sizes, strict=True)]
-        )
-        free = np.array([not parameter.shape for parameter in effect.parameters])
-        deviation[part] = np.where(free & ~np.isfinite(deviation[part]), loose, deviation[part])
+        typical = np.array([p.scale if s.of else s.value for p, s in zip(effect.parameters, sizes, strict=True)])
+        loose = LOOSELY * np.maximum(typical, np.where(away > OPTIONS.noticeable * unsure, away, 0.0))
+        linear = np.array([not parameter.shape for parameter in effect.parameters])
+        deviation[part] = np.where(linear & ~np.isfinite(deviation[part]), loose, deviation[part])
     return mean, deviation
