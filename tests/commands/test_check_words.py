@@ -28,7 +28,7 @@ def test_a_joint_without_a_load_is_said_in_place_of_its_deviation(tmp_path: Path
     frame.to_csv(tmp_path / "arm.csv", index=False)
     assert call("check", tmp_path / "arm.csv", "--robot", CONFIGS / "robots" / "ur5.yaml") == 0
     said = capsys.readouterr().out
-    assert "They identify 5 of 6 stiffnesses, the worst (joint " in said
+    assert "The recordings identify 5 of 6 stiffnesses, the worst (joint " in said
     assert "; no load acts on joint 1." in said
 
 
@@ -42,7 +42,7 @@ def test_a_stiffness_that_drowns_in_noise_has_no_percentage(tmp_path: Path, caps
     frame.to_csv(tmp_path / "arm.csv", index=False)
     call("check", tmp_path / "arm.csv", "--robot", CONFIGS / "robots" / "ur5.yaml")
     said = capsys.readouterr().out
-    (identified,) = [line for line in said.splitlines() if line.startswith("They identify")]
+    (identified,) = [line for line in said.splitlines() if line.startswith("The recordings identify")]
     assert "only a lower limit" in identified
     assert all(float(number) < 51.0 for number in re.findall(r"([\d.]+)%", identified))
 

@@ -15,7 +15,7 @@ def test_it_writes_model_record_and_report(tmp_path: Path, capsys: Printed) -> N
     assert call("identify", ROBOT, recordings, "--out", out) == 0
     printed = capsys.readouterr()
     assert printed.out.splitlines()[-1] == str(out / "report.html")
-    assert "leg 6:" in printed.out
+    assert "leg 6 " in printed.out
     assert "Chi2" in printed.out
     assert "columns without a meaning here, kept but not used: note" in printed.err
     names = [".expdesign.json", "identification.json", "model.yaml", "report.html"]

@@ -181,6 +181,6 @@ def test_the_same_plan_is_recognised_in_any_order() -> None:
     again = judge(mean, [contenders[0], contenders[1], replace(contenders[0], name="o5")], 100, 1)
     assert sorted(map(sorted, again.agreeing())) == [[0, 2], [1]]
     assert sorted(*again.agreeing(100.0)) == [0, 1, 2]
-    (text,) = agreement("here", found)
+    (text,) = agreement(found)
     assert "lead to two different plans" in text
     assert "O1 and O5" in text

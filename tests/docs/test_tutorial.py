@@ -32,8 +32,8 @@ def test_every_output_is_what_the_page_shows(steps: Any) -> None:
         assert printed == shown, step.command
     for step in steps:
         if step.command.startswith("expdesign identify"):
-            for shown, printed in zip(step.shown.splitlines()[:6], step.printed.splitlines()[:6], strict=True):
-                assert shown.split(":")[0] == printed.split(":")[0]
+            for shown, printed in zip(step.shown.splitlines()[1:7], step.printed.splitlines()[1:7], strict=True):
+                assert shown.split()[:2] == printed.split()[:2]
                 stiffness = [float(NUMBER.findall(line)[1]) for line in (shown, printed)]
                 assert abs(stiffness[1] / stiffness[0] - 1.0) < 0.05
 

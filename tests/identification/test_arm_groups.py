@@ -34,7 +34,7 @@ def test_a_group_in_which_nothing_is_wrong_stays_at_the_drawing() -> None:
         assert level(wrong, name) > 0.1
     assert level(right, "zeros") == pytest.approx(0.1, abs=0.08)  # 1 mrad of 10
     assert level(right, "compliances") == pytest.approx(0.2 / 3.0, abs=0.08)
-    assert any(line.startswith("size of the errors by group") for line in right.lines)
+    assert any(line.startswith("Size of the errors by group") for line in right.lines)
 
 
 def test_a_held_group_is_as_drawn_and_says_so() -> None:

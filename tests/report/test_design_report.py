@@ -17,9 +17,10 @@ from expdesign.planning.result import design_minutes, pareto_frame, plan_of
 from expdesign.report import words
 from expdesign.report.design_data import criteria_cells
 from expdesign.report.design_report import design_report
-from expdesign.report.design_texts import lower_bound_sentence
+from expdesign.report.design_texts import run_said
 from expdesign.report.error_budget import parts
 from expdesign.report.page import content_of, render
+from tests.report.conftest import text_of
 
 
 def content(html: str) -> dict[str, Any]:
@@ -145,7 +146,7 @@ def test_the_time_of_the_plan_is_among_the_cards(hexapod: Any) -> None:
     assert "Time of the plan" not in hexapod.html
     problem = replace(hexapod.problem, costs=Costs(pose_change=2.0, mass_change=10.0, reading=0.5))
     minutes = design_minutes(problem, hexapod.front)
-    page = render(design_report(problem, hexapod.front, hexapod.run))
+    page = render(design_report(problem, hexapod.front, hexapod.run, hexapod.said))
     card = page.split("Time of the plan", 1)[1][:200]
     assert f">{words.number(float(minutes[hexapod.front.recommended]))}<" in card
 
@@ -158,14 +159,15 @@ def test_criteria_that_are_zero_for_every_design_are_left_out(hexapod: Any) -> N
 
 
 def test_the_lower_bound_is_compared_with_the_recommended_design(hexapod: Any, bipod: Any) -> None:
-    sentence = lower_bound_sentence(hexapod.problem, hexapod.front, hexapod.run)
-    assert sentence is not None
+    sentence = hexapod.said.sentences[-1]
     duir = hexapod.front.criteria["duir"]
     above = 100.0 * (duir[hexapod.front.recommended] / (0.8 * duir.min()) - 1.0)
     assert f"No plan of {words.count(hexapod.problem.space.measurements, 'measurement')}" in sentence
     assert f"{words.number(float(above), 2)}\u00a0% above this bound" in sentence
-    assert lower_bound_sentence(bipod.problem, bipod.front, bipod.run) is None
+    assert bipod.said.sentences[-1] == "No lower bound of DUIR: 40 candidates."
     assert "No plan of" not in bipod.html
+    shown = "".join(text_of(hexapod.html).split())
+    assert all("".join(text.replace("`", "").split()) in shown for text in hexapod.said.sentences)
 
 
 def test_legs_are_as_long_in_the_picture_as_the_robot_says(case: Any) -> None:
@@ -202,9 +204,7 @@ def test_of_three_objectives_any_two_can_be_drawn(hexapod: Any, bipod: Any) -> N
 
 def test_a_plan_that_may_be_better_is_said_in_one_sentence(hexapod: Any) -> None:
     duir = float(hexapod.front.criteria["duir"].min())
-    sentence = lower_bound_sentence(hexapod.problem, hexapod.front, {"duir_lower_bound": 0.8 * duir})
-    assert sentence is not None
-    assert "if there is one, is at most 20\u00a0% better." in sentence
-    at_bound = lower_bound_sentence(hexapod.problem, hexapod.front, {"duir_lower_bound": duir})
-    assert at_bound is not None
-    assert "if there is one" not in at_bound
+    accepted = recommended_acceptance(hexapod.problem, hexapod.front)
+    assert "if there is one, is at most 20\u00a0% better." in hexapod.said.sentences[-1]
+    at_bound = run_said(hexapod.problem, hexapod.front, {"duir_lower_bound": duir}, accepted)
+    assert "if there is one" not in at_bound.sentences[-1]

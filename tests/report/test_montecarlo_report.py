@@ -11,8 +11,8 @@ import numpy as np
 from expdesign.assurance.validation.repeated import Repeated, repeat
 from expdesign.report import words
 from expdesign.report.blocks import Figure
-from expdesign.report.montecarlo_report import montecarlo_report
-from expdesign.report.page import render
+from expdesign.report.montecarlo_report import montecarlo_report, montecarlo_said
+from expdesign.report.page import Page, render
 from tests.cases import ALL_ERRORS, setup
 from tests.report.conftest import EVIL_NAME, text_of
 from tests.report.test_in_browser import until
@@ -27,9 +27,13 @@ def repeated(errors: bool = True) -> Repeated:
     return repeat(problem, plan, 4000, 22)
 
 
+def reported(result: Repeated) -> Page:
+    return montecarlo_report(result, montecarlo_said(result, ()))
+
+
 @cache
 def page(errors: bool = True) -> str:
-    return render(montecarlo_report(repeated(errors)))
+    return render(reported(repeated(errors)))
 
 
 def test_criteria_and_their_prediction_are_there() -> None:
@@ -48,13 +52,13 @@ def test_what_differs_is_said() -> None:
     wrong.__dict__["deviations"] = {
         cause: (estimate, predicted / 2.0) for cause, (estimate, predicted) in result.deviations.items()
     }
-    shown = text_of(render(montecarlo_report(wrong)))
+    shown = text_of(render(reported(wrong)))
     assert "The prediction holds" not in shown
     assert "differ by more than three standard errors" in shown
 
 
 def test_without_load_errors_they_are_not_drawn() -> None:
-    figures = [block for section in montecarlo_report(repeated(False)).sections for block in section.blocks]
+    figures = [block for section in reported(repeated(False)).sections for block in section.blocks]
     names = {trace["name"] for figure in figures if isinstance(figure, Figure) for trace in figure.plot["data"]}
     assert not any("load errors" in name for name in names)
 

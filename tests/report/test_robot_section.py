@@ -10,7 +10,7 @@ from expdesign.mechanics.robots.hexapod import Hexapod, RingSection
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.page import content_of
-from expdesign.report.robot_section import actuator_frame, actuator_sentences
+from expdesign.report.robot_section import actuator_frame, actuator_tables
 from expdesign.report.robot_view import at_rest, view_data
 from tests.commands.calls import Printed, refusal
 
@@ -32,10 +32,10 @@ def ring_hexapod() -> Hexapod:
 
 
 def test_a_ring_of_joints_says_where_leg_1_is() -> None:
-    lines = actuator_sentences(ring_hexapod())
-    assert lines[0].startswith("leg 1: base joint at −12.0° (244.5, −52.0, 0.0)")
-    assert lines[1].startswith("leg 2: base joint at 12.0°")
-    assert "counter-clockwise" in lines[-1]
+    (table,) = actuator_tables(ring_hexapod())
+    assert list(table.rows[0])[:3] == ["leg 1", "(244.5, −52.0, 0.0)", "−12.0"]
+    assert list(table.rows[1])[2] == "12.0"
+    assert "counter-clockwise" in table.caption
 
 
 def test_lengths_are_distances_between_the_joints() -> None:

@@ -1,5 +1,6 @@
-"""A calibrated arm on the page of `expdesign identify`, on the console and in `identification.json`."""
+"""A calibrated arm: what `expdesign identify` says of it, its tables, and its part of `identification.json`."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -7,37 +8,39 @@ import pandas as pd
 
 from expdesign.chain.effects.instrument.frame import FrameWander
 from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
+from expdesign.coordinates import SPATIAL
 from expdesign.estimation.accuracy import Errors
 from expdesign.estimation.arm import ArmCalibration
 from expdesign.estimation.arm_outcome import Corrected, attached_frames, corrections, origins
 from expdesign.estimation.coverage import NORMAL_95
 from expdesign.estimation.identify import Identification
-from expdesign.io.output import csv_text
 from expdesign.report import words
-from expdesign.report.blocks import DataTable, Download, PageSection, Sentences
-
-_NAMES = ("mean", "rms", "most", "percentile")
-_HEADINGS = ("mean", "RMS", "maximum", "95 %")
+from expdesign.report.blocks import DataTable, PageSection, Sentences, Shown, corrections_of, framed, number_of
 
 
 def arm_sections(result: Identification) -> list[PageSection]:
     """Accuracy before and after, corrected parameters, origins of the joints and frames."""
     found = result.arm
     assert found is not None
-    levels = levels_line(found)
-    said = [] if levels is None else [Sentences([f"{words.sentence(levels)}."])]
-    sections = [PageSection("accuracy", "Accuracy before and after", [_accuracy_table(found), *said])]
-    further = [f"{words.sentence(line)}." for line in further_lines(found)]
-    sections += [PageSection("further", "Beside geometry and compliances", [Sentences(further)])] if further else []
+    sections = [PageSection("accuracy", "Accuracy before and after", [accuracy_table(found)])]
     listed = corrections(found, result.geometry)
     if listed:
-        blocks = [Sentences(_geometry_texts(listed)), _geometry_table(listed), _origin_table(found)]
-        sections.append(PageSection("geometry", "Geometry", blocks))
-    frames = _frame_table(result, found)
+        tables = [_geometry_table(listed), _origin_table(found)]
+        sections.append(PageSection("geometry", "Geometry", [Sentences([_CORRECTIONS, _FILES]), *tables]))
+    frames = _frame_table(found)
     return [*sections, *([] if frames is None else [PageSection("frames", "Tool and base frames", [frames])])]
 
 
-def levels_line(found: ArmCalibration) -> str | None:
+def arm_sentences(result: Identification) -> list[str]:
+    """What an arm's calibration found, beside its accuracy: parameters, sizes of their errors, and what was asked."""
+    found = result.arm
+    if found is None:
+        return []
+    lines = [*_told_apart(corrections(found, result.geometry)), *_levels(found), *_further(found)]
+    return [f"{words.sentence(line)}." for line in lines]
+
+
+def _levels(found: ArmCalibration) -> list[str]:
     """Standard deviations of the groups of errors that the rows ask for, beside those with which arms are made."""
     parts = [
         f"{level.name} held at the drawing"
@@ -46,28 +49,14 @@ def levels_line(found: ArmCalibration) -> str | None:
         f"{level.determined:.1f} of {level.count} determined)"
         for level in found.levels
     ]
-    return f"size of the errors by group, estimated: {', '.join(parts)}" if parts else None
+    return [f"size of the errors by group, estimated: {', '.join(parts)}"] if parts else []
 
 
 def _level(size: float, unit: str) -> str:
     return f"{100.0 * size:.2g} %" if unit == "relative" else words.size(size, unit)
 
 
-def accuracy_lines(found: ArmCalibration) -> list[str]:
-    """A line for every kind of row and of reading."""
-    lines = []
-    for (rows, kind), pair in found.accuracy.items():
-        unit, factor = _unit(kind)
-        parts = [
-            f"{heading} {words.number(factor * getattr(pair.before, name))} → "
-            f"{words.number(factor * getattr(pair.after, name))}"
-            for name, heading in zip(_NAMES, _HEADINGS, strict=True)
-        ]
-        lines.append(f"{kind} of {pair.after.rows} rows ({rows}), before → after: {', '.join(parts)} {unit}")
-    return lines
-
-
-def further_lines(found: ArmCalibration) -> list[str]:
+def _further(found: ArmCalibration) -> list[str]:
     """What was identified on request, a line for every parameter that the rows tell apart, with its 95 % interval."""
     chain, fit = found.fit.chain, found.fit
     deviations, lines = np.sqrt(np.diag(fit.covariance)), []
@@ -90,20 +79,18 @@ def further_lines(found: ArmCalibration) -> list[str]:
     return lines
 
 
-def geometry_line(result: Identification) -> str | None:
-    """How many parameters of the geometry are told apart; None without geometry."""
-    found = result.arm
-    listed = corrections(found, result.geometry) if found is not None else []
+def _told_apart(listed: list[Corrected]) -> list[str]:
+    """How many parameters of the geometry are told apart; nothing without geometry."""
     if not listed:
-        return None
+        return []
     told = sum(each.status == "told apart" for each in listed)
     held = sum(each.status == "held" for each in listed)
     others = sum(each.status == "stands in others" for each in listed)
-    return (
+    return [
         f"{told} of {len(listed)} parameters of the geometry told apart; {others} cannot be told from others, which "
         f"stand for them, {len(listed) - told - others - held} hardly show and stay near the drawing"
         + (f", {held} are held there" if held else "")
-    )
+    ]
 
 
 def arm_record(result: Identification) -> dict[str, Any] | None:
@@ -146,87 +133,100 @@ def _figures(errors: Errors) -> dict[str, float | int]:
     }  # fmt: skip
 
 
-def _unit(kind: str) -> tuple[str, float]:
-    return ("°", 180.0 / np.pi) if kind == "orientation" else ("mm", 1e3)  # distances and gauges are lengths
+def accuracy_table(found: ArmCalibration) -> DataTable:
+    """Lengths of the errors of every kind of row and of reading, before and after."""
+    frame = pd.DataFrame(
+        [
+            {"of": kind, "which": which, "when": when, **_figures(errors)}
+            for (which, kind), pair in found.accuracy.items()
+            for when, errors in (("before", pair.before), ("after", pair.after))
+        ]
+    )
 
+    def figure(name: str) -> Callable[[Any], str]:
+        return lambda row: number_of(name, _unit(row.of)[1])(row)
 
-def _accuracy_table(found: ArmCalibration) -> DataTable:
-    rows, frame = [], []
-    for (which, kind), pair in found.accuracy.items():
-        unit, factor = _unit(kind)
-        for when, errors in (("before", pair.before), ("after", pair.after)):
-            figures = [factor * float(getattr(errors, name)) for name in _NAMES]
-            rows.append([f"{kind}, {unit}", f"{which} ({errors.rows})", when, *(words.number(x) for x in figures)])
-            frame.append({"of": kind, "rows": which, "when": when, **_figures(errors)})
     caption = (
         "Distance between measured and predicted position, and angle between measured and predicted orientation (ISO "
         "9283 calls it accuracy, for one command). Before: the robot as its file has it, with instrument and markers "
         "fitted to it. Left-out folds are predicted by a fit to the others, linearised. The CSV is in m and rad."
     )
-    csv = csv_text(pd.DataFrame(frame))
-    return DataTable("accuracy-table", caption, ["Of", "Rows", "", "Mean", "RMS", "Maximum", "95 %"], rows,
-                     Download("accuracy.csv", csv))  # fmt: skip
+    shown: Shown = {
+        "Of": lambda row: f"{row.of}, {_unit(row.of)[0]}",
+        "Rows": lambda row: f"{row.which} ({row.rows})",
+        "": "when",
+        **{
+            head: figure(name) for head, name in (("Mean", "mean"), ("RMS", "rms"), ("Maximum", "max"), ("95 %", "p95"))
+        },
+    }
+    return framed("accuracy", caption, frame, shown)
 
 
-def _geometry_texts(listed: list[Corrected]) -> list[str]:
-    told = [each for each in listed if each.status == "told apart"]
-    return [
-        f"{len(told)} of {len(listed)} parameters are told apart. Corrections are true minus nominal: a joint's frame "
-        "moves along x, y, z and turns about x, y, z of its own axes (those of its origin in the URDF, at coordinate "
-        "zero); a zero adds to the commanded coordinate.",
-        "`robot.urdf` has the corrected origins, and links `identified_…` where instrument and markers are; the model "
-        "file carries the same with its covariance.",
-    ]
+def _unit(kind: str) -> tuple[str, float]:
+    return ("°", 180.0 / np.pi) if kind == "orientation" else ("mm", 1e3)  # distances and gauges are lengths
+
+
+_CORRECTIONS = (
+    "Corrections are true minus nominal: a joint's frame moves along x, y, z and turns about x, y, z of its own axes "
+    "(those of its origin in the URDF, at coordinate zero); a zero adds to the commanded coordinate."
+)
+_FILES = (
+    "`robot.urdf` has the corrected origins, and links `identified_…` where instrument and markers are; the model file "
+    "carries the same with its covariance."
+)
 
 
 def _geometry_table(listed: list[Corrected]) -> DataTable:
-    rows = [
-        [each.label, *words.fitted(1e3 * each.value, 1e3 * each.low, 1e3 * each.high),
-         "mm" if each.unit == "m" else "mrad", each.note or each.status]
-        for each in listed
-    ]  # fmt: skip
     frame = pd.DataFrame([vars(each) for each in listed])
-    return DataTable(
-        "geometry-table",
-        "Corrections with 95 % intervals. The CSV is in SI units.",
-        ["Parameter", "Correction", "Low", "High", "Unit", "Told apart"],
-        rows,
-        Download("geometry.csv", csv_text(frame)),
-        tall=len(rows) > 40,
-    )
+    shown: Shown = {
+        "Parameter": "label",
+        **corrections_of("Correction", "value"),
+        "Unit": lambda row: "mm" if row.unit == "m" else "mrad",
+        "Told apart": lambda row: str(row.note or row.status),
+    }
+    caption = "Corrections with 95 % intervals. The CSV is in SI units."
+    return framed("geometry-table", caption, frame, shown, tall=len(listed) > 40)
 
 
 def _origin_table(found: ArmCalibration) -> DataTable:
-    rows = []
-    for name, (nominal, corrected) in origins(found).items():
-        for which, pose in (("nominal", nominal), ("corrected", corrected)):
-            rows.append(
-                [
-                    name,
-                    which,
-                    *(words.fixed(1e3 * x, 3) for x in pose[:3]),
-                    *(words.fixed(float(np.degrees(x)), 4) for x in pose[3:]),
-                ]
-            )
-    columns = ["Joint", "", "x, mm", "y, mm", "z, mm", "roll, °", "pitch, °", "yaw, °"]
-    return DataTable("origins-table", "Origins of the joints as in the URDF.", columns, rows)
+    frame = pd.DataFrame(
+        [
+            [joint, which, *pose]
+            for joint, (nominal, corrected) in origins(found).items()
+            for which, pose in (("nominal", nominal), ("corrected", corrected))
+        ],
+        columns=["joint", "origin", *SPATIAL.pose],
+    )
+    names = zip(SPATIAL.pose, ("x, mm", "y, mm", "z, mm", "roll, °", "pitch, °", "yaw, °"), strict=True)
+
+    def cell(name: str) -> Callable[[Any], str]:
+        factor, decimals = (180.0 / np.pi, 4) if name.endswith("_rad") else (1e3, 3)
+        return lambda row: words.fixed(factor * getattr(row, name), decimals)
+
+    shown: Shown = {"Joint": "joint", "": "origin", **{heading: cell(name) for name, heading in names}}
+    return framed("origins", "Origins of the joints as in the URDF.", frame, shown)
 
 
-def _frame_table(result: Identification, found: ArmCalibration) -> DataTable | None:
+def _frame_table(found: ArmCalibration) -> DataTable | None:
     chain = found.fit.chain
-    parameters = chain.parameters[chain.compliances : chain.base]
+    part = slice(chain.compliances, chain.base)
+    parameters = chain.parameters[part]
     if not parameters:
         return None
-    deviation = np.sqrt(np.diag(found.fit.covariance))[chain.compliances : chain.base]
-    values = found.fit.values[chain.compliances : chain.base]
-    rows = []
-    for label, parameter, value, spread in zip(
-        found.labels[chain.compliances : chain.base], parameters, values, deviation, strict=True
-    ):
-        factor, unit = (180.0 / np.pi, "°") if parameter.name.endswith("_rad") else (1e3, "mm")
-        rows.append([label, words.fixed(factor * value, 4), words.number(NORMAL_95 * factor * spread, 2), unit])
+    columns: dict[str, Any] = {"of": found.labels[part], "parameter": [one.name for one in parameters]}
+    columns |= {"estimate": found.fit.values[part], "std": np.sqrt(np.diag(found.fit.covariance))[part]}
+
+    def scaled(row: Any) -> tuple[str, float]:
+        return ("°", 180.0 / np.pi) if row.parameter.endswith("_rad") else ("mm", 1e3)
+
     caption = (
         "The instrument's pose in the base frame, and the markers on the tip. What the geometry cannot be told from is "
         "in them: the base frame is that of joint 1 as it is."
     )
-    return DataTable("frames-table", caption, ["Of", "Estimate", "± 95 %", "Unit"], rows)
+    shown: Shown = {
+        "Of": "of",
+        "Estimate": lambda row: words.fixed(scaled(row)[1] * row.estimate, 4),
+        "± 95 %": lambda row: words.number(NORMAL_95 * scaled(row)[1] * row.std, 2),
+        "Unit": lambda row: scaled(row)[0],
+    }
+    return framed("frames", caption, pd.DataFrame(columns), shown)

@@ -15,7 +15,7 @@ from markupsafe import Markup
 
 from expdesign.io.output import csv_text
 from expdesign.report.options import SHOWN
-from expdesign.report.words import UNDETERMINED
+from expdesign.report.words import UNDETERMINED, in_ascii_powers, number
 
 _BOUND = re.compile(r"(below|above) \d")
 """How a cell begins that is a number."""
@@ -156,6 +156,17 @@ class DataTable(Block):
             return Markup()
         return Markup(' class="text long"' if max(map(len, cells)) > SHOWN.unbroken else ' class="text"')
 
+    @property
+    def lines(self) -> list[str]:
+        """The table as a terminal prints it: headings and rows, columns as wide as their cells."""
+        columns = [[in_ascii_powers(cell) for cell in cells] for cells in zip(self.columns, *self.rows, strict=True)]
+        aligned = [
+            [cell.ljust(width) if self.look(number) else cell.rjust(width) for cell in cells]
+            for number, cells in enumerate(columns)
+            for width in [max(map(len, cells))]
+        ]
+        return ["  ".join(cells).rstrip() for cells in zip(*aligned, strict=True)]
+
 
 def table_of(
     id: str,
@@ -172,11 +183,29 @@ def table_of(
     return DataTable(id, caption, columns, rows, Download(filename, csv_text(data)), tall=tall)
 
 
+Shown = Mapping[str, str | Callable[[Any], str]]
+"""By the heading of each column of a table, the column of a frame, or the cell of a row (of `itertuples`)."""
+
+
+def number_of(column: str, factor: float = 1.0, digits: int = 3) -> Callable[[Any], str]:
+    """The cell of a row with the number of a column of its frame, in another unit."""
+    return lambda row: number(factor * getattr(row, column), digits)
+
+
+def corrections_of(heading: str, column: str) -> Shown:
+    """Cells of a correction (mm, mrad) and of the ends `low` and `high` of its interval; dashes where there is none."""
+
+    def cell(name: str) -> Callable[[Any], str]:
+        return lambda row: "–" if row.low == row.high else number(1e3 * getattr(row, name), 4)
+
+    return {heading: cell(column), "Low": cell("low"), "High": cell("high")}
+
+
 def framed(
     id: str,
     caption: str,
     frame: pd.DataFrame,
-    shown: Mapping[str, str | Callable[[Any], str]],
+    shown: Shown,
     *,
     rows: Sequence[int] | None = None,
     tall: bool = False,
@@ -187,7 +216,7 @@ def framed(
         id: of the table; its CSV is named like it.
         caption: of the table.
         frame: in SI units.
-        shown: by the heading of each column, the column of the frame, or the cell of a row (of `itertuples`).
+        shown: what its columns show.
         rows: that are shown; all if left out.
         tall: whether the table scrolls inside a box.
     """

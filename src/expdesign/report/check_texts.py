@@ -10,7 +10,7 @@ from expdesign.planning.sampling import Feasibility
 from expdesign.report.fit_texts import identified_sentences
 from expdesign.report.options import SHOWN
 from expdesign.report.remark_texts import sentences
-from expdesign.report.robot_section import actuator_sentences
+from expdesign.report.robot_section import actuator_tables
 from expdesign.report.said import Said
 
 
@@ -34,7 +34,7 @@ def robot_said(file: str, source: str, robot: Robot, condition: float, effects: 
     if effects is not None:
         summary = f"identified model with {counted(effects, 'effect')} of a {summary}"
     notes = [f"{source}: at the reference pose {robot.limit_message(reference)}"] if beyond else []
-    return Said(summary, [f"{file}: {summary}", *actuator_sentences(robot)], notes)
+    return Said(summary, [f"{file}: {summary}"], notes, tables=actuator_tables(robot))
 
 
 def problem_said(file: str, problem: DesignProblem, found: Feasibility, doubts: Sequence[str]) -> Said:

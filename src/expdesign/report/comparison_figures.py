@@ -1,7 +1,6 @@
 """Figures and tables of the page of `expdesign compare`."""
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
@@ -9,7 +8,7 @@ import pandas as pd
 from expdesign.assurance.comparison.correlation import RankCorrelation
 from expdesign.assurance.comparison.judgement import Judgement
 from expdesign.report import words
-from expdesign.report.blocks import DataTable, Figure, PageSection, framed, table_of
+from expdesign.report.blocks import DataTable, Figure, PageSection, Shown, framed, table_of
 from expdesign.report.figures import axis, bars, chart, colour, curve, points, whiskers
 from expdesign.report.page import plot_text
 
@@ -198,7 +197,7 @@ def correlation_figure(index: int, found: list[RankCorrelation]) -> Figure:
 
 def correlation_table(index: int, found: list[RankCorrelation]) -> DataTable:
     """The same as a table."""
-    shown: dict[str, str | Callable[[Any], str]] = {
+    shown: Shown = {
         "Criterion": lambda row: words.criterion(row.criterion),
         "Over": "over",
         "Designs": "designs",

@@ -8,6 +8,7 @@ import numpy as np
 from expdesign.estimation.compensation.compensate import Corrections
 from expdesign.estimation.compensation.correction_table import CorrectionTable
 from expdesign.report import words
+from expdesign.report.blocks import DataTable, table_of
 from expdesign.report.said import REFUTED, Said
 
 BASE_AS_DRAWN = (
@@ -33,8 +34,10 @@ def compensated(
         refuted: whether the recordings of the model refute it.
     """
     summary = _largest(corrections, translations)
-    lines = [*_table(corrections, sequence, translations), summary, *scope]
-    return Said(summary, lines, [REFUTED] if refuted else [])
+    more = len(sequence) - MOST_LINES
+    lines = [*([f"({more} smaller corrections are in the file)"] if more > 0 else []), summary, *scope]
+    tables = [_table(corrections, sequence, translations)]
+    return Said(summary, lines, [REFUTED] if refuted else [], tables=tables)
 
 
 def tabulated(
@@ -72,20 +75,15 @@ def tabulated(
     return Said("\n".join(lines), document=lambda: record)
 
 
-def _table(corrections: Corrections, sequence: list[int], translations: int) -> list[str]:
-    """A table of the corrections, rows in the order of the targets."""
-    count = len(sequence)
-    chosen = np.arange(count)
-    if count > MOST_LINES:
-        chosen = np.sort(np.argsort(-corrections.translation, kind="stable")[:MOST_LINES])
-    rows = [["target", "correction", "", "U (k = 2)", "", "beyond what was calibrated"]]
-    for row in chosen:
+def _table(corrections: Corrections, sequence: list[int], translations: int) -> DataTable:
+    """The corrections in the order of the targets; of many targets the largest."""
+    largest = np.argsort(-corrections.translation, kind="stable")[:MOST_LINES]
+    rows = []
+    for row in np.sort(largest):
         size, known = _sizes(corrections, translations, [int(row)])
         beyond = "; ".join(map(str, corrections.beyond[row])) or "-"
-        rows.append([str(sequence[row]), *size, *[""] * (2 - len(size)), *known, *[""] * (2 - len(known)), beyond])
-    widths = [max(len(row[column]) for row in rows) for column in range(5)]
-    lines = ["  ".join([*(cell.rjust(w) for cell, w in zip(row, widths, strict=False)), row[5]]) for row in rows]
-    return lines + ([f"({count - MOST_LINES} smaller corrections are in the file)"] if count > MOST_LINES else [])
+        rows.append([str(sequence[row]), ", ".join(size), ", ".join(known), beyond])
+    return table_of("corrections", "", ["Target", "Correction", "U (k = 2)", "Beyond what was calibrated"], rows)
 
 
 def _largest(corrections: Corrections, translations: int) -> str:

@@ -42,17 +42,17 @@ from expdesign.report.design_figures import (
 )
 from expdesign.report.design_texts import (
     about_run,
-    lower_bound_sentence,
     next_steps,
     planned_count,
     poses_text,
     vocabulary,
 )
-from expdesign.report.error_budget import EXPLAINED, headings, worst_sentence
+from expdesign.report.error_budget import EXPLAINED, headings
 from expdesign.report.hidden_physics import hidden_section
 from expdesign.report.options import SHOWN
 from expdesign.report.page import Page
 from expdesign.report.robot_view import view_figure
+from expdesign.report.said import Said
 
 _PLAN_CAPTION = (
     "Plan of design {design}: one row per measurement. Shown in mm, mrad and, of joints, degrees, rounded; the CSV "
@@ -64,13 +64,14 @@ _BUDGET_CAPTION = (
 )
 
 
-def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> Page:
+def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any], said: Said) -> Page:
     """The report of a finished search.
 
     Args:
         problem: what was searched.
         front: what was found.
         run: the content of `run.json` (file-formats.md, run.json).
+        said: what is said of it (`run_said`).
     """
     assessment = problem.assessed(front.decisions)
     accepted = planned_decisions(problem, assessment)
@@ -86,13 +87,13 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
     }
     robot = problem.loaded.robot
     sections = (
-        _summary(problem, front, run, accepted[front.recommended]),
+        said.section("In short", _key_figures(problem, front, accepted[front.recommended]), id="summary"),
         _design(problem, front, accepted[front.recommended], data),
         _choice(problem, front, data),
         _over_workspace(problem, front, data, maps),
         hidden_section(problem, front),
         next_steps(problem, front),
-        vocabulary(problem, front),
+        vocabulary(front),
         about_run(problem, front, run),
     )
     versions = run.get("versions", {})
@@ -109,7 +110,7 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any]) 
     )
 
 
-def _summary(problem: DesignProblem, front: Front, run: Mapping[str, Any], accepted: Decision) -> PageSection:
+def _key_figures(problem: DesignProblem, front: Front, accepted: Decision) -> KeyFigures:
     best = {name: words.number(float(values[front.recommended])) for name, values in front.criteria.items()}
     minutes = design_minutes(problem, front)
     figures = [
@@ -122,16 +123,7 @@ def _summary(problem: DesignProblem, front: Front, run: Mapping[str, Any], accep
     ]
     if minutes is not None:
         figures.insert(5, KeyFigure("Time of the plan", words.number(float(minutes[front.recommended])), "min"))
-    sentences = [*([run["plan_ended"]] if "plan_ended" in run else []), worst_sentence(accepted.budget)]
-    if "unseen" in run:
-        sentences.append(run["unseen"]["sentence"])
-    bound = lower_bound_sentence(problem, front, run)
-    if bound is not None:
-        sentences.append(bound)
-    opening = (
-        "What the recommended design achieves. A tolerance is the error that the configuration accepts on an axis."
-    )
-    return PageSection("summary", "In short", (Paragraph(opening), KeyFigures(figures), Sentences(sentences)))
+    return KeyFigures(figures)
 
 
 def _choice(problem: DesignProblem, front: Front, data: Mapping[str, Any]) -> PageSection:

@@ -5,8 +5,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.decision import Decision
@@ -17,8 +15,9 @@ from expdesign.planning.criteria.criterion import Criterion
 from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
-from expdesign.report.blocks import HERE, Definitions, NextSteps, PageSection
+from expdesign.report.blocks import HERE, Definitions, NextSteps, PageSection, table_of
 from expdesign.report.design_data import criteria_table, further_criteria
+from expdesign.report.glossary import words_section
 from expdesign.report.robot_view import moving_part
 from expdesign.report.said import Said
 
@@ -71,43 +70,22 @@ def next_steps(problem: DesignProblem, front: Front) -> PageSection:
     return PageSection("next", "What to do next", (NextSteps(steps),))
 
 
-def vocabulary(problem: DesignProblem, front: Front) -> PageSection:
+def vocabulary(front: Front) -> PageSection:
     """The words of the page, for a reader who has not met them."""
-    moving = moving_part(problem.loaded.robot)
-    items = [
-        ("Deflection", f"How far the {moving} moves when the load is put on, at the same command of the actuators."),
-        (
-            "Tolerance",
-            "The error that the configuration accepts on an axis of a target. 1 tolerance = just acceptable.",
-        ),
-        ("RMS, σ", "Root mean square error, one standard deviation: two of three outcomes lie within it."),
-        ("DUIR", "RMS error at the targets after calibration, due to noise of the measured deflections."),
-        ("FEIR", "RMS error at the targets, due to errors of the applied loads in the experiment."),
-        ("total", "The RMS error to expect at the targets after calibration and compensation, from both."),
-        ("Front", "Designs that no other design beats in every objective."),
-        ("Recommended", "The design on the front with the least total error."),
-        ("Knee", "The design nearest to the ideal point, with objectives scaled over the front."),
-        ("Hypervolume", "Volume of the space of objectives that the front dominates; it grows as the search improves."),
-    ]
-    observability = [name for name in further_criteria(front) if name in ("o1", "o2", "o3", "o4", "o5")]
-    if observability:
-        text = "Observability indices: how well all stiffnesses are determined, regardless of the targets."
-        items.insert(6, (" ".join(words.criterion(name) for name in observability), f"{text} Larger is better."))
-    tests = [name for name in front.criteria if name.startswith(("o_tp", "o_mv"))]
-    if tests:
-        text = "Variance of the attained position due to noise: at the first target, and over the targets (m²)."
-        items.insert(7, (" ".join(words.criterion(name) for name in tests), text))
-    if "meir" in front.criteria:
-        text = "The error at the targets that physics beyond the model still causes where the plan does not show it."
-        items.insert(6, ("MEIR", text))
-    return PageSection("words", "What the words mean", (Definitions(items),))
+    names = ["Deflection", "Tolerance", "RMS, σ", "DUIR", "FEIR", "total"]
+    names += ["MEIR"] if "meir" in front.criteria else []
+    names += ["O1 to O5"] if {"o1", "o2", "o3", "o4", "o5"} & set(further_criteria(front)) else []
+    names += ["O_TP, O_MV"] if any(name.startswith(("o_tp", "o_mv")) for name in front.criteria) else []
+    return words_section(*names, "Front", "Recommended", "Knee", "Hypervolume")
 
 
-def lower_bound_sentence(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> str | None:
-    """How near the designs come to what no plan can surpass, or None where that was not computed."""
-    bound = run.get("duir_lower_bound")
-    if bound is None or bound <= 0.0:
-        return None
+def _lower_bound(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> list[str]:
+    """How near the designs come to what no plan can surpass, or why that was not computed."""
+    bound = run["duir_lower_bound"]
+    if bound is None:
+        return [f"No lower bound of DUIR: {run['duir_lower_bound_certified_on']}."]
+    if bound <= 0.0:
+        return []
     duir = front.criteria["duir"]
     recommended = 100.0 * (duir[front.recommended] / bound - 1.0)
     least = 100.0 * (duir.min() / bound - 1.0)
@@ -120,7 +98,7 @@ def lower_bound_sentence(problem: DesignProblem, front: Front, run: Mapping[str,
     if least > 0.0:
         better = words.number(100.0 * (1.0 - bound / duir.min()), 2)
         texts.append(f"A plan with a smaller DUIR, if there is one, is at most {better}\u00a0% better.")
-    return " ".join(texts)
+    return [" ".join(texts)]
 
 
 def planned_count(problem: DesignProblem, front: Front) -> int:
@@ -199,10 +177,11 @@ def next_said(totals: FloatArray, fit: StatementOfFit | None, undetermined: str 
     return Said(counted(count, "further measurement"), lines)
 
 
-def run_said(front: Front, run: Mapping[str, Any], accepted: Decision) -> Said:
+def run_said(problem: DesignProblem, front: Front, run: Mapping[str, Any], accepted: Decision) -> Said:
     """What `run` says: the front, why the search ended, acceptance of the recommended design, and what is not known.
 
     Args:
+        problem: what was searched.
         front: what was found.
         run: the content of `run.json` (file-formats.md, run.json).
         accepted: the decision about the recommended design.
@@ -212,19 +191,17 @@ def run_said(front: Front, run: Mapping[str, Any], accepted: Decision) -> Said:
         f"{counted(len(front), 'design')} on the front; recommended design {front.recommended + 1}: "
         f"DUIR {best['duir']:.4g}, FEIR {best['feir']:.4g}, total {best['total']:.4g} tolerances."
     )
-    lines = [summary, f"The search ended because {front.ended}."]
-    lines += [run["plan_ended"]] if "plan_ended" in run else []
-    lines += sentences(accepted)
-    lines += [run[name]["sentence"] for name in ("accuracy", "unseen") if name in run]
-    if run["duir_lower_bound"] is None:
-        lines.append(f"no lower bound of DUIR: {run['duir_lower_bound_certified_on']}")
-    return Said(summary, lines, document=lambda: run)
+    texts = [summary, f"The search ended because {front.ended}."]
+    texts += [run["plan_ended"]] if "plan_ended" in run else []
+    texts += sentences(accepted)
+    texts += [run[name]["sentence"] for name in ("accuracy", "unseen") if name in run]
+    return Said(summary, [*texts, *_lower_bound(problem, front, run)], document=lambda: run)
 
 
 def evaluated(
     criteria: Mapping[str, Criterion], record: Mapping[str, Any], accepted: Decision, remarks: Sequence[str]
 ) -> Said:
-    """What `evaluate` says: every criterion, as a table as wide as the terminal, and what is accepted.
+    """What `evaluate` says: every criterion, and what is accepted.
 
     Args:
         criteria: by their names.
@@ -232,15 +209,18 @@ def evaluated(
         accepted: the decision about the plan.
         remarks: what is doubtful about it, in words.
     """
-    shown = Table("criterion", "value", "unit", "better")
-    for name, criterion in criteria.items():
-        text = "not identifiable" if record[name] is None else f"{record[name]:.6g}"
-        shown.add_row(criterion.title, text, criterion.unit, "larger" if criterion.maximise else "smaller")
-    console = Console(soft_wrap=True)
-    with console.capture() as table:
-        console.print(shown)
+    rows = [
+        [
+            criterion.title,
+            "not identifiable" if record[name] is None else f"{record[name]:.6g}",
+            criterion.unit,
+            "larger" if criterion.maximise else "smaller",
+        ]
+        for name, criterion in criteria.items()
+    ]
+    table = table_of("criteria", "Criteria of the plan.", ["Criterion", "Value", "Unit", "Better"], rows)
     accuracy = record.get("accuracy")
-    lines = [*table.get().splitlines(), *sentences(accepted), *([accuracy["sentence"]] if accuracy else [])]
+    lines = [*sentences(accepted), *([accuracy["sentence"]] if accuracy else [])]
     values = [f"{name} {np.nan if record[name] is None else record[name]:.4g}" for name in ("duir", "feir", "total")]
     notes = [f"expdesign: {remark}" for remark in remarks]
-    return Said(f"{', '.join(values)} tolerances", lines, notes, lambda: record)
+    return Said(f"{', '.join(values)} tolerances", lines, notes, lambda: record, [table])

@@ -3,8 +3,7 @@
 Laws in the report of a diagnosis: their curves, and where they may be.
 """
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
@@ -15,7 +14,7 @@ from expdesign.diagnosis.law_findings import LawFinding, curve_file, curves
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.probabilities import probability_text
 from expdesign.report import words
-from expdesign.report.blocks import Block, DataTable, Figure, SideBySide, framed
+from expdesign.report.blocks import Block, DataTable, Figure, Shown, SideBySide, framed, number_of
 from expdesign.report.diagnosis_texts import in_prose
 from expdesign.report.figures import axis, band, bars, chart, curve, level, points
 from expdesign.report.options import SHOWN
@@ -71,10 +70,10 @@ def _places_table(result: Diagnosis) -> DataTable:
         "Where each law may be. The evidence is that of all laws that the place could hold, beside the other laws; "
         "places whose probabilities are close cannot be told apart by these recordings."
     )
-    shown: dict[str, str | Callable[[Any], str]] = {
+    shown: Shown = {
         "Law": "law",
         "Where": "component",
-        "Log evidence": lambda row: words.number(row.log_evidence, 4),
+        "Log evidence": number_of("log_evidence", digits=4),
         "Probability": lambda row: probability_text(row.probability, 2),
     }
     frame = pd.DataFrame(

@@ -1,6 +1,6 @@
 """The page of `expdesign diagnose`: what is wrong, where, how sure that is, and how much better the model is now."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,49 +13,47 @@ from expdesign.report import words
 from expdesign.report.blocks import (
     Block,
     DataTable,
-    Definitions,
     KeyFigure,
     KeyFigures,
     NextSteps,
     PageSection,
     Paragraph,
-    Sentences,
+    Shown,
     SideBySide,
     framed,
     model_steps,
+    number_of,
     table_of,
 )
 from expdesign.report.diagnosis_figures import added, axis_figure, error_figure, law_blocks, residual_figures
-from expdesign.report.diagnosis_texts import MEASURE_NEXT, conclusions, in_prose, located, next_recording
+from expdesign.report.diagnosis_texts import MEASURE_NEXT, in_prose, located, next_recording
+from expdesign.report.glossary import words_section
 from expdesign.report.options import SHOWN
 from expdesign.report.page import Page
 from expdesign.report.physics_words import effect_words, physics_words
 from expdesign.report.robot_section import SCRIPTS, picture
 from expdesign.report.robot_view import at_rest
-from expdesign.report.stiffness import added_physics, diagnosed_stiffness, stiffness_table
+from expdesign.report.said import Said
 
 
 def diagnosis_report(
-    result: Diagnosis, hidden: str | None = None, at_targets: Sequence[PageSection] = (), configuration: str = ""
+    result: Diagnosis, said: Said, at_targets: Sequence[PageSection] = (), configuration: str = ""
 ) -> Page:
     """The report of a diagnosis.
 
     Args:
         result: what was found.
-        hidden: what may still be hidden where targets were named, in words, with the accuracy to expect.
+        said: what is said of it (`diagnosed`).
         at_targets: sections about the targets.
         configuration: path of the run configuration that has them.
     """
     drawn, data = _picture(result)
     consistent = result.verdict == "consistent"
     found = [_effects_table(result)] if any(finding.parameters for finding in result.findings) else []
-    if added_physics(result):
-        about = "with this physics in the model, with 95 % intervals; beside it the base model's."
-        found.append(stiffness_table(diagnosed_stiffness(result), result.robot, about))
     errors = SideBySide([error_figure(result)], [axis_figure(result)])
     sections = (
-        PageSection("result", "Result", [Sentences(conclusions(result, hidden)), _key_figures(result)]),
-        PageSection("physics", "What was left out", found),
+        said.section("Result", _key_figures(result)),
+        PageSection("physics", "What was left out", [*found, *said.tables]),
         PageSection("laws", "Laws at ports", law_blocks(result)),
         PageSection("where", "Where the mismatch is", [] if consistent else [*drawn, *_where(result)]),
         *at_targets,
@@ -64,7 +62,7 @@ def diagnosis_report(
         PageSection("machine", "The robot", drawn if consistent else []),
         PageSection("considered", "What was considered", _considered(result)),
         PageSection("next", "Next steps", [_next_steps(result, configuration)]),
-        PageSection("words", "Words", [Definitions(_WORDS)]),
+        words_section("Base model", "Standard deviation", "Held out", "Probability"),
     )
     rows = len(result.recordings)
     return Page(
@@ -113,7 +111,7 @@ def _effects_table(result: Diagnosis) -> DataTable:
     def numbers(row: Any, *values: float) -> str:
         return " to ".join(words.number(words.parameter(row.parameter, row.value).factor * value) for value in values)
 
-    shown: dict[str, str | Callable[[Any], str]] = {
+    shown: Shown = {
         "Physics": lambda row: physics_words(row.physics),
         "Component": "component",
         "Parameter": title,
@@ -133,10 +131,10 @@ def _where(result: Diagnosis) -> list[Block]:
         "How much of χ² any cause in that place, or any straight line or parabola in that quantity, would explain. "
         "p is corrected for the number of tests in its group."
     )
-    shown: dict[str, str | Callable[[Any], str]] = {
+    shown: Shown = {
         "Where": lambda row: in_prose(row.name),
         "Kind": "kind",
-        "Explains": lambda row: words.number(row.explained, 4),
+        "Explains": number_of("explained", digits=4),
         "Directions": "dimension",
         "p": lambda row: probability_text(row.p_value, 2),
         "": lambda row: "stands out" if row.p_value < OPTIONS.level else "",
@@ -177,15 +175,3 @@ def _next_steps(result: Diagnosis, configuration: str) -> NextSteps:
     if result.verdict == "unexplained":
         steps.insert(0, (next_recording(result), ""))
     return NextSteps(steps)
-
-
-_WORDS = [
-    ("Base model", "One linear spring per actuator and nothing else."),
-    ("Standard deviation", "Size of the noise of a reading; residuals divided by it scatter with RMS 1."),
-    ("Held out", "Recordings that a model has not seen when it was fitted; what it says about them is a prediction."),
-    (
-        "Probability",
-        "That this physics at this component is really there, given these recordings and the library of physics that "
-        "was searched.",
-    ),
-]

@@ -16,7 +16,7 @@ from expdesign.report.options import SHOWN
 from expdesign.report.physics_words import physics_words
 from expdesign.report.remark_texts import sentences
 from expdesign.report.said import Said
-from expdesign.report.stiffness import added_physics, diagnosed_stiffness, stiffness_lines
+from expdesign.report.stiffness import added_physics, diagnosed_stiffness, stiffness_table
 
 
 def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[str, Any]:
@@ -159,29 +159,31 @@ _COLUMN = re.compile(r"\b([a-z]+\d*)_(?:m|rad|N|Nm)\b")
 
 
 def diagnosed(result: Diagnosis, plan: str | None, at_targets: Said | None = None) -> Said:
-    """What `diagnose` says: verdict, findings, stiffnesses, and what to do next.
+    """What `diagnose` says: verdict, findings, how well the models fit, stiffnesses, and what to do next.
 
     Args:
         result: the diagnosis.
         plan: file of a plan that separates two explanations, or None.
         at_targets: what is said at the targets of a configuration.
     """
-    further = Said("", []) if at_targets is None else at_targets
-    lines = [*ended_sentences(result), f"Verdict: {result.verdict}."]
-    if result.verdict == "unexplained":
-        lines += [mismatch(result), next_recording(result)]
-    lines += [f"{one.sentence.rstrip('.')} ({_how_probable(one)}){_instead(one)}." for one in result.findings]
-    if added_physics(result):
-        lines += ["With this physics in the model:", *stiffness_lines(diagnosed_stiffness(result), result.robot)]
-    lines += diagnosed_fit_sentences(result)
-    lines += [coverage_sentence(result.errors.coverage)] if np.isfinite(result.errors.coverage) else []
-    lines += [*further.lines, *([MEASURE_NEXT] if result.rival is not None else [])]
+    further = at_targets or Said("", [])
+    texts = [*ended_sentences(result), f"Verdict: {result.verdict}. {VERDICTS[result.verdict]}"]
+    texts += [_finding(one) for one in result.findings]
+    texts += [mismatch(result)] if result.verdict != "consistent" else []
+    texts += [next_recording(result)] if result.verdict == "unexplained" else []
+    texts += [*diagnosed_fit_sentences(result), *_held_out(result), *sentences(result.caveats)]
+    if not result.noise.known:
+        texts.append("The recordings state no standard deviations: the verdict rests on held-out error.")
+    texts += [*further.sentences, *([MEASURE_NEXT] if result.rival is not None else [])]
     there = [f"{each.physics} at {each.component}" for each in result.findings]
+    about = "with this physics in the model, with 95 % intervals; beside it the base model's."
+    frame = diagnosed_stiffness(result) if added_physics(result) else None
     return Said(
         ", ".join([*(["ended by hand"] if result.ended else []), result.verdict, *there]),
-        lines,
+        texts,
         ["interrupted: the best model so far is written"] if result.ended else [],
         lambda: diagnosis_record(result, plan) | dict(further.document()),
+        [] if frame is None else [stiffness_table(frame, result.robot, about)],
     )
 
 
@@ -195,31 +197,19 @@ def ended_sentences(result: Diagnosis) -> list[str]:
     ]
 
 
-def conclusions(result: Diagnosis, hidden: str | None) -> list[str]:
-    """What the page says first: what may be hidden where nothing is missing, the verdict, and the findings."""
-    texts = ended_sentences(result) + ([] if hidden is None else [hidden])
-    texts.append(VERDICTS[result.verdict])
-    texts += [_finding(one) for one in result.findings]
-    if result.verdict != "consistent":
-        texts.append(mismatch(result))
-    texts += diagnosed_fit_sentences(result)
-    errors = result.errors
+def _held_out(result: Diagnosis) -> list[str]:
+    """How well rows that were not fitted are predicted, and how often refits to fewer rows name the same."""
+    texts, errors, stable = [], result.errors, result.stability
     if result.findings:
         texts.append(
             f"Held-out recordings ({errors.how}) are predicted to {words.number(errors.test_after)} standard "
             f"deviations, without this physics to {words.number(errors.test_before)}; 1 is the noise."
         )
-    if result.stability is not None and all(one.named_by is None for one in result.findings):
-        stable = result.stability
+    if stable is not None and all(one.named_by is None for one in result.findings):
         texts.append(
             f"{100.0 * stable.same:.0f} % of {stable.refits} refits, each without a tenth of the rows, name the same."
         )
-    if np.isfinite(errors.coverage):
-        texts.append(coverage_sentence(errors.coverage))
-    texts += sentences(result.caveats)
-    if not result.noise.known:
-        texts.append("The recordings state no standard deviations: the verdict rests on held-out error.")
-    return texts
+    return texts + ([coverage_sentence(errors.coverage)] if np.isfinite(errors.coverage) else [])
 
 
 def _finding(finding: Finding) -> str:

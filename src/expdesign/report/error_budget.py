@@ -12,9 +12,9 @@ import pandas as pd
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import UncertaintyBudget
 from expdesign.assurance.acceptance.decision import Decision
-from expdesign.assurance.acceptance.said import DECISION_RULE, acceptance_record, sentences
+from expdesign.assurance.acceptance.said import DECISION_RULE, acceptance_record
 from expdesign.report import words
-from expdesign.report.blocks import PageSection, Paragraph, Sentences, table_of
+from expdesign.report.blocks import PageSection, Paragraph, table_of
 
 EXPLAINED = (
     f"Every axis in the table by itself: its expanded uncertainty U = k u is compared with its tolerance "
@@ -40,7 +40,7 @@ def acceptance_section(decision: Decision, of: str) -> PageSection:
     caption = f"Uncertainty budget and acceptance of {of}; u are standard uncertainties (JCGM 100:2008)."
     table = table_of("acceptance-table", caption, headings(decision), acceptance_rows(decision), frame)
     explained = Paragraph(EXPLAINED if decision.decided else _UNDECIDED)
-    return PageSection("acceptance", "Acceptance", (Sentences(sentences(decision)), table, explained))
+    return PageSection("acceptance", "Acceptance", (table, explained))
 
 
 def headings(decision: Decision) -> list[str]:
@@ -82,17 +82,3 @@ def parts(budget: UncertaintyBudget) -> FloatArray:
     noise, *sources = (one.deviation for one in budget.contributions)
     load = np.sqrt(sum((source**2 for source in sources), start=np.zeros_like(noise)))
     return np.stack([noise, load, budget.standard, *sources], axis=-1)
-
-
-def worst_sentence(budget: UncertaintyBudget) -> str:
-    """The most demanding axis of all targets in words."""
-    ratio = budget.standard / budget.tolerance
-    target, axis = (int(i) for i in np.unravel_index(int(np.nanargmax(ratio)), ratio.shape))
-    name = budget.axes[axis]
-    sigma = f"{words.number(1e6 * budget.standard[target, axis])}\u00a0{words.micro_unit(name)}"
-    tolerance = f"{words.given(1e6 * budget.tolerance[target, axis])}\u00a0{words.micro_unit(name)}"
-    return (
-        f"After calibration with this plan, the most demanding axis is {words.axis(name)} at target "
-        f"{target + 1}: {sigma} RMS are to be expected, "
-        f"{words.number(100.0 * ratio[target, axis])}\u00a0% of the tolerance of {tolerance}."
-    )

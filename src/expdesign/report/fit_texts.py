@@ -1,6 +1,5 @@
 """Sentences about a fit: what `identify` says, and what a page says of the statement of fit."""
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,12 +8,13 @@ from expdesign.counted import counted
 from expdesign.estimation.goodness import StatementOfFit
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.remarks import BeyondManufacture, IdleActuators, Implausible
+from expdesign.probabilities import p_text
 from expdesign.report import words
-from expdesign.report.arm_section import accuracy_lines, further_lines, geometry_line, levels_line
+from expdesign.report.arm_section import accuracy_table, arm_sentences
 from expdesign.report.identification_tables import identification_record, rms
 from expdesign.report.remark_texts import sentences
 from expdesign.report.said import Said
-from expdesign.report.stiffness import identified_stiffness, stiffness_lines
+from expdesign.report.stiffness import identified_stiffness, stiffness_table
 
 if TYPE_CHECKING:  # an identification needs neither diagnosis nor planning
     from expdesign.diagnosis.result import Diagnosis
@@ -39,6 +39,12 @@ def fit_sentences(result: Identification) -> list[str]:
         texts.append(result.loads.sentence)
     if goodness.worst is not None:
         texts.append(goodness.worst.sentence)
+    lack = goodness.lack_of_fit
+    if lack is not None and goodness.chi2 is not None:
+        freedom = f"{lack.dof} and {lack.pure_dof} degrees of freedom"
+        texts.append(
+            f"Lack of fit against replicates: F = {words.number(lack.ratio)} with {freedom}, {p_text(lack.p_value)}."
+        )
     return texts
 
 
@@ -66,9 +72,7 @@ def diagnosed_fit_sentences(result: "Diagnosis") -> list[str]:
 
 
 def coverage_sentence(share: float) -> str:
-    """How many readings that were not fitted lie where they were predicted; empty where none has an interval."""
-    if not math.isfinite(share):
-        return ""
+    """How many readings that were not fitted lie where they were predicted."""
     return (
         f"{100.0 * share:.1f} % of the held-out readings lie within their 95 % intervals, which include the "
         "uncertainty of the prediction and the noise of a reading (`expdesign predict --readings`)."
@@ -76,33 +80,50 @@ def coverage_sentence(share: float) -> str:
 
 
 def identified_sentences(result: Identification) -> list[str]:
-    """What recordings identify, and how well: the stiffness of every actuator, the geometry, or both."""
-    texts = []
-    if result.calibration != "geometric":
-        relative = np.sqrt(np.diag(result.covariance)) / np.abs(result.compliance.estimate)
-        idle = [name for each in result.suspicions if isinstance(each, IdleActuators) for name in each.actuators]
-        shown = np.array([name not in idle for name in result.robot.actuators])
-        limited = shown & ~np.isfinite(result.stiffness.high)  # the compliance may be 0
-        known = shown & ~limited
-        worst = int(np.argmax(np.where(known, relative, -1.0)))
-        count = f"all {len(relative)}" if known.all() else f"{known.sum()} of {len(relative)}"
-        names = np.array(result.robot.actuators)
-        last = f", the worst ({names[worst]}) to {relative[worst]:.2%} (one standard deviation)" if known.any() else ""
-        last += f"; of {words.listed(list(names[limited]))} only a lower limit" if limited.any() else ""
-        last += f"; no load acts on {words.listed(idle)}" if idle else ""
-        texts.append(f"They identify {count} stiffnesses{last}.")
-    if result.arm is not None:
-        line = geometry_line(result)
-        texts += [
-            f"{words.sentence(text)}." for text in [*([] if line is None else [line]), *accuracy_lines(result.arm)]
+    """What recordings identify, how well, and how well the model fits them."""
+    texts = [*_stiffness(result), *arm_sentences(result), *_geometry(result), *fit_sentences(result)]
+    if result.prior is not None:
+        texts.append(f"The prior is the robot file's compliances, known to {words.number(100.0 * result.prior)} %.")
+    for one in result.noise.groups:
+        size = words.size(one.deviation, "rad" if one.name == "rotations" else "m")
+        origin = f"{result.noise.origin} with {words.number(one.dof)} degrees of freedom"
+        texts.append(f"Noise of the {one.name}, estimated from {origin}: {size}.")
+    held_out = rms(result.test_residuals)
+    if held_out is not None:
+        predicted = f"are predicted to {words.number(held_out)} standard deviations (RMS)"
+        texts += [f"The rows held out for testing {predicted}.", coverage_sentence(result.coverage)]
+    return texts
+
+
+def _stiffness(result: Identification) -> list[str]:
+    if not result.robot.actuators:
+        return [
+            f"A {result.robot.kind} has no actuators whose stiffness could be identified: its base model does not "
+            "deflect at all. `expdesign diagnose` finds what yields."
         ]
-    elif result.geometry is not None:
-        half = (result.geometry.high - result.geometry.low) / 2.0
-        texts.append(
-            f"They identify {counted(half.size, 'parameter')} of the geometry, with 95 % intervals of "
-            f"±{words.size(float(half.min()), 'm')} to ±{words.size(float(half.max()), 'm')}."
-        )
-    return texts + fit_sentences(result)
+    if result.calibration == "geometric":
+        return ["The geometry was identified from rows without load; stiffness is what the robot file says."]
+    relative = np.sqrt(np.diag(result.covariance)) / np.abs(result.compliance.estimate)
+    idle = [name for each in result.suspicions if isinstance(each, IdleActuators) for name in each.actuators]
+    shown = np.array([name not in idle for name in result.robot.actuators])
+    limited = shown & ~np.isfinite(result.stiffness.high)  # the compliance may be 0
+    known = shown & ~limited
+    worst = int(np.argmax(np.where(known, relative, -1.0)))
+    count = f"all {len(relative)}" if known.all() else f"{known.sum()} of {len(relative)}"
+    names = np.array(result.robot.actuators)
+    last = f", the worst ({names[worst]}) to {relative[worst]:.2%} (one standard deviation)" if known.any() else ""
+    last += f"; of {words.listed(list(names[limited]))} only a lower limit" if limited.any() else ""
+    last += f"; no load acts on {words.listed(idle)}" if idle else ""
+    return [f"The recordings identify {count} stiffnesses{last}."]
+
+
+def _geometry(result: Identification) -> list[str]:
+    if result.geometry is None or result.arm is not None:
+        return []
+    deviation = (result.geometry.high - result.geometry.low) / 4.0
+    size = float(np.sqrt((result.geometry.estimate**2).mean()))
+    known = f"known to {words.size(float(np.median(deviation)), 'm')} (median)"
+    return [f"{len(deviation)} errors of joints and lengths: {words.size(size, 'm')} RMS, {known}."]
 
 
 def identified(result: Identification, at_targets: Said | None = None) -> Said:
@@ -112,44 +133,22 @@ def identified(result: Identification, at_targets: Said | None = None) -> Said:
         result: the identification.
         at_targets: what is said at the targets of a configuration.
     """
-    goodness, remarks = result.goodness, result.suspicions
+    goodness, further = result.goodness, at_targets or Said("", [])
     summary = f"{counted(len(result.robot.actuators), 'actuator')} of {result.robot.name}"
     if goodness.p_value is not None:
         summary += f", chi2 {result.fit.chi2:.4g} for {goodness.dof}, p = {goodness.p_value:.3g}"
-    first = sentences(each for each in remarks if isinstance(each, BeyondManufacture))
-    lines = [*first, *_geometry(result), *_stiffness(result), *fit_sentences(result)]
-    for one in result.noise.groups:
-        size = words.size(one.deviation, "rad" if one.name == "rotations" else "m")
-        lines.append(f"noise of the {one.name}, estimated from {result.noise.origin}: {size}")
-    held_out = rms(result.test_residuals)
-    if held_out is not None:
-        lines += [f"RMS of the test rows: {held_out:.3g} standard deviations", coverage_sentence(result.coverage)]
-    further = Said("", []) if at_targets is None else at_targets
+    first = sentences(each for each in result.suspicions if isinstance(each, BeyondManufacture))
+    doubts = [each for each in result.suspicions if not isinstance(each, BeyondManufacture)]
     # What is said of the recordings where they are read is not said again.
-    doubts = sentences(each for each in remarks if not isinstance(each, Implausible | BeyondManufacture))
-    notes = [f"warning: {text}" for text in doubts]
+    notes = [f"warning: {text}" for text in sentences(each for each in doubts if not isinstance(each, Implausible))]
+    tables = [] if result.arm is None else [accuracy_table(result.arm)]
+    if result.robot.actuators and result.calibration != "geometric":
+        about = "with 95 % intervals; compliance is its inverse."
+        tables.append(stiffness_table(identified_stiffness(result), result.robot, about))
     return Said(
-        summary, [*lines, *further.lines], notes, lambda: identification_record(result) | dict(further.document())
+        summary,
+        [*first, *identified_sentences(result), *further.sentences],
+        notes,
+        lambda: identification_record(result) | dict(further.document()),
+        tables,
     )
-
-
-def _geometry(result: Identification) -> list[str]:
-    if result.arm is not None:
-        line = geometry_line(result)
-        levels = levels_line(result.arm)
-        first = [each for each in (line, levels) if each is not None]
-        return [*first, *further_lines(result.arm), *accuracy_lines(result.arm)]
-    if result.geometry is None:
-        return []
-    deviation = (result.geometry.high - result.geometry.low) / 4.0
-    size = float(np.sqrt((result.geometry.estimate**2).mean()))
-    known = f"known to {words.size(float(np.median(deviation)), 'm')} (median)"
-    return [f"{len(deviation)} errors of joints and lengths: {words.size(size, 'm')} RMS, {known}"]
-
-
-def _stiffness(result: Identification) -> list[str]:
-    if not result.robot.actuators:
-        return [f"a {result.robot.kind} has no actuators whose stiffness could be identified: does it deflect at all?"]
-    if result.calibration == "geometric":
-        return []
-    return stiffness_lines(identified_stiffness(result), result.robot)

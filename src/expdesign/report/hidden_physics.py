@@ -16,7 +16,7 @@ from expdesign.assurance.model_error.statement import (
 from expdesign.planning.front import Front, non_dominated
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
-from expdesign.report.blocks import Block, DataTable, Figure, PageSection, Sentences, framed
+from expdesign.report.blocks import Block, DataTable, Figure, PageSection, Sentences, framed, number_of
 from expdesign.report.figures import axis, bars_across, chart, level, points
 from expdesign.report.options import SHOWN
 
@@ -53,11 +53,11 @@ def noticed_by(
     return found
 
 
-def recordings_section(found: WhatIsHidden, stated: str | None = None) -> PageSection:
-    """The section about recordings that the model explains; `stated` is their accuracy in words, if it is said here."""
-    said = [] if stated is None else [Sentences([stated])]
-    blocks: list[Block] = [*said, hidden_figure(found.physics), hidden_table(found.physics)]
-    return PageSection("hidden", "What may still be hidden", blocks)
+def recordings_section(found: WhatIsHidden) -> PageSection:
+    """The section about recordings that the model explains."""
+    return PageSection(
+        "hidden", "What may still be hidden", [hidden_figure(found.physics), hidden_table(found.physics)]
+    )
 
 
 def cheapest_sentences(front: Front) -> list[str]:
@@ -161,7 +161,7 @@ def hidden_table(
         "Effect": lambda row: phrases[row.Index],
         "Component": lambda row: f"{row.component} ({row.variant})" if row.variant else row.component,
         "Parameter": lambda row: _titled(words.parameter(row.parameter, row.hidden)),
-        "Hidden error": lambda row: words.number(row.error),
+        "Hidden error": number_of("error"),
     }
     caption = (
         "Every effect considered, with the parameter that is largest against its prior size in the combination that "

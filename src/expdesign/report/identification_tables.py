@@ -3,7 +3,6 @@
 Whitened residuals stand against what varied in the recordings: order, pose, load; a selector chooses which.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,17 @@ from expdesign.io.output import plain
 from expdesign.probabilities import probability_text
 from expdesign.report import words
 from expdesign.report.arm_section import arm_record
-from expdesign.report.blocks import Block, DataTable, PageSection, Selector, Sentences, choices, framed
+from expdesign.report.blocks import (
+    Block,
+    DataTable,
+    PageSection,
+    Selector,
+    Shown,
+    choices,
+    corrections_of,
+    framed,
+    number_of,
+)
 from expdesign.report.figures import chart, points
 from expdesign.report.options import SHOWN
 from expdesign.report.remark_texts import sentences
@@ -104,21 +113,15 @@ def geometry_section(result: Identification) -> PageSection:
     assert interval is not None
     columns = {"estimate": interval.estimate, "low": interval.low, "high": interval.high}
     frame = pd.DataFrame({"parameter": result.geometry_names, **columns})
-    size = float(np.sqrt((interval.estimate**2).mean()))
-    text = (
-        f"Joints and lengths of the legs differ from the robot file by {words.number(1e3 * size)} mm (RMS of "
-        f"{len(frame)} parameters). The model file carries them with their covariance: predictions and commands of "
-        "`expdesign compensate` allow for them."
+    caption = (
+        "True minus nominal, in mm or mrad, with 95 % intervals. The model file carries them with their covariance: "
+        "predictions and commands of `expdesign compensate` allow for them. The CSV is in SI units."
     )
-    caption = "True minus nominal, in mm or mrad, with 95 % intervals. The CSV is in SI units."
-    shown: dict[str, Callable[[Any], str]] = {
+    shown = {
         "Parameter": lambda row: str(row.parameter).replace("_", " "),
-        "Error": lambda row: words.fitted(1e3 * row.estimate, 1e3 * row.low, 1e3 * row.high)[0],
-        "Low": lambda row: words.fitted(1e3 * row.estimate, 1e3 * row.low, 1e3 * row.high)[1],
-        "High": lambda row: words.fitted(1e3 * row.estimate, 1e3 * row.low, 1e3 * row.high)[2],
+        **corrections_of("Error", "estimate"),
     }
-    table = framed("geometry-table", caption, frame, shown)
-    return PageSection("geometry", "Geometry", [Sentences([text]), table])
+    return PageSection("geometry", "Geometry", [framed("geometry-table", caption, frame, shown)])
 
 
 def measurement_table(result: Identification) -> DataTable:
@@ -132,10 +135,10 @@ def measurement_table(result: Identification) -> DataTable:
         "Leverage is how much of the fit hangs on a row (they add up to the number of stiffnesses); p is the chance of "
         "a residual as large by noise alone; the share is of all information on that actuator's stiffness."
     )
-    shown: dict[str, str | Callable[[Any], str]] = {
+    shown: Shown = {
         "Sequence": "sequence",
         "Row": "row",
-        "Leverage": lambda row: words.number(row.leverage),
+        "Leverage": number_of("leverage"),
         "p": lambda row: probability_text(row.p_value),
         "Flag": lambda row: "outlier" if row.outlier else "",
         "Informs most": "informs",

@@ -1,7 +1,7 @@
 """The page of `expdesign montecarlo`: does the plan attain what the criteria predict?"""
 
 import shlex
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,9 +17,11 @@ from expdesign.report.blocks import (
     KeyFigures,
     NextSteps,
     PageSection,
-    Sentences,
+    Shown,
     framed,
+    number_of,
 )
+from expdesign.report.glossary import words_section
 from expdesign.report.montecarlo_figures import CAUSE_NAMES, agreement_figure, density_figure
 from expdesign.report.page import Page
 from expdesign.report.said import Said
@@ -27,19 +29,17 @@ from expdesign.report.said import Said
 CRITERIA = {"duir": "DUIR (measurement noise)", "feir": "FEIR (load errors)", "total": "Total expected error"}
 
 
-def montecarlo_report(result: Repeated, plan: str = "plan.csv") -> Page:
-    """The report of a repeated plan, whose path is `plan`."""
+def montecarlo_report(result: Repeated, said: Said) -> Page:
+    """The report of a repeated plan, of which something is `said`."""
     robot = result.problem.loaded.robot
     targets = range(len(result.problem.targets.configurations))
     densities: list[Block] = [density_figure(result, target) for target in targets]
     sections = (
-        PageSection(
-            "result", "Result", [Sentences(_conclusions(result)), _key_figures(result), _criteria_table(result)]
-        ),
+        said.section("Result", _key_figures(result), *said.tables),
         PageSection("agreement", "Axis by axis", [agreement_figure(result), _deviation_table(result)]),
         PageSection("densities", "Densities", densities),
         PageSection("run", "How it was done", [Definitions(_settings(result))]),
-        PageSection("words", "Words", [Definitions(_WORDS)]),
+        words_section("Repetition", "z", "Tolerance", "Mean error"),
         PageSection("next", "Next steps", [_next_steps(result.problem.source)]),
     )
     return Page(
@@ -59,22 +59,15 @@ def montecarlo_said(result: Repeated, remarks: Sequence[str]) -> Said:
         result: the repetitions.
         remarks: what is doubtful about the plan, in words.
     """
-    lines = [
-        f"{row.criterion}: {row.rms:.5g} ± {row.standard_error:.2g} tolerances, predicted {row.predicted:.5g}"
-        for row in criteria_frame(result, result.causes).itertuples()
-    ]
-    notes = [f"expdesign: {remark}" for remark in remarks]
-    return Said("\n".join([*lines, _agreement(result)]), notes=notes, document=result.record)
-
-
-def _conclusions(result: Repeated) -> list[str]:
     found, predicted = result.criteria["total"]
     error = (
         f"In {result.samples} repetitions of experiment, identification and compensation the RMS error at the targets "
-        f"is {words.with_error(float(found.value), float(found.standard_error))} tolerances; "
-        f"the criteria predict {words.number(predicted, 4)}."
+        f"is {words.with_error(float(found.value), float(found.standard_error))} tolerances; the criteria predict "
+        f"{words.number(predicted, 4)}."
     )
-    return [error, _agreement(result)]
+    agreement = _agreement(result)
+    notes = [f"expdesign: {remark}" for remark in remarks]
+    return Said(agreement, [error, agreement], notes, result.record, [_criteria_table(result)])
 
 
 def _agreement(result: Repeated) -> str:
@@ -105,10 +98,10 @@ def _key_figures(result: Repeated) -> KeyFigures:
 
 def _criteria_table(result: Repeated) -> DataTable:
     caption = "RMS error at the targets in tolerances: simulated, and as the criteria predict it."
-    shown: dict[str, str | Callable[[Any], str]] = {
+    shown: Shown = {
         "Criterion": lambda row: CRITERIA[row.criterion],
         "Simulated": lambda row: words.with_error(row.rms, row.standard_error),
-        "Predicted": lambda row: words.number(row.predicted, 4),
+        "Predicted": number_of("predicted", digits=4),
         "z": lambda row: _score(row.z),
     }
     return framed("criteria", caption, criteria_frame(result, result.drawn), shown)
@@ -139,12 +132,12 @@ def _deviation_table(result: Repeated) -> DataTable:
             return ""
         return words.with_error(1e6 * float(bias.value[place]), 1e6 * float(bias.standard_error[place]))
 
-    shown: dict[str, str | Callable[[Any], str]] = {
+    shown: Shown = {
         "Target, axis": lambda row: f"target {row.target}, {words.axis(row.axis)}",
         "Unit": lambda row: words.micro_unit(row.axis),
         "Cause": lambda row: CAUSE_NAMES[row.cause],
         "Simulated σ": lambda row: words.with_error(1e6 * row.std, 1e6 * row.standard_error),
-        "Predicted σ": lambda row: words.number(1e6 * row.predicted, 4),
+        "Predicted σ": number_of("predicted", 1e6, digits=4),
         "z": lambda row: _score(row.z),
         "Mean error": mean_error,
         "Matters": lambda row: "yes" if importance[row.target - 1, names.index(row.axis)] > 0.0 else "no",
@@ -174,11 +167,3 @@ def _score(value: float) -> str:
 
 def _next_steps(source: str) -> NextSteps:
     return NextSteps([("Look for a better plan.", f"expdesign run {shlex.quote(source)} --out results/mine")])
-
-
-_WORDS = [
-    ("Repetition", "errors are drawn, the plan is measured, stiffness identified, and every target compensated"),
-    ("z", "how many standard errors of the simulation lie between simulation and prediction; mostly within ±2"),
-    ("Tolerance", "the error that the configuration accepts on an axis"),
-    ("Mean error", "average of attained minus wanted pose; noise and load errors average out, neglected physics not"),
-]

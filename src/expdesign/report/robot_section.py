@@ -1,9 +1,6 @@
-"""Where a robot's legs or joints are: sentences for a terminal, a table, and the numbered picture of reports.
+"""The page of `expdesign check`: which leg or joint is which, in numbers and in the picture of reports."""
 
-The page of `expdesign check`: which leg or joint is which, drawn and in numbers.
-"""
-
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +9,17 @@ import pandas as pd
 from expdesign.arrays import FloatArray
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.report import words
-from expdesign.report.blocks import Block, PageSection, Paragraph, Selector, SideBySide, choices, table_of
+from expdesign.report.blocks import (
+    Block,
+    DataTable,
+    PageSection,
+    Paragraph,
+    Selector,
+    Shown,
+    SideBySide,
+    choices,
+    framed,
+)
 from expdesign.report.page import Page
 from expdesign.report.robot_view import RobotStates, at_rest, levers, plan_view, robot_states, view_data, view_figure
 
@@ -22,6 +29,7 @@ if TYPE_CHECKING:  # an identification is drawn without planning
 SCRIPTS = ("robot_view.js", "robot_page.js")
 """Scripts that a page with `picture` needs."""
 _DIRECTIONS = "Directions are seen from above: counter-clockwise from the x axis of O."
+_AT_REFERENCE = "Places and axes in O, at the reference pose."
 
 
 def actuator_frame(robot: Robot) -> pd.DataFrame:
@@ -61,82 +69,62 @@ def _joints(robot: Robot) -> pd.DataFrame:
     return frame.assign(low=low, high=high)
 
 
-def actuator_sentences(robot: Robot) -> list[str]:
-    """A line for every leg or joint, and what the directions mean."""
-    frame = actuator_frame(robot)
-    if robot.on_straight_legs:
-        lines = [_leg_sentence(row) for _, row in frame.iterrows()]
-        spatial = "base_direction_deg" in frame
-        return [*lines, f"{_DIRECTIONS} Base joints in O, platform joints in P (mm)."] if spatial else lines
-    lines = [_joint_sentence(row) for _, row in frame.iterrows()]
-    return [*lines, "Places (mm) and axes in O, at the reference pose."] if lines else []
-
-
-def _leg_sentence(row: "pd.Series[Any]") -> str:
-    parts = [f"base joint{_direction(row, 'base')} {_place(row, 'base_')}"]
-    if "platform_x_m" in row:
-        parts.append(f"platform joint{_direction(row, 'platform')} {_place(row, 'platform_')}")
-    text = f"{row['actuator']}: {', '.join(parts)}; {words.fixed(1e3 * row['length_m'], 1)} mm long at the zero pose"
-    return text + _limits(1e3 * row["low_m"], 1e3 * row["high_m"], "mm")
-
-
-def _joint_sentence(row: "pd.Series[Any]") -> str:
-    turns = row["column"].endswith("_rad")
-    axis = ", ".join(words.given(round(float(row[f"axis_{name}"]), 3) + 0.0) for name in "xyz")
-    motion = f"{'turns about' if turns else 'moves along'} ({axis})"
-    factor, unit = (180.0 / np.pi, "°") if turns else (1e3, "mm")
-    return f"{row['actuator']} ({row['name']}): at {_place(row, '')}, {motion}" + _limits(
-        factor * row["low"], factor * row["high"], unit
-    )
-
-
-def _direction(row: "pd.Series[Any]", side: str) -> str:
-    name = f"{side}_direction_deg"
-    return f" at {words.fixed(row[name], 1)}°" if name in row else ""
-
-
-def _place(row: "pd.Series[Any]", prefix: str) -> str:
-    names = [f"{prefix}{axis}_m" for axis in "xyz" if f"{prefix}{axis}_m" in row]
-    return f"({', '.join(words.fixed(1e3 * row[name], 1) for name in names)})"
-
-
-def _limits(low: float, high: float, unit: str) -> str:
-    if not np.isfinite([low, high]).all():
-        return ", no limits"
-    return f", limits {words.given(round(low, 1))} to {words.given(round(high, 1))} {unit}"
-
-
-def actuator_blocks(robot: Robot) -> list[Block]:
-    """The same as a table; nothing for a robot without actuators."""
+def actuator_tables(robot: Robot) -> list[DataTable]:
+    """Where every actuator is; nothing for a robot without actuators."""
     frame = actuator_frame(robot)
     if frame.empty:
         return []
-    shown = {name: [_shown(name, value) for value in frame[name]] for name in map(str, frame) if name != "column"}
-    headings = [_heading(name, robot) for name in shown]
-    note = _DIRECTIONS if "base_direction_deg" in frame else "Places and axes in O, at the reference pose."
-    caption = f"Where every actuator is. {note} The CSV is in SI units."
-    return [table_of("actuators", caption, headings, list(zip(*shown.values(), strict=True)), frame)]
+    about, shown = (_DIRECTIONS, _leg_cells(frame)) if robot.on_straight_legs else (_AT_REFERENCE, _JOINT_CELLS)
+    return [framed("actuators", f"Where every actuator is. {about} The CSV is in SI units.", frame, shown)]
 
 
-def _shown(name: str, value: object) -> str:
-    if isinstance(value, str):
-        return value
-    number = float(str(value))
-    if not np.isfinite(number):
-        return "none"
-    if name in ("low", "high"):
-        return words.number(number)
-    return words.fixed(1e3 * number if name.endswith("_m") else number, 3 if name.startswith("axis") else 1)
+def _leg_cells(frame: pd.DataFrame) -> Shown:
+    cells: dict[str, str | Callable[[Any], str]] = {"Actuator": "actuator"}
+    for side, of in (("base", "O"), ("platform", "P")):
+        if f"{side}_x_m" in frame:
+            cells[f"{side.capitalize()} joint in {of} (mm)"] = _place(f"{side}_")
+        if f"{side}_direction_deg" in frame:
+            cells[f"{side.capitalize()} joint from above (°)"] = _fixed(f"{side}_direction_deg")
+    return cells | {"Length (mm)": _fixed("length_m", 1e3), "Limits (mm)": _limits("low_m", "high_m")}
 
 
-def _heading(name: str, robot: Robot) -> str:
-    unit = ", ".join(dict.fromkeys(robot.units))
-    if name in ("low", "high"):
-        return f"{name.capitalize()} ({unit})"
-    for ending, suffix in (("_direction_deg", " joint from above (°)"), ("_m", " (mm)")):
-        if name.endswith(ending):
-            return words.sentence(name.removesuffix(ending).replace("_", " ")) + suffix
-    return words.sentence(name.replace("_", " "))
+def _fixed(column: str, factor: float = 1.0) -> Callable[[Any], str]:
+    return lambda row: words.fixed(factor * getattr(row, column), 1)
+
+
+def _place(prefix: str) -> Callable[[Any], str]:
+    """A place as `(x, y, z)` in mm; `(x, y)` in the plane."""
+    names = [f"{prefix}{axis}_m" for axis in "xyz"]
+    return lambda row: (
+        f"({', '.join(words.fixed(1e3 * getattr(row, name), 1) for name in names if hasattr(row, name))})"
+    )
+
+
+def _limits(low: str, high: str, factor: float = 1e3) -> Callable[[Any], str]:
+    def cell(row: Any) -> str:
+        ends = [factor * getattr(row, name) for name in (low, high)]
+        return " to ".join(words.given(round(end, 1)) for end in ends) if np.isfinite(ends).all() else "none"
+
+    return cell
+
+
+def _turns(row: Any) -> bool:
+    return bool(row.column.endswith("_rad"))
+
+
+def _joint_limits(row: Any) -> str:
+    text = _limits("low", "high", 180.0 / np.pi if _turns(row) else 1e3)(row)
+    return text if text == "none" else f"{text} {'°' if _turns(row) else 'mm'}"
+
+
+_JOINT_CELLS: Shown = {
+    "Actuator": "actuator",
+    "Name": "name",
+    "Place (mm)": _place(""),
+    "Motion": lambda row: "turns about" if _turns(row) else "moves along",
+    "Axis": lambda row: f"({', '.join(words.given(round(getattr(row, f'axis_{axis}'), 3) + 0.0) for axis in 'xyz')})",
+    "Limits": _joint_limits,
+}
 
 
 def picture(
@@ -187,7 +175,7 @@ def _page(robot: Robot, summary: str, states: RobotStates | None, names: list[st
     blocks, data = picture(robot, states, note=_NOTE, names=names)
     said = Paragraph(words.sentence(summary.replace("`", "")))
     sections = (
-        PageSection("machine", "The robot", [said, *blocks, *actuator_blocks(robot)]),
+        PageSection("machine", "The robot", [said, *blocks, *actuator_tables(robot)]),
         PageSection("targets", "Targets", targets),
     )
     return Page(robot.name, f"{robot.kind}, as its file describes it", sections, data, SCRIPTS if data else ())

@@ -4,6 +4,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from expdesign.report.blocks import Block, DataTable, PageSection, Sentences
+
 REFUTED = (
     "warning: the model is refuted by its own recordings, and its standard deviations do not hold what it lacks: "
     "`expdesign diagnose` looks for that, and writes a model with it"
@@ -17,17 +19,28 @@ class Said:
 
     Attributes:
         summary: the result in one line.
-        statements: what the command prints, a line each; the summary where there is nothing else.
+        statements: sentences, one by one; the summary where there is nothing else.
         notes: what is doubtful, or has to be known beside the result: on standard error.
         document: makes the record of the result, which may take a while; empty where a result has none.
+        tables: what is said in numbers.
     """
 
     summary: str
     statements: Sequence[str] | None = None
     notes: Sequence[str] = ()
     document: Callable[[], Mapping[str, Any]] = dict
+    tables: Sequence[DataTable] = ()
+
+    @property
+    def sentences(self) -> list[str]:
+        """The statements, or the summary alone."""
+        return self.summary.splitlines() if self.statements is None else list(self.statements)
 
     @property
     def lines(self) -> list[str]:
-        """What the command prints."""
-        return self.summary.splitlines() if self.statements is None else list(self.statements)
+        """What the command prints: the tables, and below them the sentences."""
+        return [*(line for table in self.tables for line in table.lines), *self.sentences]
+
+    def section(self, title: str, *further: Block, id: str = "result") -> PageSection:
+        """The first section of a page: the sentences, and what stands with them."""
+        return PageSection(id, title, [Sentences(self.sentences), *further])

@@ -1,6 +1,5 @@
-"""Stiffnesses, identified or beside the physics that a diagnosis found: frames, a figure, a table and lines."""
+"""Stiffnesses, identified or beside the physics that a diagnosis found: frames, a table and a figure."""
 
-from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +10,7 @@ from expdesign.estimation.identify import Identification
 from expdesign.estimation.intervals import Intervals
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.report import words
-from expdesign.report.blocks import DataTable, Figure, framed
+from expdesign.report.blocks import DataTable, Figure, Shown, framed, number_of
 from expdesign.report.figures import chart, points, whiskers
 
 if TYPE_CHECKING:  # an identification need not wait for it
@@ -23,12 +22,7 @@ _HEADS = {"low": "Low", "high": "High", "springs_alone": "Springs alone", "robot
 
 def stiffness_unit(robot: Robot) -> str:
     """N/m for actuators that change length, N·m/rad for those that turn."""
-    return " or ".join(dict.fromkeys(_units(robot)))
-
-
-def _units(robot: Robot) -> list[str]:
-    """The unit of the stiffness of every actuator."""
-    return ["N/m" if unit == "m" else "N·m/rad" for unit in robot.units]
+    return " or ".join(dict.fromkeys("N/m" if unit == "m" else "N·m/rad" for unit in robot.units))
 
 
 def identified_stiffness(result: Identification) -> pd.DataFrame:
@@ -57,37 +51,23 @@ def diagnosed_stiffness(result: "Diagnosis") -> pd.DataFrame:
 
 
 def stiffness_table(frame: pd.DataFrame, robot: Robot, about: str) -> DataTable:
-    """One of these frames as a table; `about` goes on from *Stiffness in N/m* in its caption."""
+    """One of these frames as a table; `about` goes on from *Stiffness in N/m* in its caption.
+
+    Where the compliance may be 0, there is a least stiffness, and no estimate.
+    """
     unit, inverse, factor = words.stiffness(stiffness_unit(robot))
 
-    def cell(name: str, scale: float) -> Callable[[Any], str]:
-        return lambda row: words.number(scale * getattr(row, name), 4)
+    def estimate(row: Any) -> str:
+        return number_of("stiffness", factor, 4)(row) if np.isfinite(row.high) else words.UNDETERMINED
 
     heads = {"stiffness": f"Stiffness ({unit})", **_HEADS}
     inverses = {"compliance": f"Compliance ({inverse})", "compliance_std": "Compliance σ"}
-    shown: Mapping[str, str | Callable[[Any], str]] = {"Actuator": "actuator"} | {
-        (heads | inverses)[name]: cell(name, factor if name in heads else 1.0 / factor)
+    cells = {
+        (heads | inverses)[name]: number_of(name, factor if name in heads else 1.0 / factor, 4)
         for name in map(str, frame.columns[1:])
     }
+    shown: Shown = {"Actuator": "actuator", **cells, heads["stiffness"]: estimate}
     return framed("stiffness-table", f"Stiffness in {unit} {about} The CSV is in SI units.", frame, shown)
-
-
-def stiffness_lines(frame: pd.DataFrame, robot: Robot) -> list[str]:
-    """The same for a terminal."""
-    values = zip(*(frame[name].tolist() for name in ("actuator", "stiffness", "low", "high")), strict=True)
-    return [
-        f"{name}: {_with_interval(estimate, low, high, unit)}"
-        for unit, (name, estimate, low, high) in zip(_units(robot), values, strict=True)
-    ]
-
-
-def _with_interval(estimate: float, low: float, high: float, unit: str) -> str:
-    """A stiffness with its 95 % interval; the limit alone where the compliance may be 0 (no largest stiffness)."""
-    if np.isfinite(low) and np.isfinite(high):
-        return f"{estimate:.4g} {unit} (95 %: {low:.4g} to {high:.4g})"
-    if np.isfinite(low):
-        return f"stiffer than {low:.4g} {unit} (95 %): its compliance may be 0"
-    return "no stiffness: its compliance came out negative"
 
 
 def stiffness_figure(result: Identification) -> Figure:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from expdesign.report.options import SHOWN
 
-_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_RAISED = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
+_SUPERSCRIPT, _LOWERED = str.maketrans("-0123456789", _RAISED), str.maketrans(_RAISED, "-0123456789")
 _SMALL_NUMBERS = (
     "no one two three four five six seven eight nine ten eleven twelve".split()  # noqa: SIM905 (easier to read)
 )
@@ -59,11 +60,9 @@ def number(value: float, digits: int = 3, scale: float = 0.0) -> str:
     return text.replace("-", "−")
 
 
-def fitted(value: float, low: float, high: float) -> tuple[str, str, str]:
-    """An estimate and its interval; dashes where nothing was fitted, so that there is no interval."""
-    if low == high:
-        return ("–", "–", "–")
-    return number(value, 4), number(low, 4), number(high, 4)
+def in_ascii_powers(text: str) -> str:
+    """A text with powers of ten as `1e-7`, for a terminal that may not know raised digits."""
+    return re.sub(f"\u202f·\u202f10([{_RAISED}]+)", lambda found: f"e{found[1].translate(_LOWERED)}", text)
 
 
 def with_error(value: float, standard_error: float) -> str:

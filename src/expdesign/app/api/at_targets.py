@@ -49,25 +49,19 @@ class StatedAtTargets:
     accuracy: AccuracyStatement | None = None
 
     @property
-    def hidden_sentence(self) -> str | None:
-        """What may still be hidden, in words."""
-        stated = self.accuracy or self.hidden
-        return None if stated is None else stated.sentence
-
-    @property
     def said(self) -> Said:
         """The decision, and what may still be hidden: a line for each sentence."""
         record: dict[str, Any] = {"acceptance": acceptance_record(self.acceptance)}
         if self.hidden is not None:
             record["hidden"] = self.hidden.record
             record["accuracy"] = None if self.accuracy is None else self.accuracy.record
-        hidden = [] if self.hidden_sentence is None else [self.hidden_sentence]
+        stated = self.accuracy or self.hidden
+        hidden = [] if stated is None else [stated.sentence]
         return Said("", [*sentences(self.acceptance), *hidden], document=lambda: record)
 
-    def sections(self, of: str, *, in_words: bool = True) -> list[PageSection]:
-        """The sections of a page about the model that `of` names; `in_words` where the page has not said them yet."""
-        said = self.hidden_sentence if in_words else None
-        hidden = [] if self.hidden is None else [recordings_section(self.hidden, said)]
+    def sections(self, of: str) -> list[PageSection]:
+        """The sections of a page about the model that `of` names."""
+        hidden = [] if self.hidden is None else [recordings_section(self.hidden)]
         return [acceptance_section(self.acceptance, of), *hidden]
 
 

@@ -55,7 +55,7 @@ class ComparisonResult(FolderResult):
 
     @property
     def said(self) -> Said:
-        return compared(self.names, self.judgements)
+        return compared(self.names, self.judgements, self.correlations, self.bounds)
 
     @property
     def frame(self) -> pd.DataFrame:
@@ -95,7 +95,7 @@ class ComparisonResult(FolderResult):
         }
 
     def page(self) -> Page:
-        found = (self.judgements, self.correlations, self.bounds)
+        found = (self.judgements, self.correlations, self.said)
         return comparison_report(self.names, *found, self.together, self.settings)
 
 

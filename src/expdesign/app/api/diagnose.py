@@ -137,10 +137,8 @@ class DiagnosisResult(RecordedResult):
 
     def page(self) -> Page:
         at = self.at_targets
-        if at is None:
-            return diagnosis_report(self.result)
-        sections = at.sections("the model that was found", in_words=False)
-        return diagnosis_report(self.result, at.hidden_sentence, sections, at.configuration)
+        sections = [] if at is None else at.sections("the model that was found")
+        return diagnosis_report(self.result, self.said, sections, "" if at is None else at.configuration)
 
 
 @shows_progress("diagnosing")

@@ -104,8 +104,8 @@ class IdentificationResult(RecordedResult):
     def page(self) -> Page:
         at = self.at_targets
         further = [] if at is None else at.sections("the identified robot")
-        source = self.robot.document.source
-        return identification_report(self.result, source, "" if at is None else at.configuration, further)
+        source, configuration = self.robot.document.source, "" if at is None else at.configuration
+        return identification_report(self.result, self.said, source, configuration, further)
 
 
 def _frame(interval: Intervals, name: str, names: tuple[str, ...]) -> pd.DataFrame:

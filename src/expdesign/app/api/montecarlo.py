@@ -54,7 +54,7 @@ class MonteCarloResult(FolderResult):
         return montecarlo_said(self.result, self.remarks)
 
     def page(self) -> Page:
-        return montecarlo_report(self.result, *self.purpose.inputs[1:2])
+        return montecarlo_report(self.result, self.said)
 
 
 @shows_progress("repeating")

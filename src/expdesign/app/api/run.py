@@ -68,7 +68,8 @@ class RunResult(FolderResult):
 
     @property
     def said(self) -> Said:
-        return run_said(self.front, self.written, recommended_acceptance(self.problem, self.front))
+        accepted = recommended_acceptance(self.problem, self.front)
+        return run_said(self.problem, self.front, self.written, accepted)
 
     def as_table(self) -> pd.DataFrame:
         """The recommended plan."""
@@ -113,7 +114,7 @@ class RunResult(FolderResult):
         return plan_of(self.problem, self.front.decisions[design])
 
     def page(self) -> Page:
-        return design_report(self.problem, self.front, self.written)
+        return design_report(self.problem, self.front, self.written, self.said)
 
     def save_plan(self, folder: PathLike, *, force: bool = False) -> None:
         """Write the plans alone, without what takes longer."""
