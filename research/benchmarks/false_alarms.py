@@ -11,8 +11,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from expdesign.app.api.inputs import robot_of
-from expdesign.app.api.recorded import recordings_of
+from expdesign.app.api.inputs import load_robot
+from expdesign.app.api.recorded import read_recordings
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.diagnose import diagnose
@@ -32,8 +32,8 @@ def experiments(count: int, seed: int, only: str) -> Iterator[tuple[Case, Robot,
         for case in generate(draw_case, orders(count, seed, [only]), seed):
             folder = Path(scratch) / case.name
             write_questions(case, folder)
-            machine = robot_of(folder / "robot.yaml")
-            yield case, machine.robot, recordings_of(folder / "recordings.csv", machine)
+            machine = load_robot(folder / "robot.yaml")
+            yield case, machine.robot, read_recordings(folder / "recordings.csv", machine)
 
 
 def largest_gains(dictionary: Dictionary, base: Present, noise: FloatArray) -> FloatArray:

@@ -36,12 +36,11 @@ if _typing.TYPE_CHECKING:  # the one list of what is exported; `__getattr__` rea
     from expdesign.app.api.identify import IdentificationResult as IdentificationResult
     from expdesign.app.api.identify import identify as identify
     from expdesign.app.api.inputs import RobotFile as RobotFile
+    from expdesign.app.api.inputs import load_model as load_model
+    from expdesign.app.api.inputs import load_robot as load_robot
     from expdesign.app.api.load import SavedResult as SavedResult
     from expdesign.app.api.load import load as load
-    from expdesign.app.api.load import load_model as load_model
-    from expdesign.app.api.load import load_robot as load_robot
     from expdesign.app.api.load import open_result as open_result
-    from expdesign.app.api.load import read_recordings as read_recordings
     from expdesign.app.api.montecarlo import MonteCarloResult as MonteCarloResult
     from expdesign.app.api.montecarlo import montecarlo as montecarlo
     from expdesign.app.api.objects import Acceptance as Acceptance
@@ -76,6 +75,7 @@ if _typing.TYPE_CHECKING:  # the one list of what is exported; `__getattr__` rea
     from expdesign.app.api.plan_next import plan_next as plan_next
     from expdesign.app.api.predict import PredictionResult as PredictionResult
     from expdesign.app.api.predict import predict as predict
+    from expdesign.app.api.recorded import read_recordings as read_recordings
     from expdesign.app.api.register import RegistrationResult as RegistrationResult
     from expdesign.app.api.register import register as register
     from expdesign.app.api.run import RunResult as RunResult

@@ -94,7 +94,6 @@ def test_what_a_killed_process_left_is_removed(tmp_path: Path) -> None:
         folder.mkdir()
     os.utime(left, (0, 0))
     with output_folder(tmp_path / "run") as scratch:
-        os.utime(scratch, (0, 0))
         write_file(tmp_path / "run.csv", "1")
         with output_folder(tmp_path / "run") as second:  # a process that works is left alone
             (second / "b.csv").write_text("1")

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from expdesign.app.api.configuration import problem_of
-from expdesign.app.api.inputs import robot_of, table_of
-from expdesign.app.api.recorded import recordings_of as read
+from expdesign.app.api.inputs import load_robot, table_of
+from expdesign.app.api.recorded import read_recordings as read
 from expdesign.assurance.plausibility.mistakes.columns import axes_in_words, axis_turns
 from expdesign.assurance.plausibility.problem import problem_findings
 from expdesign.assurance.plausibility.recordings import recordings_findings
@@ -64,7 +64,7 @@ def test_mistaken_recordings(name: str, caplog: Log) -> None:
     base, change, words = RECORDINGS[name]
     content = content_of(base)
     frame = change(recordings_of(content, 5))
-    robot = robot_of(content["robot"])
+    robot = load_robot(content["robot"])
     assert re.search(words, said(caplog, lambda: read(frame, robot)))
 
 
@@ -73,7 +73,7 @@ def test_mistaken_rows(name: str, caplog: Log) -> None:
     base, change, words = (OF_PAYLOADS | OF_WRENCHES)[name]
     content = content_of(base) if name in OF_PAYLOADS else with_wrenches(content_of(base))
     spread = 0.02 if words == "lb" else 0.15
-    frame, robot = change(recordings_of(content, 5, rows=12, spread=spread)), robot_of(content["robot"])
+    frame, robot = change(recordings_of(content, 5, rows=12, spread=spread)), load_robot(content["robot"])
     assert re.search(words, said(caplog, lambda: read(frame, robot)))
 
 
@@ -81,7 +81,7 @@ def test_mistaken_rows(name: str, caplog: Log) -> None:
 def test_an_instrument_is_named_in_each_of_the_23_frames(turn: Array) -> None:
     """With how far χ² falls: below twice its degrees of freedom where it was many times as large."""
     content = content_of("hexapod-h1")
-    robot = robot_of(content["robot"]).robot
+    robot = load_robot(content["robot"]).robot
     sound = recordings_of(content, 5, rows=12)
     recordings = recordings_from_table(table_of(read_in(turn)(sound), "recordings"), robot)
     finding = recordings_findings(recordings, robot)[0]
@@ -127,7 +127,7 @@ def assert_sound(seed: int, log: Log) -> None:
     if seed % 3 == 2:
         content = with_wrenches(content)
     frame = recordings_of(content, seed, rows=rows, spread=0.25, series=series)
-    robot = robot_of(content["robot"])
+    robot = load_robot(content["robot"])
     assert said(log, lambda: read(frame, robot)) == ""
     recordings = recordings_from_table(table_of(frame, "recordings"), robot.robot)
     for made in (

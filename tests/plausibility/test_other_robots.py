@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 import expdesign as xd
-from expdesign.app.api.inputs import robot_of, table_of
+from expdesign.app.api.inputs import load_robot, table_of
 from expdesign.assurance.plausibility.finding import Implausibility
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.assurance.plausibility.robot import robot_findings
@@ -29,11 +29,11 @@ def by_rings(**changes: dict[str, Any]) -> dict[str, Any]:
 
 
 def of_robot(robot: dict[str, Any]) -> list[Implausibility]:
-    return robot_findings(robot_of(robot).robot)
+    return robot_findings(load_robot(robot).robot)
 
 
 def found(frame: pd.DataFrame, robot: dict[str, Any] | None = None) -> list[Implausibility]:
-    machine = robot_of(CONTENT["robot"] if robot is None else robot).robot
+    machine = load_robot(CONTENT["robot"] if robot is None else robot).robot
     return recordings_findings(recordings_from_table(table_of(frame, "recordings"), machine), machine)
 
 
@@ -60,7 +60,7 @@ def test_legs_that_cross_are_named() -> None:
 @pytest.mark.parametrize(("height", "usable"), [(0.30, True), (0.45, False)])
 def test_a_robot_whose_limits_exclude_its_home_is_not_called_usable(height: float, usable: bool) -> None:
     robot = CONTENT["robot"] | {"home": [0.0, 0.0, height]}
-    checked = xd.check(robot_of(robot))
+    checked = xd.check(load_robot(robot))
     assert ("is usable" in checked.summary) == usable
     assert ("cannot be at its reference pose" in checked.summary) == (not usable)
 

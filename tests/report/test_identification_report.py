@@ -45,7 +45,11 @@ def test_stiffness_is_shown_in_newtons_per_micrometre_and_saved_in_si(folder: Pa
 
 def test_every_figure_and_table_can_be_saved(page: dict[str, Any]) -> None:
     buttons = re.findall(r'data-csv="([^"]+)"', page["html"])
-    assert set(buttons) == {*page["csv"], "robot"}  # the script of the picture has the data of the state that is shown
+    assert set(buttons) == {
+        *page["csv"],
+        "robot",
+        "robot-above",
+    }  # their script has the data of the state that is shown
     for file in page["csv"].values():
         assert len(pd.read_csv(io.StringIO(file["text"]))) > 0
 

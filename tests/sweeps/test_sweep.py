@@ -147,7 +147,7 @@ def test_what_a_killed_sweep_left_half_written_is_removed(done: tuple[Path, Path
     shutil.rmtree(out / "runs" / identity)
     (out / "runs" / f".{identity}-abc").mkdir()
     (out / "runs" / f".{identity}-abc" / "run.json").write_text("{")
-    xd.sweep(done[0], out)
+    xd.sweep(done[0], out, force=True)
     assert contents(out) == contents(done[1])
 
 

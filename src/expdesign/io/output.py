@@ -27,7 +27,6 @@ from expdesign.errors import InputError
 from expdesign.io.written import (
     Purpose,
     is_stream,
-    locked,
     note_written,
     require_free,
     require_free_names,
@@ -56,8 +55,8 @@ def _cell(value: object) -> str:
 
 _SCRATCH = ".expdesign"
 """How the names of scratch folders end: `.NAME-xxxxxxxx.expdesign`."""
-_YOUNG = 60.0
-"""s; a scratch folder may be made and not locked yet."""
+_OLD = 86400.0
+"""s; a scratch folder as old was left behind by a process that was killed."""
 _LOG = logging.getLogger(__name__)
 """Says on level DEBUG what has been written completely."""
 
@@ -112,9 +111,6 @@ def _resolved(path: Path) -> Path:
 def _scratch(place: Path, shown: Path) -> Iterator[Path]:
     """A folder beside `place` for what is to take its place; it is removed when the block ends.
 
-    It is locked as long as its process lives, so that one which a killed process left behind is known and removed by
-    the next command that writes there.
-
     Args:
         place: what is written.
         shown: the same in messages, also of what is written into the scratch folder.
@@ -125,9 +121,9 @@ def _scratch(place: Path, shown: Path) -> Iterator[Path]:
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         for left in place.parent.glob(f".{glob.escape(place.name)}-*{_SCRATCH}"):
-            _remove_dead(left)
+            if time.time() - left.stat().st_mtime > _OLD:
+                shutil.rmtree(left, ignore_errors=True)
         scratch = Path(tempfile.mkdtemp(prefix=f".{place.name}-", suffix=_SCRATCH, dir=place.parent))
-        lock = locked(scratch)
     except OSError as error:
         raise _cannot_write(shown, error) from None
     try:
@@ -139,18 +135,6 @@ def _scratch(place: Path, shown: Path) -> Iterator[Path]:
         raise InputError(error.what, where=where, remedy=error.remedy) from None
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
-        if lock is not None:
-            os.close(lock)
-
-
-def _remove_dead(scratch: Path) -> None:
-    """Remove a scratch folder that no process holds. One that was made in this minute may not be locked yet."""
-    if time.time() - scratch.stat().st_mtime < _YOUNG:
-        return
-    lock = locked(scratch, wait=False)
-    if lock is not None:
-        shutil.rmtree(scratch, ignore_errors=True)
-        os.close(lock)
 
 
 def output_file(path: Path, content: str | bytes, purpose: Purpose, *, force: bool = False) -> None:

@@ -7,12 +7,11 @@ digest shows where somebody has written readings into a plan. The record moves w
 counts as somebody else's.
 """
 
-import contextlib
 import hashlib
 import json
 import os
 import stat
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -27,8 +26,6 @@ _OF_A_SHEET = ("do", "plan_row")
 """Columns that only a laboratory sheet has."""
 _READINGS = ("reading_", "measured_")
 """How the columns of a laboratory sheet begin that are filled in by hand."""
-_FAR = os.path.join("..", "..", "..")
-"""How relative paths begin that are better shown as absolute ones."""
 _HINT = "or give argument `force=True` to replace it."
 
 
@@ -45,12 +42,8 @@ class Purpose:
     inputs: tuple[str, ...] = ()
 
     def seen_from(self, folder: Path) -> dict[str, Any]:
-        """As a record in `folder` has it: the inputs relative to the folder and as absolute paths.
-
-        Both together can then be moved, and the folder alone.
-        """
-        inputs = [_relative(each, folder) for each in self.inputs]
-        return {"command": self.command, "inputs": inputs, "paths": [_absolute(each) for each in self.inputs]}
+        """As a record in `folder` has it: the inputs relative to the folder, so that both can be moved together."""
+        return {"command": self.command, "inputs": [_relative(each, folder) for each in self.inputs]}
 
 
 def is_stream(path: Path) -> bool:
@@ -90,7 +83,8 @@ def require_free(path: Path, purpose: Purpose, *, force: bool = False) -> None:
     place = path.resolve()
     entry = entries(place.parent).get(place.name)
     changed = entry is None or entry.get("sha256") not in (None, _digest(place))
-    if entry is not None and not changed and _same_purpose(entry, purpose, place.parent):
+    about = purpose.seen_from(place.parent)
+    if entry is not None and not changed and about == {key: entry[key] for key in about}:
         return
     if changed and _is_filled_sheet(place):
         what = "this is a laboratory sheet with readings in it, which is never replaced"
@@ -99,8 +93,7 @@ def require_free(path: Path, purpose: Purpose, *, force: bool = False) -> None:
         return
     what = "this file is there already"
     if entry is not None:
-        near = zip(entry["inputs"], entry.get("paths", entry["inputs"]), strict=True)
-        inputs = ", ".join(path if name.startswith(_FAR) else name for name, path in near)
+        inputs = ", ".join(entry["inputs"])
         made = f"`expdesign {entry['command']}`"
         what += f", changed since {made} wrote it" if changed else f", written by {made} from {inputs or 'nothing'}"
     raise InputError(what, where=str(path), remedy=f"Nothing was written. Name another place, {_HINT}")
@@ -122,73 +115,20 @@ def note_written(folder: Path, names: Iterable[str], purpose: Purpose, *, seen_f
         purpose: for which they were written.
         seen_from: where the folder will lie, if it is a scratch folder.
     """
-    # A scratch folder has one writer, who holds it already.
-    with _alone(folder) if seen_from is None else contextlib.nullcontext():
-        noted = {name: entry for name, entry in entries(folder).items() if (folder / name).exists()}
-        about = purpose.seen_from(seen_from or folder)
-        noted |= {name: about | {"sha256": _digest(folder / name)} for name in names}
-        _write(folder, noted)
+    noted = {name: entry for name, entry in entries(folder).items() if (folder / name).exists()}
+    about = purpose.seen_from(seen_from or folder)
+    _write(folder, noted | {name: about | {"sha256": _digest(folder / name)} for name in names})
 
 
 def claim(folder: Path, names: Iterable[str], purpose: Purpose) -> None:
     """Enter files that will be written again and again while a command works, and belong to it whatever they hold."""
-    with _alone(folder):
-        _write(folder, entries(folder) | {name: purpose.seen_from(folder) for name in names})
+    _write(folder, entries(folder) | {name: purpose.seen_from(folder) for name in names})
 
 
 def _write(folder: Path, entries: dict[str, Any]) -> None:
-    for left in folder.glob(f"{RECORD}-*"):  # of a process that was killed, as only one writes at a time
-        left.unlink(missing_ok=True)
     scratch = folder / f"{RECORD}-{os.getpid()}"
-    try:
-        scratch.write_text(json.dumps(dict(sorted(entries.items())), indent=1) + "\n", encoding="utf-8")
-        os.replace(scratch, folder / RECORD)
-    finally:
-        scratch.unlink(missing_ok=True)
-
-
-@contextlib.contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Commands that write into one folder at the same time wait for one another, where the system lets them."""
-    handle = locked(folder)
-    try:
-        yield
-    finally:
-        if handle is not None:
-            os.close(handle)
-
-
-def lock(handle: int, *, wait: bool) -> None:
-    """Be the only one with a lock on an open file, until it is closed; nothing where the system has no such locks.
-
-    Raises:
-        OSError: another process has it, and that is not waited for.
-    """
-    try:
-        import fcntl  # noqa: PLC0415 (not on every system)
-    except ImportError:
-        return
-    fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
-
-
-def locked(folder: Path, *, wait: bool = True) -> int | None:
-    """A handle that holds a folder until it is closed, or its process ends; None where that cannot be had.
-
-    Args:
-        folder: to hold.
-        wait: for whoever holds it.
-    """
-    try:
-        handle = os.open(folder, os.O_RDONLY)
-    except OSError:  # also of a system on which folders cannot be opened
-        return None
-    try:
-        lock(handle, wait=wait)
-    except OSError:
-        if not wait:
-            os.close(handle)
-            return None
-    return handle
+    scratch.write_text(json.dumps(dict(sorted(entries.items())), indent=1) + "\n", encoding="utf-8")
+    os.replace(scratch, folder / RECORD)
 
 
 def entries(folder: Path) -> dict[str, Any]:
@@ -201,21 +141,11 @@ def entries(folder: Path) -> dict[str, Any]:
     return {name: entry for name, entry in content.items() if {"command", "inputs"} <= set(entry)} if known else {}
 
 
-def _same_purpose(entry: dict[str, Any], purpose: Purpose, folder: Path) -> bool:
-    here = purpose.seen_from(folder)
-    same = entry["inputs"] == here["inputs"] or entry.get("paths") == here["paths"]
-    return entry["command"] == here["command"] and same
-
-
 def _relative(name: str, folder: Path) -> str:
     try:
         return os.path.relpath(Path(name).resolve(), folder.resolve()) if os.path.exists(name) else name
     except ValueError:  # another drive
-        return _absolute(name)
-
-
-def _absolute(name: str) -> str:
-    return str(Path(name).resolve()) if os.path.exists(name) else name
+        return str(Path(name).resolve())
 
 
 def _digest(path: Path) -> str:

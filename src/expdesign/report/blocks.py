@@ -14,8 +14,10 @@ import pandas as pd
 from markupsafe import Markup
 
 from expdesign.io.output import csv_text
-from expdesign.report.options import SHOWN
 from expdesign.report.words import UNDETERMINED, in_ascii_powers, number
+
+_UNBROKEN = 30
+"""Characters of a cell that stay in one line."""
 
 _BOUND = re.compile(r"(below|above) \d")
 """How a cell begins that is a number."""
@@ -154,7 +156,7 @@ class DataTable(Block):
         words = sum(cell[:1].isalpha() and cell != UNDETERMINED and not _BOUND.match(cell) for cell in cells)
         if 2 * words <= len(cells):  # a number now and then is only said to be none
             return Markup()
-        return Markup(' class="text long"' if max(map(len, cells)) > SHOWN.unbroken else ' class="text"')
+        return Markup(' class="text long"' if max(map(len, cells)) > _UNBROKEN else ' class="text"')
 
     @property
     def lines(self) -> list[str]:

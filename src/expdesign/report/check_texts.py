@@ -8,10 +8,12 @@ from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import Feasibility
 from expdesign.report.fit_texts import identified_sentences
-from expdesign.report.options import SHOWN
 from expdesign.report.remark_texts import sentences
 from expdesign.report.robot_section import actuator_tables
 from expdesign.report.said import Said
+
+_FEW = 0.01
+"""Share of reachable poses below which the units of `experiment.poses` are probably wrong."""
 
 
 def robot_said(file: str, source: str, robot: Robot, condition: float, effects: int | None = None) -> Said:
@@ -46,7 +48,7 @@ def problem_said(file: str, problem: DesignProblem, found: Feasibility, doubts: 
 
 def problem_doubts(problem: DesignProblem, found: Feasibility) -> tuple[str, ...]:
     """What should be looked at before anything is planned."""
-    if found.reachable >= SHOWN.few_poses:
+    if found.reachable >= _FEW:
         return ()
     return (f"{problem.source}: hardly any pose in `experiment.poses` can be reached; check their units (m, rad)",)
 

@@ -25,9 +25,14 @@ from expdesign.report import error_maps, words
 from expdesign.report.blocks import DataTable
 from expdesign.report.design_figures import criterion_title, described, hover_text, plotted, shown_criteria
 from expdesign.report.error_budget import acceptance_rows, parts
-from expdesign.report.options import SHOWN
 from expdesign.report.robot_section import target_levers, target_text
 from expdesign.report.robot_view import levers, robot_states, view_data
+
+DELICATE = 60_000
+"""Measurements that are evaluated for the sensitivity of all designs (a second or two); where these are more, of the
+recommended one and the knee, of the recommended one, or of none."""
+_GROWTH = 0.01
+"""Part by which the total error may grow where a plan is not met exactly."""
 
 
 class PlanDeviations:
@@ -43,7 +48,7 @@ class PlanDeviations:
         number = int(problem.space.taken(front.decisions[both]).sum(axis=1).max())
         each = evaluations(problem, number)
         choices = (list(range(len(front))), both, [front.recommended])
-        chosen = next((some for some in choices if each * len(some) <= SHOWN.delicate_evaluations), [])
+        chosen = next((some for some in choices if each * len(some) <= DELICATE), [])
         self._place = {design: place for place, design in enumerate(chosen)}
         self._only = "the recommended design and the knee" if chosen == both else "the recommended design"
         self._found = plan_deviations(problem, front.decisions[chosen]) if chosen else None
@@ -67,11 +72,11 @@ class PlanDeviations:
             f"the error to expect changes by about ±{words.number(100.0 * spread, 2)}\u00a0%"
             + (f" and grows by {words.number(100.0 * mean, 2)}\u00a0% on average." if mean > 0.0 else ".")
         ]
-        allowed = found.allowed(SHOWN.growth)[place] / found.stated
+        allowed = found.allowed(_GROWTH)[place] / found.stated
         measurement, quantity = np.unravel_index(int(np.argmin(allowed)), allowed.shape)
         if np.isfinite(allowed[measurement, quantity]):
             column = words.plan_column(found.names[quantity])
-            value = found.allowed(SHOWN.growth)[place, measurement, quantity] * column.factor
+            value = found.allowed(_GROWTH)[place, measurement, quantity] * column.factor
             texts.append(
                 f"The most delicate is the {column.title} of measurement {measurement + 1}: "
                 f"{words.number(float(value), 2)}\u00a0{column.unit} off costs 1\u00a0%."

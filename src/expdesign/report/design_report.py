@@ -49,10 +49,12 @@ from expdesign.report.design_texts import (
 )
 from expdesign.report.error_budget import EXPLAINED, headings
 from expdesign.report.hidden_physics import hidden_section
-from expdesign.report.options import SHOWN
 from expdesign.report.page import Page
 from expdesign.report.robot_view import view_figure
 from expdesign.report.said import Said
+
+_BARS_BESIDE = 12
+"""Axes of an error budget that are drawn beside the robot; more take the full width."""
 
 _PLAN_CAPTION = (
     "Plan of design {design}: one row per measurement. Shown in mm, mrad and, of joints, degrees, rounded; the CSV "
@@ -178,7 +180,7 @@ def _design(problem: DesignProblem, front: Front, accepted: Decision, data: Mapp
     ]
     bars = budget_figure(accepted.budget)
     wide: list[Block] = []
-    (achieved if accepted.budget.matters.sum() <= SHOWN.bars_beside else wide).append(bars)
+    (achieved if accepted.budget.matters.sum() <= _BARS_BESIDE else wide).append(bars)
     blocks: list[Block] = [Subheading(f"Plan of design {number}", id="plan-title"), plan]
     if data["view"] is None:
         blocks += [Paragraph(f"There is no picture for a robot of the kind {problem.loaded.robot.kind}."), *achieved]

@@ -17,7 +17,13 @@ from expdesign.report import words
 from expdesign.report.blocks import Block, DataTable, Figure, Shown, SideBySide, framed, number_of
 from expdesign.report.diagnosis_texts import in_prose
 from expdesign.report.figures import axis, band, bars, chart, curve, level, points
-from expdesign.report.options import SHOWN
+
+_CURVE_LINES = 6
+"""Outputs of a law that its figure shows, the largest."""
+_LISTED = 0.01
+"""Probability from which a place of a law is listed."""
+_POINTS = 3000
+"""Of a figure; of more rows every second, third ... is drawn."""
 
 
 def law_blocks(result: Diagnosis) -> list[Block]:
@@ -38,7 +44,7 @@ def law_figure(result: Diagnosis, finding: LawFinding) -> Figure:
     chosen = {name: (outputs == name) & (varied == telling) for name in dict.fromkeys(found.output)}
     largest = sorted(chosen, key=lambda name: -float(np.ptp(found.mean[chosen[name]])))
     traces = []
-    for name in largest[: SHOWN.curve_lines]:
+    for name in largest[:_CURVE_LINES]:
         rows = chosen[name]
         x = found.inputs[rows, telling]
         traces += [band(x, found.low[rows], found.high[rows]), curve(name, x, found.mean[rows])]
@@ -64,7 +70,7 @@ def _places_table(result: Diagnosis) -> DataTable:
         (number, place)
         for number, part in enumerate(result.laws.parts, start=1)
         for place in part.places
-        if place.probability >= SHOWN.listed_place
+        if place.probability >= _LISTED
     ]
     caption = (
         "Where each law may be. The evidence is that of all laws that the place could hold, beside the other laws; "
@@ -158,7 +164,7 @@ def _most_informative_coordinate(result: Diagnosis) -> str:
 def _scatter(result: Diagnosis, name: str, driver: FloatArray, label: str) -> Figure:
     """RMS over the axes of every row, before and after, against a quantity (one value per row)."""
     chosen = np.zeros(len(driver), dtype=bool)
-    chosen[:: max(1, len(driver) // SHOWN.points)] = True
+    chosen[:: max(1, len(driver) // _POINTS)] = True
     chosen &= result.names.sample.counts
     before, after = (
         np.sqrt((residuals**2).mean(axis=1))[chosen]

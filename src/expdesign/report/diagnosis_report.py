@@ -28,12 +28,14 @@ from expdesign.report.blocks import (
 from expdesign.report.diagnosis_figures import added, axis_figure, error_figure, law_blocks, residual_figures
 from expdesign.report.diagnosis_texts import MEASURE_NEXT, in_prose, located, next_recording
 from expdesign.report.glossary import words_section
-from expdesign.report.options import SHOWN
 from expdesign.report.page import Page
 from expdesign.report.physics_words import effect_words, physics_words
 from expdesign.report.robot_section import SCRIPTS, picture
 from expdesign.report.robot_view import at_rest
 from expdesign.report.said import Said
+
+_MODELS = 60
+"""In the table of what was considered."""
 
 
 def diagnosis_report(
@@ -146,14 +148,14 @@ def _where(result: Diagnosis) -> list[Block]:
 def _considered(result: Diagnosis) -> list[Block]:
     entries = result.names.log.entries
     rows = []
-    for entry in entries[: SHOWN.models]:
+    for entry in entries[:_MODELS]:
         effects = entry["effects"]
         assert isinstance(effects, list)
         physics = "; ".join(map(effect_words, effects)) or "base model"
         fitted = [_shown(entry["chi2"]), _shown(entry["penalised_misfit"]), "kept" if entry["kept"] else "not kept"]
         rows.append([str(entry["step"]), physics, *fitted, str(entry["reason"])])
     frame = pd.DataFrame([{**entry, "effects": "; ".join(entry["effects"])} for entry in entries])  # type: ignore[arg-type]
-    part = f" The first {SHOWN.models} of {len(entries)}; the CSV has all." if len(entries) > SHOWN.models else ""
+    part = f" The first {_MODELS} of {len(entries)}; the CSV has all." if len(entries) > _MODELS else ""
     caption = (
         "Models that were fitted in full, and why each was kept or not. The penalised misfit is −2·log of evidence and "
         "prior: it charges every effect for its parameters and for the places at which it was looked for."

@@ -12,11 +12,13 @@ from expdesign.diagnosis.result import Diagnosis
 from expdesign.probabilities import SMALLEST, probability_text
 from expdesign.report import words
 from expdesign.report.fit_texts import coverage_sentence, diagnosed_fit_sentences
-from expdesign.report.options import SHOWN
 from expdesign.report.physics_words import physics_words
 from expdesign.report.remark_texts import sentences
 from expdesign.report.said import Said
 from expdesign.report.stiffness import added_physics, diagnosed_stiffness, stiffness_table
+
+_RECORDED = 0.001
+"""Probability from which `diagnosis.json` lists a place of a law."""
 
 
 def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[str, Any]:
@@ -104,7 +106,7 @@ def _candidates(diagnosis: Diagnosis) -> list[dict[str, Any]]:
         }
         for number, part in enumerate(diagnosis.laws.parts, start=1)
         for place in part.places
-        if place.probability >= SHOWN.recorded_place
+        if place.probability >= _RECORDED
     ]
 
 

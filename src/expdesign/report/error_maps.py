@@ -18,7 +18,9 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
 from expdesign.report.blocks import Block, DataTable, Selector, choices
 from expdesign.report.figures import axis, chart
-from expdesign.report.options import SHOWN
+
+_ELLIPSE = 0.95
+"""Probability of the error to lie inside an ellipse."""
 
 ELLIPSE_CAPTION = (
     "Principal axes of the error to expect with design {design}, as standard deviations: the largest of each part, "
@@ -46,7 +48,7 @@ def ellipse_views(problem: DesignProblem, budget: UncertaintyBudget) -> dict[str
                 "tolerance": 1e6 * tolerance,
             }
         )
-    return {"scale": ellipse_scale(SHOWN.ellipse), "views": views}
+    return {"scale": ellipse_scale(_ELLIPSE), "views": views}
 
 
 def ellipses_of(problem: DesignProblem, covariances: TargetCovariances, design: int) -> list[list[float]]:
@@ -93,7 +95,7 @@ def ellipse_blocks(problem: DesignProblem, first: list[list[str]], number: str) 
     options = choices(f"Target {target + 1}: {names[i]} and {names[j]}" for target, i, j in planes(problem))
     if not options:
         return []
-    percent = words.given(100.0 * SHOWN.ellipse)
+    percent = words.given(100.0 * _ELLIPSE)
     figure = chart(
         "ellipses", "Error ellipses at the targets", [],
         f"In {percent} of 100 calibrations with this plan the error that is left at the target lies inside the ellipse "

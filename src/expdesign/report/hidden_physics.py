@@ -18,7 +18,11 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
 from expdesign.report.blocks import Block, DataTable, Figure, PageSection, Sentences, framed, number_of
 from expdesign.report.figures import axis, bars_across, chart, level, points
-from expdesign.report.options import SHOWN
+
+_CHEAP = 0.05
+"""Part of the least total error that noticing may cost before it is called dear."""
+_BARS = 30
+"""Of the figure of what could stay hidden."""
 
 
 def hidden_section(problem: DesignProblem, front: Front) -> PageSection:
@@ -65,10 +69,10 @@ def cheapest_sentences(front: Front) -> list[str]:
     total, meir = front.criteria["total"], front.criteria["meir"]
     if not np.isfinite(meir[front.recommended]):
         return []
-    affordable = np.flatnonzero(total <= (1.0 + SHOWN.cheap) * total[front.recommended])
+    affordable = np.flatnonzero(total <= (1.0 + _CHEAP) * total[front.recommended])
     best = int(affordable[np.nanargmin(meir[affordable])])
     if meir[best] >= meir[front.recommended] * (1.0 - 1e-6):
-        percent = f"{100.0 * SHOWN.cheap:.0f}\u00a0%"
+        percent = f"{100.0 * _CHEAP:.0f}\u00a0%"
         return [f"No design on the front hides less than that within {percent} of the least total error."]
     text = (
         f"Design {best + 1} hides {words.number(float(meir[best]))} tolerances instead of "
@@ -97,7 +101,7 @@ def by_component(physics: tuple[HiddenPhysics, ...]) -> list[HiddenPhysics]:
 
 def hidden_figure(physics: tuple[HiddenPhysics, ...]) -> Figure:
     """A bar per physics and component: the error that stays hidden."""
-    shown = by_component(physics)[: SHOWN.hidden_bars]
+    shown = by_component(physics)[:_BARS]
     traces = []
     for limit, name, shade in (
         ("detection", "as far as the readings leave it open", "noise"),

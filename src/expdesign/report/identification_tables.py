@@ -29,9 +29,21 @@ from expdesign.report.blocks import (
     number_of,
 )
 from expdesign.report.figures import chart, points
-from expdesign.report.options import SHOWN
 from expdesign.report.remark_texts import sentences
 from expdesign.report.stiffness import stiffness_unit
+
+_RECORDED_ROWS = 2000
+"""Rows of recordings beyond which `identification.json` lists only those that are flagged."""
+_DOWNLOADED_ROWS = 10000
+"""Rows beyond which the CSV of measurements holds what is shown, so that the page stays small."""
+_LISTED_ROWS = 200
+"""Rows of the table of measurements; of more the outliers and the largest leverages."""
+_LEVELS = 6
+"""Decimals of a quantity's range to which its values are the same level."""
+_FAST = 500
+"""Points from which they are drawn by the graphics card."""
+_POINTS = 3000
+"""Of the figure; of more rows every second, third ... is drawn."""
 
 
 def identification_record(result: Identification) -> dict[str, Any]:
@@ -103,7 +115,7 @@ def measurement_frame(result: Identification) -> pd.DataFrame:
 def _measurements(result: Identification) -> list[dict[str, Any]]:
     """The rows of the frame; of long recordings those that are flagged."""
     frame = measurement_frame(result)
-    listed = frame if len(frame) <= SHOWN.recorded_rows else frame[frame["outlier"]]
+    listed = frame if len(frame) <= _RECORDED_ROWS else frame[frame["outlier"]]
     return [dict(zip(map(str, listed.columns), row, strict=True)) for row in listed.astype(object).to_numpy().tolist()]
 
 
@@ -144,7 +156,7 @@ def measurement_table(result: Identification) -> DataTable:
         "Informs most": "informs",
         "Share": lambda row: f"{words.number(100.0 * row.share, 2)} %",
     }
-    if len(frame) > SHOWN.downloaded_rows:
+    if len(frame) > _DOWNLOADED_ROWS:
         return framed("measurements", caption + part, frame.iloc[listed], shown, tall=True)
     return framed("measurements", caption + part, frame, shown, rows=listed.tolist(), tall=True)
 
@@ -152,10 +164,10 @@ def measurement_table(result: Identification) -> DataTable:
 def _most_influential(result: Identification) -> IntArray:
     """Rows for the table: all, or the outliers and those with the largest leverage."""
     leverage = result.influence.leverage
-    if len(leverage) <= SHOWN.listed_rows:
+    if len(leverage) <= _LISTED_ROWS:
         return np.arange(len(leverage))
     ranked = np.argsort(-(leverage + 1e9 * result.influence.outlier), kind="stable")
-    return np.sort(ranked[: SHOWN.listed_rows])
+    return np.sort(ranked[:_LISTED_ROWS])
 
 
 SCRIPT = "residual_figure.js"
@@ -179,17 +191,17 @@ def varied(result: Identification, train: Recordings) -> dict[str, FloatArray]:
     varying = {
         name: values for name, values in columns.items() if span[name] > 1e-9 * max(1e-3, float(np.abs(values).max()))
     }
-    levels = {name: len(np.unique(np.round(values / span[name], SHOWN.levels))) for name, values in varying.items()}
+    levels = {name: len(np.unique(np.round(values / span[name], _LEVELS))) for name, values in varying.items()}
     return dict(sorted(varying.items(), key=lambda item: -levels[item[0]]))
 
 
 def residual_blocks(result: Identification, train: Recordings) -> list[Block]:
     """The selector and the figure, which shows the coordinate that varies most; the order where none does."""
-    step = max(1, len(train) // SHOWN.points)
+    step = max(1, len(train) // _POINTS)
     varying = _choices(result, train)
     first = varying[0]
     names = result.recordings.components(result.robot.coordinates)
-    kind = "scattergl" if len(train) > SHOWN.fast_points else "scatter"
+    kind = "scattergl" if len(train) > _FAST else "scatter"
     traces = [
         points(
             words.axis(names[axis]), first["values"], np.round(result.fit.residuals[::step, column], 4),
@@ -214,7 +226,7 @@ def residual_data(result: Identification, train: Recordings) -> dict[str, Any]:
 
 
 def _choices(result: Identification, train: Recordings) -> list[dict[str, Any]]:
-    step = max(1, len(train) // SHOWN.points)
+    step = max(1, len(train) // _POINTS)
     found: list[dict[str, Any]] = []
     for name, values in varied(result, train).items():
         column = words.plan_column(name)
@@ -225,7 +237,7 @@ def _choices(result: Identification, train: Recordings) -> list[dict[str, Any]]:
 
 def _frame(result: Identification, train: Recordings) -> pd.DataFrame:
     """Whitened residuals of the rows that are drawn, with what varied (SI)."""
-    step = max(1, len(train) // SHOWN.points)
+    step = max(1, len(train) // _POINTS)
     frame = pd.DataFrame({"sequence": train.sequence[::step], "row": train.lines[::step]})
     for name, values in varied(result, train).items():
         frame[name] = values[::step]

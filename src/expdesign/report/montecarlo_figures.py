@@ -9,7 +9,13 @@ from expdesign.assurance.validation.repeated import Repeated
 from expdesign.report import words
 from expdesign.report.blocks import Figure
 from expdesign.report.figures import chart, curve, level, points, whiskers
-from expdesign.report.options import SHOWN
+
+_PANELS = 3
+"""Densities beside each other."""
+_HALF_WIDTH = 4.0
+"""Predicted standard deviations that a density is drawn to either side."""
+_BINS = 60
+"""Of a histogram."""
 
 CAUSE_NAMES = {"duir": "measurement noise", "feir": "load errors", "total": "both"}
 _SHADES = {"duir": "noise", "feir": "load", "total": "total"}
@@ -19,7 +25,7 @@ def density_figure(result: Repeated, target: int) -> Figure:
     """Densities of the attained error at a target, one panel for each axis that matters."""
     names = result.problem.loaded.robot.coordinates.deflection
     axes = [int(axis) for axis in np.flatnonzero(result.problem.targets.importance[target] > 0.0)]
-    across = min(SHOWN.panels, len(axes))
+    across = min(_PANELS, len(axes))
     rows = -(-len(axes) // across)
     grid = {"rows": rows, "columns": across, "pattern": "independent", "xgap": 0.15, "ygap": 0.3}
     layout: dict[str, Any] = {"showlegend": True, "barmode": "overlay", "grid": grid}
@@ -78,7 +84,7 @@ def agreement_figure(result: Repeated) -> Figure:
 def _densities(result: Repeated, target: int, axis: int) -> pd.DataFrame:
     """Error (µm or µrad) and densities (per µm or µrad) of every cause, simulated and predicted."""
     largest = max(1e6 * result.deviations[cause][1][target, axis] for cause in result.drawn)
-    edges = SHOWN.half_width * largest * np.linspace(-1.0, 1.0, SHOWN.bins + 1)
+    edges = _HALF_WIDTH * largest * np.linspace(-1.0, 1.0, _BINS + 1)
     middle = (edges[1:] + edges[:-1]) / 2.0
     columns: dict[str, Any] = {"error": middle.round(6)}
     for cause in result.drawn:

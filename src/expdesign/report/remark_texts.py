@@ -30,8 +30,10 @@ from expdesign.estimation.remarks import (
     NoiseBeyondStated,
 )
 from expdesign.report import words
-from expdesign.report.options import SHOWN
 from expdesign.report.physics_words import effect_words
+
+_NAMES = 6
+"""Names that a sentence lists."""
 
 _NOT_SOUGHT = {
     Sought.TIME: "Laws of time and creep were not considered: the recordings have no column `time_s`.",
@@ -52,7 +54,7 @@ def sentence(remark: Remark) -> str:
 
 
 def _first(names: Sequence[str]) -> str:
-    return ", ".join(names[: SHOWN.names]) + (" and others" if len(names) > SHOWN.names else "")
+    return ", ".join(names[:_NAMES]) + (" and others" if len(names) > _NAMES else "")
 
 
 def _vector(components: Sequence[float]) -> str:
@@ -84,9 +86,9 @@ def _beyond(one: BeyondManufacture) -> str:
         f"{name} {words.size(value, unit)} (machines are made to {words.size(size, unit)})"
         for name, value, size, unit in zip(one.names, one.values, one.sizes, units, strict=True)
     ]
-    more = len(listed) - SHOWN.names
+    more = len(listed) - _NAMES
     return (
-        f"Corrections beyond manufacture: {'; '.join(listed[: SHOWN.names])}{f' and {more} more' if more > 0 else ''}. "
+        f"Corrections beyond manufacture: {'; '.join(listed[:_NAMES])}{f' and {more} more' if more > 0 else ''}. "
         "The robot file is of another robot, the instrument or a marker was moved (columns `station`, `session`), the "
         "poses do not show them, or offsets cancel along parallel axes. They are not written into `robot.urdf` unless "
         "they are accepted (argument `accept`)."
@@ -114,8 +116,8 @@ def _confounded_time(one: ConfoundedTime) -> str:
 
 def _averaged(one: Averaged) -> str:
     named, more = (
-        "; ".join(effect_words(effect) for effect in one.effects[: SHOWN.names]),
-        len(one.effects) - SHOWN.names,
+        "; ".join(effect_words(effect) for effect in one.effects[:_NAMES]),
+        len(one.effects) - _NAMES,
     )
     return (
         f"{one.rows} rows are too few to rule out small effects. Predictions are the average over what may be there, "
@@ -143,8 +145,8 @@ TEXTS: Mapping[type[Remark], Callable[[Any], str]] = {
     BeyondManufacture: _beyond,
     HeldMarker: _held_marker,
     BlindPoses: lambda one: (
-        f"The fitted poses do not show {words.listed(one.names[: SHOWN.names])}"
-        f"{' and others' if len(one.names) > SHOWN.names else ''}, which stay as drawn. Poses in which all joints move "
+        f"The fitted poses do not show {words.listed(one.names[:_NAMES])}"
+        f"{' and others' if len(one.names) > _NAMES else ''}, which stay as drawn. Poses in which all joints move "
         "would determine them."
     ),
     NoiseBeyondStated: lambda one: (

@@ -21,7 +21,7 @@ from expdesign.report.blocks import (
     framed,
 )
 from expdesign.report.page import Page
-from expdesign.report.robot_view import RobotStates, at_rest, levers, plan_view, robot_states, view_data, view_figure
+from expdesign.report.robot_view import RobotStates, at_rest, levers, robot_states, view_data, view_figure
 
 if TYPE_CHECKING:  # an identification is drawn without planning
     from expdesign.planning.problem import DesignProblem
@@ -127,6 +127,9 @@ _JOINT_CELLS: Shown = {
 }
 
 
+_ABOVE = "The same, seen from above: x to the right and y upwards, so that angles grow counter-clockwise from x."
+
+
 def picture(
     robot: Robot, states: RobotStates | None, concerned: Sequence[str] = (), note: str = "", names: Sequence[str] = ()
 ) -> tuple[list[Block], dict[str, Any]]:
@@ -146,7 +149,8 @@ def picture(
     caption = " ".join(text for text in (note, "Drag to turn it, scroll to zoom." if space else "") if text)
     figure = view_figure("robot", view["dimension"], "The robot", caption, 460)
     shown: list[Block] = [figure, *([Selector("state", "Show", choices(names), step=True)] if names else [])]
-    return [SideBySide(shown, [plan_view(robot, states, concerned)])] if space else shown, {"view": view}
+    above = view_figure("robot-above", 2, "Seen from above", _ABOVE, 460)
+    return [SideBySide(shown, [above])] if space else shown, {"view": view}
 
 
 _NOTE = "The robot in the base frame O at its reference pose, with the numbers by which every report names its parts."

@@ -69,9 +69,16 @@ function robotView(id, view) {
     platform: { mode: "lines+markers", line: { color: "var(--platform)", width: 5 }, marker: { color: "var(--platform)", size: inSpace ? 4 : 9 } },
   };
 
-  /** Names at points of a state. */
+  /** Names at points of a state; in the plane, one that would cover another that comes before it is moved down. */
   function names(state, texts, first, look) {
     const shown = lines(state, texts.map((_, index) => [first + index]));
+    if (view.dimension === 2) {
+      const [wide, high] = [0.1 * view.size, 0.06 * view.size];
+      const covers = (k, other) => Math.abs(shown.x[k] - shown.x[other]) < wide && Math.abs(shown.y[k] - shown.y[other]) < 0.99 * high;
+      for (let k = 0; k < shown.y.length; k += 2) {
+        while (shown.y.some((_, other) => other < k && other % 2 === 0 && covers(k, other))) shown.y[k] -= high;
+      }
+    }
     return {
       ...shown, text: texts.flatMap((text) => [text, ""]), showlegend: false, hoverinfo: "skip",
       textfont: { color: "var(--ink)", size: 13 }, ...look,
@@ -176,7 +183,7 @@ function robotView(id, view) {
         figure.layout.yaxis.range = frame[1];
       }
     });
-    report.csv[id] = () => ({ filename: "robot.csv", text: csvText(state) });
+    report.csv[id] = () => ({ filename: `${id}.csv`, text: csvText(state) });
   }
 
   function hover(name) {
@@ -194,3 +201,6 @@ function robotView(id, view) {
 
   return { show };
 }
+
+/** What a robot in space is seen from above. */
+const fromAbove = (view) => ({ ...view, dimension: 2, states: view.states.map((at) => at.filter((_, index) => index % 3 < 2)) });

@@ -8,16 +8,20 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from expdesign.arrays import FloatArray
 from expdesign.mechanics.loads.load import Load
 from expdesign.mechanics.robots.drawing import Drawing
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.report.blocks import Figure
-from expdesign.report.figures import Trace, chart, colour, curve, points
-from expdesign.report.options import SHOWN
 from expdesign.report.page import plot_text
+
+_AXIS = 0.1
+"""Length of a joint's axis as a share of the robot's size."""
+_LABEL = 0.11
+"""Distance of a leg's number from its base joint, likewise."""
+_ARROW = 0.3
+"""Length of the largest force's arrow, likewise."""
 
 _FLAT: dict[str, dict[str, Any]] = {
     "xaxis": {"title": {"text": "x (m)"}, "scaleanchor": "y", "constrain": "domain"},
@@ -90,11 +94,11 @@ def labels(robot: Robot, drawing: Drawing) -> dict[str, FloatArray]:
     places = {}
     for name, start in starts.items():
         if name in drawing.directions:
-            places[name] = start + SHOWN.axis * size * drawing.directions[name]
+            places[name] = start + _AXIS * size * drawing.directions[name]
             continue
         outward = start - np.mean(list(starts.values()), axis=0)
         length = np.linalg.norm(outward, axis=-1, keepdims=True)
-        places[name] = start + SHOWN.label * size * outward / np.where(length > 0.0, length, 1.0)
+        places[name] = start + _LABEL * size * outward / np.where(length > 0.0, length, 1.0)
     return places
 
 
@@ -118,7 +122,7 @@ def view_data(robot: Robot, states: RobotStates, concerned: Sequence[str] = ()) 
     count, dimension = drawing.points.shape[-2:]
     size = _size(drawing)
     largest = float(np.linalg.norm(states.force, axis=-1).max())
-    tip = states.contact + states.force * (SHOWN.arrow * size / (largest or 1.0))
+    tip = states.contact + states.force * (_ARROW * size / (largest or 1.0))
     named, markers = labels(robot, drawing), marker_places(robot, drawing, states.rotation)
     further = [drawing.origin, states.contact, tip, *named.values(), *markers.values()]
     whole = np.concatenate([drawing.points, np.stack(further, axis=-2)], axis=-2)
@@ -153,7 +157,7 @@ def moving_part(robot: Robot) -> str:
 
 
 def view_figure(id: str, dimension: int, title: str, caption: str, height: int) -> Figure:
-    """An empty figure that `robot_view.js` fills."""
+    """An empty figure, in space or in the plane, that `robot_view.js` fills."""
     if dimension == 2:
         layout: dict[str, Any] = dict(_FLAT)
     else:
@@ -170,54 +174,4 @@ def view_figure(id: str, dimension: int, title: str, caption: str, height: int) 
         }
     layout["uirevision"] = "keep"
     description = f"{title}. The numbers of legs or joints stand beside them."
-    return Figure(id, title, {"data": [], "layout": layout}, caption, description, height=height, filename="robot")
-
-
-def plan_view(robot: Robot, states: RobotStates, concerned: Sequence[str] = ()) -> Figure:
-    """The first of the states as seen from above, x and y of O, with numbers and markers."""
-    drawing = states.drawing
-    flat = drawing.points[0, :, :2]
-    lines: list[tuple[str, str, tuple[tuple[int, ...], ...], int]] = [
-        (part.name, part.role, part.paths, 3) for part in drawing.parts
-    ]
-    lines += [("concerned", "concerned", drawing.paths(name), 6) for name in concerned if drawing.paths(name)]
-    traces: list[Trace] = []
-    for name, shade, paths, width in lines:
-        x, y = np.concatenate([np.vstack([flat[list(path)], [[np.nan, np.nan]]]) for path in paths]).T
-        first = name not in [trace["name"] for trace in traces]
-        traces.append(curve(name, x, y, shade, width=width, mode="lines+markers", showlegend=first))
-    places = {name: place[0, :2] for name, place in labels(robot, drawing).items()}
-    traces.append(_text(list(places), _apart(list(places.values()), _size(drawing))))
-    markers = {name: place[0, :2] for name, place in marker_places(robot, drawing, states.rotation).items()}
-    if markers:
-        above = {"mode": "markers+text", "textposition": "top center"}
-        traces.append(_text([plot_text(name) for name in markers], np.array(list(markers.values())), **above))
-    named = [(part.name, *flat[index]) for part in drawing.parts for path in part.paths for index in path]
-    named += [(f"marker {name}", *place) for name, place in markers.items()]
-    return chart(
-        "robot-above", "Seen from above", traces,
-        "The same, seen from above: x to the right and y upwards, so that angles grow counter-clockwise from x.",
-        "Plan of the robot seen from above, with the numbers of its legs or joints.",
-        x=_FLAT["xaxis"], y=_FLAT["yaxis"], frame=pd.DataFrame(named, columns=["part", "x_m", "y_m"]), height=460,
-    )  # fmt: skip
-
-
-def _apart(places: list[FloatArray], size: float) -> FloatArray:
-    """Places of names (n, 2), moved down where one would cover another that comes before it."""
-    free: list[FloatArray] = []
-    width, height = 0.1 * size, 0.06 * size
-    for place in places:
-        at = place.copy()
-        while any(abs(at[0] - x) < width and abs(at[1] - y) < 0.99 * height for x, y in free):
-            at[1] -= height
-        free.append(at)
-    return np.array(free).reshape(-1, 2)
-
-
-def _text(texts: list[str], places: FloatArray, **look: str) -> Trace:
-    x, y = places.T
-    font = {"color": colour("ink"), "size": 13}
-    return points("", x, y, "marker", symbol="diamond") | {
-        "mode": "text", "text": texts, "textposition": "middle center", "textfont": font, "showlegend": False,
-        "hoverinfo": "skip", "cliponaxis": False, **look,
-    }  # fmt: skip
+    return Figure(id, title, {"data": [], "layout": layout}, caption, description, height=height, filename=id)

@@ -5,7 +5,9 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from expdesign.report.options import SHOWN
+_NEGLIGIBLE = 1e-6
+"""Part of a column's scale below which a number is shown as 0: rounding, not a finding."""
+
 
 _RAISED = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
 _SUPERSCRIPT, _LOWERED = str.maketrans("-0123456789", _RAISED), str.maketrans(_RAISED, "-0123456789")
@@ -49,7 +51,7 @@ def number(value: float, digits: int = 3, scale: float = 0.0) -> str:
     """
     if not math.isfinite(value):
         return UNDETERMINED if math.isnan(value) else ("∞" if value > 0 else "−∞")
-    if value == 0.0 or abs(value) < SHOWN.negligible * scale:
+    if value == 0.0 or abs(value) < _NEGLIGIBLE * scale:
         return "0"
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
     power = int(exponent)

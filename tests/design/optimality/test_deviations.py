@@ -10,8 +10,7 @@ from expdesign.arrays import FloatArray
 from expdesign.planning.criteria.accuracy import Total
 from expdesign.planning.front import Front
 from expdesign.planning.optimality.deviations import evaluations, plan_deviations
-from expdesign.report.design_data import PlanDeviations
-from expdesign.report.options import SHOWN
+from expdesign.report.design_data import DELICATE, PlanDeviations
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.design.refined import refined
 
@@ -126,4 +125,4 @@ def test_long_plans_are_judged_for_fewer_designs_or_none(count: int, said: str) 
     front = Front(designs, {"total": one}, ("total",), 0, 1, one, 1.0, one, 2)
     deviations = PlanDeviations(case, front)
     assert said in " ".join(deviations.sentences(1))
-    assert evaluations(case, count) * (count <= 50) <= SHOWN.delicate_evaluations
+    assert evaluations(case, count) * (count <= 50) <= DELICATE

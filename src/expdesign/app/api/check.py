@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from expdesign.app.api.configuration import checked_problem, problem_of
-from expdesign.app.api.inputs import RobotFile, RobotInput, named_arguments, purpose_of, robot_of
+from expdesign.app.api.inputs import RobotFile, RobotInput, load_robot, named_arguments, purpose_of
 from expdesign.app.api.load import read_document
 from expdesign.app.api.recorded import referenced, say_unknown_columns
 from expdesign.app.api.result import PAGE, FolderResult, PathLike, Result
@@ -134,7 +134,7 @@ def check(
         stated = problem_said(", ".join(purpose.inputs), problem, shares, doubts)
         return CheckResult(stated, problem, doubts, shares, purpose=purpose)
     if isinstance(found, RobotFile | RobotSection):
-        machine = robot_of(found)
+        machine = load_robot(found)
         return _usable(machine.robot, machine.document.source, None, purpose)
     if isinstance(found, Model):
         return _usable(found.chain.robot, found.source, len(found.chain.effects), purpose)
@@ -160,7 +160,7 @@ def _recordings(
         return CheckResult(
             recordings_said(str(file), check_structure(table), None, robot=False), None, (), purpose=purpose
         )
-    machine = robot_of(robot).robot
+    machine = load_robot(robot).robot
     table = with_targets(with_joint_columns(table, machine), machine)
     structure = check_structure(table, commanded=machine.actuated)
     recordings = referenced(recordings_from_table(table, machine), shared_reference)

@@ -12,7 +12,7 @@ import pandas as pd
 from expdesign.app.api.inputs import (
     ModelInput,
     TableInput,
-    model_of,
+    load_model,
     named_arguments,
     purpose_of,
     require_known,
@@ -109,7 +109,7 @@ def compensate(
     Command:
         expdesign compensate results/mine/model.yaml targets.csv --out commands.csv
     """
-    identified = model_of(model)
+    identified = load_model(model)
     robot = identified.chain.robot
     problem = None
     if not _is_table(targets):

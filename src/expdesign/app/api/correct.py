@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import RobotInput, TableInput, named_arguments, purpose_of, robot_of, table_of
+from expdesign.app.api.inputs import RobotInput, TableInput, load_robot, named_arguments, purpose_of, table_of
 from expdesign.app.api.result import RecordedTable, filled
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.points import order_in_time
@@ -72,7 +72,7 @@ def correct(robot: RobotInput, poses: TableInput, *, interpolate: bool = False) 
     Command:
         expdesign correct configs/robots/hexapod-h1.yaml poses.csv --out recordings.csv
     """
-    given = robot_of(robot).robot
+    given = load_robot(robot).robot
     if not given.on_legs:
         what = f"`{given.name}` is a {given.kind}; the correction needs the lengths of legs"
         raise InputError(what, remedy="Use a robot on legs.")

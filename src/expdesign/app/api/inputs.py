@@ -106,8 +106,12 @@ def _path(given: object, name: str, known: str) -> Path:
     raise InputError(what, remedy=f"Give {known}.")
 
 
-def robot_of(robot: RobotInput) -> RobotFile:
-    """A robot file, read."""
+def load_robot(robot: RobotInput) -> RobotFile:
+    """The robot of a YAML file.
+
+    Raises:
+        InputError: the file is missing or wrong.
+    """
     if isinstance(robot, RobotFile):
         return robot
     document = document_of(robot, "robot")
@@ -116,8 +120,12 @@ def robot_of(robot: RobotInput) -> RobotFile:
     return RobotFile(machine, document)
 
 
-def model_of(model: ModelInput) -> Model:
-    """A model file, read, or the model of a result."""
+def load_model(model: ModelInput) -> Model:
+    """The model of a `model.yaml`, as `identify` and `diagnose` write it, or of a result.
+
+    Raises:
+        InputError: the file is missing or wrong.
+    """
     if isinstance(model, Model):
         return model
     own = model.as_model() if isinstance(model, Result) else None
@@ -129,7 +137,7 @@ def model_of(model: ModelInput) -> Model:
 def truth_of(truth: TruthInput) -> Model:
     """What really deflects: an identified model, or a robot whose stiffness is then exact."""
     if isinstance(truth, Model | Result):
-        return model_of(truth)
+        return load_model(truth)
     document = truth.document if isinstance(truth, RobotFile) else document_of(truth, "model")
     if kind_of(document.content) == "identified model":
         return model_from_document(document)

@@ -8,8 +8,8 @@ from typing import Any
 
 import pandas as pd
 
-from expdesign.app.api.inputs import ModelInput, RobotFile, RobotInput, model_of, robot_of
-from expdesign.app.api.recorded import RecordingsInput, recordings_of
+from expdesign.app.api.inputs import RobotFile, RobotInput
+from expdesign.app.api.recorded import read_recordings
 from expdesign.app.api.result import PathLike, Result, numeric
 from expdesign.chain.models.model_file import Model, model_from_document, read_model
 from expdesign.chain.recordings.recordings import Recordings
@@ -64,33 +64,6 @@ def read_document(
     raise InputError("neither a robot, a run configuration nor a model", where=document.source, remedy=remedy)
 
 
-def load_robot(file: RobotInput) -> RobotFile:
-    """The robot of a YAML file.
-
-    Raises:
-        InputError: the file is missing or wrong.
-    """
-    return robot_of(file)
-
-
-def load_model(file: ModelInput) -> Model:
-    """The model of a `model.yaml`, as `identify` and `diagnose` write it.
-
-    Raises:
-        InputError: the file is missing or wrong.
-    """
-    return model_of(file)
-
-
-def read_recordings(recordings: RecordingsInput, robot: RobotInput) -> Recordings:
-    """Recordings of a robot, from one or more files or from a frame.
-
-    Raises:
-        InputError: a file is missing or wrong.
-    """
-    return recordings_of(recordings, robot_of(robot))
-
-
 MODEL = "model.yaml"
 _ROWS = ("plan.csv", "sheet.csv")
 """Tables that stand for the result of several tables."""
@@ -127,6 +100,11 @@ class SavedResult(Result):
         return self.model
 
 
+def _from(folder: Path, name: str) -> str:
+    """A path relative to a folder as seen from here; the name of what is no file stays."""
+    return str((folder / name).resolve()) if (folder / name).exists() else name
+
+
 def open_result(folder: PathLike) -> SavedResult:
     """Read what `save`, or a command with `--out`, wrote into a folder.
 
@@ -154,5 +132,5 @@ def open_result(folder: PathLike) -> SavedResult:
         json.loads(read_text(records[0])) if records else {},
         {path.stem: numeric(read_table(path).frame) for path in found if path.suffix == ".csv"},
         read_model(place / MODEL) if MODEL in names and (place / MODEL).exists() else None,
-        purpose=Purpose(about["command"], tuple(about.get("paths", about["inputs"]))),
+        purpose=Purpose(about["command"], tuple(_from(place, name) for name in about["inputs"])),
     )

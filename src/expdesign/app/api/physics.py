@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from expdesign.app.api.inputs import RobotInput, named_arguments, purpose_of, robot_of
+from expdesign.app.api.inputs import RobotInput, load_robot, named_arguments, purpose_of
 from expdesign.app.api.result import Result
 from expdesign.chain.models.effect_entry import Offered, offered
 from expdesign.report.physics_texts import offered_physics
@@ -53,5 +53,5 @@ def physics(robot: RobotInput) -> PhysicsResult:
     Command:
         expdesign physics configs/robots/hexapod-h1.yaml
     """
-    machine = robot_of(robot).robot
+    machine = load_robot(robot).robot
     return PhysicsResult(machine.name, tuple(offered(machine)), purpose=purpose_of("physics", robot))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from expdesign.app.api.inputs import RobotFile, RobotInput, robot_of, table_of
+from expdesign.app.api.inputs import RobotFile, RobotInput, load_robot, table_of
 from expdesign.app.api.result import FolderResult, PathLike, Result
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.assurance.plausibility.finding import Implausibility, say
@@ -65,21 +65,26 @@ class RecordedResult(FolderResult):
         return None if self.at_targets is None else self.at_targets.acceptance
 
 
-def recordings_of(recordings: RecordingsInput, robot: RobotFile) -> Recordings:
-    """Recordings, read from one or more files or from a frame."""
+def read_recordings(recordings: RecordingsInput, robot: RobotInput) -> Recordings:
+    """Recordings of a robot, from one or more files or from a frame.
+
+    Raises:
+        InputError: a file is missing or wrong.
+    """
     if isinstance(recordings, Recordings):
         return recordings
+    machine = load_robot(robot).robot
     if isinstance(recordings, pd.DataFrame | Result):
-        measured = recordings_from_table(table_of(recordings, "recordings"), robot.robot)
-        require_measured(measured, robot.robot)
+        measured = recordings_from_table(table_of(recordings, "recordings"), machine)
+        require_measured(measured, machine)
     else:
         files = [recordings] if isinstance(recordings, str | Path) else recordings
         if not isinstance(files, list | tuple) or not all(isinstance(file, str | Path) for file in files):
             what = f"recordings cannot be a `{type(recordings).__name__}`"
             remedy = "Give one path or several, a frame, `Recordings`, or what `simulate` returned."
             raise InputError(what, remedy=remedy)
-        measured = read_several([Path(file) for file in files], robot.robot)
-    say(recordings_findings(measured, robot.robot), measured.source)
+        measured = read_several([Path(file) for file in files], machine)
+    say(recordings_findings(measured, machine), measured.source)
     say_unknown_columns(measured)
     return measured
 
@@ -106,12 +111,12 @@ def recorded_at(
     Raises:
         InputError: a file is wrong, or the configuration is of another robot.
     """
-    machine, problem = robot_of(robot), None
+    machine, problem = load_robot(robot), None
     if targets is not None:
         from expdesign.app.api.configuration import problem_of_robot  # noqa: PLC0415 (most recordings have no targets)
 
         problem = problem_of_robot(targets, machine.robot, machine.document.source, confirmed=confirmed)
-    return machine, referenced(usable(recordings_of(recordings, machine)), option, problem), problem
+    return machine, referenced(usable(read_recordings(recordings, machine)), option, problem), problem
 
 
 def referenced(points: Points, option: bool | None, problem: "DesignProblem | None" = None) -> Points:

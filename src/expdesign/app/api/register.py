@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import RobotInput, TableInput, named_arguments, purpose_of, robot_of, table_of
+from expdesign.app.api.inputs import RobotInput, TableInput, load_robot, named_arguments, purpose_of, table_of
 from expdesign.app.api.result import PathLike, RecordedTable, filled
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.recordings.columns import REFERENCE
@@ -95,7 +95,7 @@ def register(
     Command:
         expdesign register robot.yaml plan.csv unloaded.txt loaded.txt --out recordings.csv
     """
-    machine = robot_of(robot).robot
+    machine = load_robot(robot).robot
     table = table_of(plan, "plan")
     table.require(("sequence", "series"))
     sets = _read(points, unit)

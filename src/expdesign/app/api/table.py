@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import ModelInput, model_of, named_arguments, purpose_of, require_seed
+from expdesign.app.api.inputs import ModelInput, load_model, named_arguments, purpose_of, require_seed
 from expdesign.app.api.result import FolderResult
 from expdesign.arrays import FloatArray
 from expdesign.chain.models.model_file import Model
@@ -116,7 +116,7 @@ def table(
     require_seed(seed)
     if nodes < 2:
         raise ArgumentError(f"{nodes} nodes are no table", argument="nodes", remedy="Use at least 2.")
-    identified = model_of(model)
+    identified = load_model(model)
     robot = identified.chain.robot
     ranges = {name: _range(name, pair) for name, pair in _in_si(over, "over", robot).items()}
     held = {

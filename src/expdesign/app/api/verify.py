@@ -14,7 +14,7 @@ from expdesign.app.api.configuration import Config, problem_of_robot
 from expdesign.app.api.inputs import (
     ModelInput,
     TableInput,
-    model_of,
+    load_model,
     named_arguments,
     purpose_of,
     require_known,
@@ -136,7 +136,7 @@ def verify(
     """
     if coverage is not None and not 0.0 < coverage < 1.0:
         raise ArgumentError(f"{coverage:g} is not a coverage", argument="coverage", remedy="Give e.g. 0.95.")
-    identified = model_of(model)
+    identified = load_model(model)
     robot = identified.chain.robot
     table = table_of(recordings, "recordings")
     require_history(identified, table)

@@ -17,7 +17,6 @@ import pandas as pd
 from expdesign.app.sweeps.runs import SweepRun, text_of
 from expdesign.errors import InputError
 from expdesign.io.output import csv_text, output_folder, write_file
-from expdesign.io.written import lock
 
 RUNS, TABLE, TIMES, LOCK = "runs", "sweep.csv", "times.csv", ".lock"
 FAILURE = "failure.json"
@@ -42,13 +41,26 @@ def sole_writer(folder: Path) -> Iterator[None]:
         raise InputError(f"cannot be written ({error.strerror})", where=str(folder), remedy="Name another.") from None
     with stream:
         try:
-            lock(stream.fileno(), wait=False)  # released with the process, however it ends
+            _lock(stream.fileno())
         except OSError:
             remedy = "Wait for it, or name another folder."
             raise InputError("another sweep is writing here", where=str(folder), remedy=remedy) from None
         for scratch in [*folder.glob(f"{RUNS}/.*"), *folder.glob(f".{TABLE}-*"), *folder.glob(f".{TIMES}-*")]:
             shutil.rmtree(scratch) if scratch.is_dir() else scratch.unlink()
         yield
+
+
+def _lock(handle: int) -> None:
+    """Be the only one with a lock on an open file until the process ends; nothing where the system has no such locks.
+
+    Raises:
+        OSError: another process has it.
+    """
+    try:
+        import fcntl  # noqa: PLC0415 (not on every system)
+    except ImportError:
+        return
+    fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 class Store:
