@@ -28,10 +28,11 @@ class DeclaredEffect(Effect):
     """An effect whose places, parameters and sentence are data.
 
     Names of parameters may hold `{force}` and `{motion}`, the units where it acts (N and m, or Nm and rad), and
-    `{axis}`, for which they are repeated along every axis of the robot's workspace.
+    `{axis}` or `{deflection}`, for which they are repeated: along every axis of the robot's workspace, or for every
+    component of a deflection.
 
-    Where its variants are forms (`forms`), each of the actuators concerned gains what the form says of it; parameters
-    and sentence are those of the form if this has some.
+    Where its variants are forms (`forms`), each of the actuators concerned gains what the form says of it, and the load
+    is what the form makes of it; parameters and sentence are those of the form if this has some.
 
     Attributes:
         at: its components on a robot.
@@ -74,20 +75,27 @@ class DeclaredEffect(Effect):
 
     def described(self, quantities: Sequence[Parameter]) -> tuple[Parameter, ...]:
         """Parameters with their names filled in."""
-        (force, motion), axes = self.units, self.robot.coordinates.axes
-        return tuple(
-            replace(each, name=each.name.format(force=force, motion=motion, axis=axis))
-            for each in quantities
-            for axis in (axes if "{axis}" in each.name else axes[:1])
-        )
+        (force, motion), coordinates = self.units, self.robot.coordinates
+        repeated = {"axis": coordinates.axes, "deflection": coordinates.deflection}
+        found = []
+        for each in quantities:
+            along = next((name for name in repeated if f"{{{name}}}" in each.name), "")
+            for item in repeated.get(along, ("",)):
+                name = each.name.format(force=force, motion=motion, **{along: item})
+                found.append(replace(each, name=name))
+        return tuple(found)
 
     def describe(self) -> tuple[Parameter, ...]:
         return self.described((self.form is not None and self.form.parameters) or self.quantities)
 
+    def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        law = self.form.load if self.form is not None else None
+        return wrench if law is None else law(wrench, row, theta)
+
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
-        if self.form is None or self.component.part not in ACTUATORS:
+        if self.form is None or self.form.law is None or self.component.part not in ACTUATORS:
             return elongation, state
         memory, gained, following = self.form.memory, ca.SX.zeros(elongation.shape[0]), []
         for number, index in enumerate(self.actuators):

@@ -1,7 +1,7 @@
 """Forms of physics at an actuator: laws of the force that it carries, its place, time or history."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
 import casadi as ca
@@ -37,29 +37,33 @@ class Acting:
 
 Law = Callable[[Acting, ca.SX], tuple[ca.SX, ca.SX]]
 """What an actuator gains (m or rad) and its next states, from what is known of it and parameters."""
+LoadLaw = Callable[[ca.SX, Row, ca.SX], ca.SX]
+"""The actual wrench (n,) from the assumed one, the row and parameters."""
 
 
 @dataclass(frozen=True)
 class Form:
-    """A variant of physics that is a law of single actuators.
+    """A variant of physics: a law of single actuators or of the load, with everything that is the variant's own.
 
     Attributes:
-        law: what each of them gains.
-        name: text of the variant in files; empty for the only one.
+        law: what each actuator gains.
+        name: text of the variant in files, which tells it from others; empty for the only one.
         memory: states of one actuator.
+        load: what the load is.
         parameters: with names as `DeclaredEffect.quantities` has them; empty where those of the physics are its own.
         says: its sentence, where it is another one than that of the physics.
         called: name of the parametric form, where its physics has several (`Effect.form_name`).
         beyond: what it does beyond the recorded range, where that is not what its physics does.
     """
 
-    law: Law
+    law: Law | None = field(default=None, compare=False)
     name: str = ""
-    memory: int = 0
-    parameters: tuple[Parameter, ...] = ()
-    says: str = ""
-    called: str = ""
-    beyond: Beyond | None = None
+    memory: int = field(default=0, compare=False)
+    parameters: tuple[Parameter, ...] = field(default=(), compare=False)
+    says: str = field(default="", compare=False)
+    called: str = field(default="", compare=False)
+    beyond: Beyond | None = field(default=None, compare=False)
+    load: LoadLaw | None = field(default=None, compare=False)
 
     def __str__(self) -> str:
         return self.name

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import StrEnum
+from functools import partial
 from typing import ClassVar
 
 import casadi as ca
@@ -13,6 +13,7 @@ from expdesign.chain.component import PAYLOAD, PLATFORM, Component, on, on_any, 
 from expdesign.chain.declaration import ONLY, Declaration, Input, Size, Variant, rounded
 from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Parameter, Values, When
+from expdesign.chain.forms import Form
 from expdesign.chain.recordings.recordings import POSITIONS, LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.mechanics.robots.orientation import moment
@@ -90,38 +91,51 @@ _SMALLEST = 1e-9
 """N; less is no load."""
 
 
-class Wrong(StrEnum):
-    """Which loads are wrong; the values are the ends of their texts."""
-
-    ALL = "forgotten"
-    ONE = " newton"
-    FROM = " newton and more"
+_NEWTON, _AND_MORE = " newton", " newton and more"
+"""How a variant's text ends that names one load, and those from a size on."""
 
 
-@dataclass(frozen=True)
-class MassShares:
-    """The loads that are wrong: all, the one of a size, or those from a size on.
-
-    Attributes:
-        wrong: which.
-        size: the least load concerned, N.
-    """
-
-    wrong: Wrong
-    size: float = 0.0
-
-    def __str__(self) -> str:
-        return str(self.wrong) if self.wrong is Wrong.ALL else f"{self.size:.6g}{self.wrong}"
+def _constant(wrench: ca.SX, row: Row, theta: ca.SX, *, least: float = 0.0) -> ca.SX:
+    """A constant is added to every load from a size (N) on."""
+    force = ca.norm_2(row.wrench[: row.gravity.shape[0]])
+    concerned = force > max(least * (1.0 - 1e-5), _SMALLEST)
+    return wrench * (1.0 + ca.if_else(concerned, theta[0] / ca.fmax(force, _SMALLEST), 0.0))
 
 
-def weights_from_text(text: str) -> MassShares:
-    """The loads that a file names; raises `ValueError` for another text."""
-    if text == str(Wrong.ALL):
-        return MassShares(Wrong.ALL)
-    wrong = next((each for each in (Wrong.ONE, Wrong.FROM) if text.endswith(each)), None)
-    if wrong is None:
-        raise ValueError(f"`{text}` names no loads")
-    return MassShares(wrong, float(text.removesuffix(wrong)))
+def _share(wrench: ca.SX, row: Row, theta: ca.SX, *, size: float) -> ca.SX:
+    """The load of a size (N) is wrong by a fraction."""
+    force = ca.norm_2(row.wrench[: row.gravity.shape[0]])
+    concerned = ca.logic_and(force > size * (1.0 - 1e-5), force < size * (1.0 + _RELATIVE_WIDTH))
+    return wrench * (1.0 + ca.if_else(concerned, theta[0], 0.0))
+
+
+_FORGOTTEN = Form(
+    name="forgotten",
+    load=_constant,
+    parameters=(Parameter("forgotten_N", 1.0, low=-1e5, high=1e5),),
+    says="Every load is {first:+.3g} N off, as by a forgotten part.",
+)
+
+
+def _weight(size: float) -> Form:
+    """One weight (N) is wrong."""
+    return Form(
+        name=f"{size:.6g}{_NEWTON}",
+        load=partial(_share, size=rounded(size)),
+        parameters=(Parameter("relative_mass_error", 0.01, low=-0.9, high=9.0),),
+        says=f"The load of {size:.4g} N ({size / 9.80665:.4g} kg of weight) is really {{first:100 +.2f %}} of that "
+        "heavier.",
+    )
+
+
+def _disc(size: float) -> Form:
+    """The disc that makes a stack as heavy as this (N) is wrong."""
+    return Form(
+        name=f"{size:.6g}{_AND_MORE}",
+        load=partial(_constant, least=rounded(size)),
+        parameters=(Parameter("disc_error_N", 1.0, low=-1e5, high=1e5),),
+        says=f"Every load of {size:.4g} N and more is {{first:+.3g}} N off, as by one disc of a stack.",
+    )
 
 
 class PayloadMassError(DeclaredEffect):
@@ -160,50 +174,25 @@ class PayloadMassError(DeclaredEffect):
     when: ClassVar[When] = lambda robot, points: (
         np.array_equal(points.absolute, points.wrenches) and (points.payload is not None or not robot.on_support)
     )
-    forms = (MassShares(Wrong.ALL),)  # the loads of recordings decide about the others
+    forms = (_FORGOTTEN,)  # the loads of recordings decide about the others
 
     @classmethod
     def variant_from_text(cls, robot: Robot, text: str) -> Variant:
-        return weights_from_text(text)
+        for ending, form in ((_NEWTON, _weight), (_AND_MORE, _disc)):
+            if text.endswith(ending):
+                return form(float(text.removesuffix(ending)))
+        return super().variant_from_text(robot, text)
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
         sizes = _sizes(np.linalg.norm(points.wrenches[:, : robot.coordinates.translations], axis=1))
         if len(sizes) < 2:
             return []
-        found = [MassShares(Wrong.ALL)]
+        found = [_FORGOTTEN]
         if len(sizes) <= _MOST_WEIGHTS:
-            found += [MassShares(Wrong.ONE, rounded(size)) for size in sizes]
             # From the smallest on it is what was forgotten, and the largest alone is one weight.
-            found += [MassShares(Wrong.FROM, rounded(size)) for size in sizes[1:-1]]
-        return [(PAYLOAD, weights) for weights in found]
-
-    def describe(self) -> tuple[Parameter, ...]:
-        if self.variant.wrong is Wrong.ALL:
-            return (Parameter("forgotten_N", 1.0, low=-1e5, high=1e5),)
-        if self.variant.wrong is Wrong.FROM:
-            return (Parameter("disc_error_N", 1.0, low=-1e5, high=1e5),)
-        return (Parameter("relative_mass_error", 0.01, low=-0.9, high=9.0),)
-
-    def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        force = ca.norm_2(row.wrench[: self.robot.coordinates.translations])
-        if self.variant.wrong is Wrong.ONE:
-            concerned = ca.logic_and(
-                force > self.variant.size * (1.0 - 1e-5), force < self.variant.size * (1.0 + _RELATIVE_WIDTH)
-            )
-            return wrench * (1.0 + ca.if_else(concerned, theta[0], 0.0))
-        concerned = force > max(self.variant.size * (1.0 - 1e-5), _SMALLEST)
-        return wrench * (1.0 + ca.if_else(concerned, theta[0] / ca.fmax(force, _SMALLEST), 0.0))
-
-    def sentence(self, values: Values) -> str:
-        size = self.variant.size
-        if self.variant.wrong is Wrong.ALL:
-            return self.said("Every load is {first:+.3g} N off, as by a forgotten part.", values)
-        if self.variant.wrong is Wrong.FROM:
-            text = f"Every load of {size:.4g} N and more is {{first:+.3g}} N off, as by one disc of a stack."
-            return self.said(text, values)
-        weight = f"{size:.4g} N ({size / 9.80665:.4g} kg of weight)"
-        return self.said(f"The load of {weight} is really {{first:100 +.2f %}} of that heavier.", values)
+            found += [*map(_weight, sizes), *map(_disc, sizes[1:-1])]
+        return [(PAYLOAD, form) for form in found]
 
 
 def _sizes(forces: FloatArray) -> list[float]:
@@ -219,22 +208,39 @@ _REFERENCE = 100.0
 """N or N·m; the load to which an error of the sensor that grows refers."""
 
 
-class Growth(StrEnum):
-    """Whether the share by which the load is wrong is the same under all loads; the values end a variant's text."""
-
-    CONSTANT = ""
-    GROWING = " growing"
+_GROWING = "growing"
 
 
-@dataclass(frozen=True)
-class SensorAxis:
-    """An axis of the sensor (`fx`, ...), and how its error goes with the load."""
+def _scaled(wrench: ca.SX, row: Row, theta: ca.SX, *, index: int, growing: bool = False) -> ca.SX:
+    """The load on one axis is wrong by a share, or by one that grows in proportion to the whole of it."""
+    gained = ca.SX.zeros(wrench.shape[0])
+    if not growing:
+        gained[index] = theta[0] * wrench[index]
+        return wrench + gained
+    before = row.absolute[index] - row.wrench[index]
+    now = before + wrench[index]
+    gained[index] = theta[0] * (now * ca.fabs(now) - before * ca.fabs(before)) / _REFERENCE
+    return wrench + gained
 
-    axis: str
-    growth: Growth
 
-    def __str__(self) -> str:
-        return f"{self.axis}{self.growth}"
+def _sensed(index: int, column: str) -> tuple[Form, Form]:
+    """Errors on the axis of a column of the wrench (`fx_N`)."""
+    axis, unit = column.rsplit("_", 1)
+    same = Form(
+        name=axis,
+        load=partial(_scaled, index=index),
+        parameters=(Parameter("relative_mass_error", 0.01, low=-0.99, high=9.0),),
+        says=f"The load along {axis} is really {{first:100 +.2f %}} larger than stated on every row.",
+    )
+    grows = Form(
+        name=f"{axis} {_GROWING}",
+        load=partial(_scaled, index=index, growing=True),
+        parameters=(Parameter(f"relative_error_at_100{unit}", 0.01, low=-0.9, high=9.0),),
+        says=f"The load along {axis} is really larger than stated, the more the larger it is: {{first:100 +.2f %}} at "
+        f"100 {unit.replace('Nm', 'N·m')}.",
+        called=_GROWING,
+    )
+    return same, grows
 
 
 class ForceSensor(DeclaredEffect):
@@ -265,51 +271,15 @@ class ForceSensor(DeclaredEffect):
 
     @classmethod
     def variants(cls, robot: Robot) -> list[Variant]:
-        axes = (name.rsplit("_", 1)[0] for name in robot.coordinates.wrench)
-        return [SensorAxis(axis, growth) for axis in axes for growth in Growth]
+        return [form for index, column in enumerate(robot.coordinates.wrench) for form in _sensed(index, column)]
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
-        names = [name.rsplit("_", 1)[0] for name in robot.coordinates.wrench]
         varies = np.ptp(points.absolute, axis=0) > 1e-9 * np.abs(points.absolute).max(initial=0.0)
-        seen = {name for name, varied in zip(names, varies, strict=True) if varied}
-        return [(PAYLOAD, variant) for variant in cls.variants(robot) if getattr(variant, "axis", "") in seen]
-
-    @property
-    def form_name(self) -> str:
-        return "growing" if self.variant.growth is Growth.GROWING else self.declared.form
-
-    @property
-    def _index(self) -> int:
-        return [name.rsplit("_", 1)[0] for name in self.robot.coordinates.wrench].index(self.variant.axis)
-
-    def describe(self) -> tuple[Parameter, ...]:
-        if self.variant.growth is Growth.CONSTANT:
-            return (Parameter("relative_mass_error", 0.01, low=-0.99, high=9.0),)
-        unit = self.robot.coordinates.wrench[self._index].rsplit("_", 1)[1]
-        return (Parameter(f"relative_error_at_100{unit}", 0.01, low=-0.9, high=9.0),)
-
-    def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        index = self._index
-        gained = ca.SX.zeros(wrench.shape[0])
-        if self.variant.growth is Growth.CONSTANT:
-            gained[index] = theta[0] * wrench[index]
-            return wrench + gained
-        before = row.absolute[index] - row.wrench[index]
-        now = before + wrench[index]
-        gained[index] = theta[0] * (now * ca.fabs(now) - before * ca.fabs(before)) / _REFERENCE
-        return wrench + gained
-
-    def sentence(self, values: Values) -> str:
-        if self.variant.growth is Growth.CONSTANT:
-            text = "is really {first:100 +.2f %} larger than stated on every row."
-        else:
-            unit = "N·m" if next(iter(values)).endswith("Nm") else "N"
-            text = f"is really larger than stated, the more the larger it is: {{first:100 +.2f %}} at 100 {unit}."
-        return self.said(f"The load along {{variant.axis}} {text}", values)
+        return [(PAYLOAD, form) for form, seen in zip(cls.variants(robot), np.repeat(varies, 2), strict=True) if seen]
 
 
-_SMALLEST = 1e-9
+_LIGHTEST = 1e-9
 """kg; a centre of less is not told."""
 
 
@@ -380,7 +350,7 @@ class UnknownTool(DeclaredEffect):
         return elsewhere * ca.substitute(torque, q, row.pose)
 
     def reported(self, theta: ca.SX) -> dict[str, ca.SX]:
-        mass = ca.if_else(ca.fabs(theta[0]) > _SMALLEST, theta[0], _SMALLEST)
+        mass = ca.if_else(ca.fabs(theta[0]) > _LIGHTEST, theta[0], _LIGHTEST)
         centre = {f"tool_com_{axis}_m": theta[1 + i] / mass for i, axis in enumerate(self.robot.coordinates.axes)}
         return {"tool_mass_kg": theta[0], **centre}
 

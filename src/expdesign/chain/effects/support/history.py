@@ -1,7 +1,6 @@
 """What a body stands on remembers its loads: friction, creep and settling."""
 
 from dataclasses import replace
-from enum import StrEnum
 from typing import ClassVar
 
 import casadi as ca
@@ -10,13 +9,25 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component, symmetric
 from expdesign.chain.declaration import Input, Size, Variant
-from expdesign.chain.effect import Parameter, Values, When
+from expdesign.chain.effect import Parameter, When
 from expdesign.chain.effects.actuators.actuators import Creep, FrictionHysteresis
-from expdesign.chain.effects.support.statics import AXES, entries
+from expdesign.chain.effects.support.statics import entries
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.support import AZIMUTHS, Drive, SupportEffect, drive_load, drive_values, drives, twist_of
+from expdesign.chain.support import DRIVES, OBLIQUE, SupportEffect, SupportForm, shown_drives
 from expdesign.mechanics.robots.robot import Robot
+
+_AZIMUTHS = tuple(np.linspace(0.0, np.pi, 6, endpoint=False))
+_SHARES = (0.02, 0.08, 0.25)
+"""Of the range of the load: friction from which a search starts."""
+
+
+def _held(form: SupportForm, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """What is behind the friction moves with the load that it carries: a play operator of the change of load."""
+    amounts, friction, azimuth = form.drive.split(theta)
+    load = form.drive.load(wrench, azimuth)
+    carried = ca.fmin(ca.fmax(state[0], load - friction), load + friction)
+    return form.drive.twist(amounts * carried), carried
 
 
 class SupportFriction(SupportEffect):
@@ -36,44 +47,57 @@ class SupportFriction(SupportEffect):
         inputs=(Input.FORCE, Input.HISTORY),
         sizes=(Size("behind_*", 1e-7, "assumed: friction holds a tenth of what soft feet yield"),),
     )
-    forms = tuple(Drive)
+    forms = tuple(
+        SupportForm(
+            name=str(drive),
+            twist=_held,
+            memory=1,
+            parameters=drive.parameters(
+                "behind", Parameter("friction_{force}", 10.0, neutral=10.0, low=0.0, high=1e6, shape=True), low=0.0
+            ),
+            drive=drive,
+        )
+        for drive in (*DRIVES, OBLIQUE)
+    )
     builds_on = "base_compliance"
-    states = 1
+    says = (
+        "Loading and unloading of the support differ: part of it follows the load {variant.drive.where} only when that "
+        "has changed by more than {friction:.3g} {force}."
+    )
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        return [(BASE, drive) for drive in drives(points, oblique=True)]
-
-    def describe(self) -> tuple[Parameter, ...]:
-        friction = Parameter("friction_{force}", 10.0, neutral=10.0, low=0.0, high=1e6, shape=True)
-        return self.driven("behind", friction, low=0.0)
+        return [(BASE, form) for form in cls.forms if form.drive in shown_drives(points)]
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
-        free = np.zeros(2 if self.drive is Drive.OBLIQUE else 1)
-        starts = []
-        for azimuth in self.shapes(AZIMUTHS):
-            spread = float(np.ptp(drive_values(self.drive, points.wrenches, *azimuth)))
-            starts += [np.array([*free, share * spread, *azimuth]) for share in (0.02, 0.08, 0.25)]
-        return starts
+        drive = self.variant.drive
 
-    def structure_with_memory(
-        self, deflection: ca.SX, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX
-    ) -> tuple[ca.SX, ca.SX]:
-        amounts, friction, azimuth = self.split(theta)
-        load = drive_load(self.drive, wrench, azimuth)
-        carried = ca.fmin(ca.fmax(state[0], load - friction), load + friction)
-        return deflection + row.rates @ twist_of(self.drive, amounts * carried), carried
+        def thresholds(azimuth: tuple[float, ...]) -> list[float]:
+            spread = float(np.ptp(drive.load(points.wrenches.T, *azimuth)))
+            return [share * spread for share in _SHARES]
 
-    def sentence(self, values: Values) -> str:
-        follows = f"part of it follows the load {self.where} only when that has changed by more than"
-        return self.said(f"Loading and unloading of the support differ: {follows} {{friction:.3g}} {{force}}.", values)
+        return drive.starts(_AZIMUTHS, thresholds)
 
 
-class CreepCause(StrEnum):
-    """What makes the support give way."""
+def _creeps(form: SupportForm, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """ω gains C·s with τ·ds/dt = M − s; the load of a row acts since the row before."""
+    crept = state + (wrench[3:] - state) * (1.0 - ca.exp(-row.interval / theta[-1]))
+    return ca.vertcat(ca.SX.zeros(3), symmetric(theta[:6], 3) @ crept), crept
 
-    LOAD = ""
-    SETTLING = "settling"
+
+_TAU = Parameter("tau_s", 100.0, neutral=100.0, low=1e-2, high=1e7, shape=True)
+_SAYS = "What the body stands on {how}, time constant {{tau_s:.3g}} s."
+_CREEPING = SupportForm(
+    twist=_creeps,
+    memory=3,
+    parameters=(*entries("creep", 1e-7), _TAU),
+    says=_SAYS.format(how="gives way slowly after a change of load"),
+)
+_SETTLING = SupportForm(
+    name="settling",
+    parameters=(Parameter("settled_{deflection}", 1e-6), _TAU),
+    says=_SAYS.format(how="settles from the start of the series on"),
+)
 
 
 class SupportCreep(SupportEffect):
@@ -97,21 +121,13 @@ class SupportCreep(SupportEffect):
             Size("settled_dr*_rad", 1e-5, "assumed: tyres and rubber feet give way by 10 µrad"),
         ),
     )
-    forms = tuple(CreepCause)
+    forms = (_CREEPING, _SETTLING)
     when: ClassVar[When] = lambda robot, points: points.timed
 
-    @property
-    def units(self) -> tuple[str, str]:
-        return "Nm", "rad"
-
-    def describe(self) -> tuple[Parameter, ...]:
+    def __init__(self, robot: Robot, component: Component, variant: Variant) -> None:
+        super().__init__(robot, component, variant)
         # A support that settles needs no load that changes.
-        self.builds_on = "" if self.variant is CreepCause.SETTLING else "base_compliance"
-        tau = Parameter("tau_s", 100.0, neutral=100.0, low=1e-2, high=1e7, shape=True)
-        if self.variant is CreepCause.SETTLING:
-            return (*(Parameter(f"settled_{name}", 1e-6) for name in self.robot.coordinates.deflection), tau)
-        self.states = len(AXES)
-        return (*entries("creep", 1e-7), tau)
+        self.builds_on = "" if variant == _SETTLING else "base_compliance"
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
         assert points.time is not None
@@ -121,18 +137,7 @@ class SupportCreep(SupportEffect):
         free = np.zeros(len(self.parameters) - 1)
         return [np.array([*free, tau]) for tau in np.geomspace(2.0 * shortest, longest, 5)]
 
-    def structure_with_memory(
-        self, deflection: ca.SX, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX
-    ) -> tuple[ca.SX, ca.SX]:
-        tau = theta[-1]
-        if self.variant is CreepCause.SETTLING:
-            return deflection + theta[:6] * (1.0 - ca.exp(-row.elapsed / tau)), state
-        crept = state + (wrench[3:] - state) * (1.0 - ca.exp(-row.interval / tau))
-        turn = symmetric(theta[:6], 3) @ crept
-        return deflection + row.rates @ ca.vertcat(ca.SX.zeros(3), turn), crept
-
-    def sentence(self, values: Values) -> str:
-        how = "gives way slowly after a change of load"
-        if self.variant is CreepCause.SETTLING:
-            how = "settles from the start of the series on"
-        return self.said(f"What the body stands on {how}, time constant {{tau_s:.3g}} s.", values)
+    def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        if self.variant != _SETTLING:
+            return deflection
+        return deflection + theta[:-1] * (1.0 - ca.exp(-row.elapsed / theta[-1]))

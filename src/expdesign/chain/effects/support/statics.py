@@ -1,8 +1,7 @@
 """What a body stands on does under the load of the moment: it yields, is not linear, and has play."""
 
-from collections.abc import Hashable
-from dataclasses import dataclass, replace
-from enum import StrEnum
+from collections.abc import Callable, Hashable
+from dataclasses import replace
 from typing import ClassVar
 
 import casadi as ca
@@ -15,38 +14,50 @@ from expdesign.chain.effect import Parameter, Values, When
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import (
+    DRIVES,
     FARTHEST,
-    Drive,
-    Posed,
+    OBLIQUE,
     SupportEffect,
-    drive_load,
-    drive_values,
-    drives,
+    SupportForm,
     measured_axes,
     over_pose,
-    powers,
+    shown_drives,
     taken_up,
-    twist_of,
     whole_load,
-    with_powers,
 )
 from expdesign.mechanics.robots.robot import Robot
 
-AXES = ("rx", "ry", "rz")
+_AXES = ("rx", "ry", "rz")
 
 
 def entries(name: str, scale: float, *, diagonal: bool = False) -> tuple[Parameter, ...]:
     """Entries of a symmetric rotational compliance: its diagonal, then its upper triangle by rows unless `diagonal`."""
-    pairs = [(a, a) for a in AXES] + [(a, b) for i, a in enumerate(AXES) for b in AXES[i + 1 :] if not diagonal]
+    pairs = [(a, a) for a in _AXES] + [(a, b) for i, a in enumerate(_AXES) for b in _AXES[i + 1 :] if not diagonal]
     return tuple(Parameter(f"{name}_{a}_{b}_rad_per_Nm", scale, low=0.0 if a == b else float("-inf")) for a, b in pairs)
 
 
-class SupportForm(StrEnum):
-    """Springs about the axes of O, about any axes through the origin of P, or about a point that is found."""
+def _turns(form: SupportForm, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Springs about axes through the origin of P."""
+    return ca.vertcat(ca.SX.zeros(3), symmetric(form.at(theta, row), 3) @ wrench[3:]), state
 
-    AXES = "axes"
-    ROTATION = "rotation"
-    CENTRE = "centre"
+
+def _turns_about(form: SupportForm, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Springs about axes through a point of O, which move P as well as turning it."""
+    arm = row.position - theta[6:9]
+    turn = symmetric(theta[:6], 3) @ (wrench[3:] + ca.cross(arm, wrench[:3]))
+    return ca.vertcat(ca.cross(turn, arm), turn), state
+
+
+_AXIAL = SupportForm(name="axes", twist=_turns, parameters=entries("compliance", 1e-6, diagonal=True))
+_ROTATION = SupportForm(name="rotation", twist=_turns, parameters=entries("compliance", 1e-6))
+_CENTRE = SupportForm(
+    name="centre",
+    twist=_turns_about,
+    parameters=(
+        *_ROTATION.parameters,
+        *(Parameter(f"centre_{a}_m", 1.0, neutral=0.0, low=-FARTHEST, high=FARTHEST, shape=True) for a in "xyz"),
+    ),
+)
 
 
 class SupportCompliance(SupportEffect):
@@ -68,56 +79,28 @@ class SupportCompliance(SupportEffect):
         inputs=(Input.FORCE, Input.PLACE),
         sizes=(Size("compliance_*", 0.1, TEN_PERCENT, "pose compliance"),),
     )
-    forms = tuple(Posed(form) for form in SupportForm)
+    forms = (_AXIAL, _ROTATION, _CENTRE)
     together = False
 
     @classmethod
-    def variant_from_text(cls, robot: Robot, text: str) -> Variant:
-        return Posed.from_text(SupportForm, text)
-
-    @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        found = [Posed(SupportForm.AXES), Posed(SupportForm.ROTATION)]
-        if measured_axes(points) & {0, 1, 2} or np.ptp(points.wrenches[:, :3], axis=0).any():
-            # Pure moments and rotations say nothing of where a body turns.
-            found.append(Posed(SupportForm.CENTRE))
-        for over in over_pose(points, robot.configuration):
-            found += [Posed(SupportForm.AXES, over), Posed(SupportForm.ROTATION, over)]
-        return [(BASE, springs) for springs in found]
-
-    @property
-    def units(self) -> tuple[str, str]:
-        return "Nm", "rad"
-
-    def describe(self) -> tuple[Parameter, ...]:
-        chosen = entries("compliance", 1e-6, diagonal=self.variant.form is SupportForm.AXES)
-        if self.variant.form is not SupportForm.CENTRE:
-            return with_powers(chosen, self.variant.over)
-        return chosen + tuple(
-            Parameter(f"centre_{axis}_m", 1.0, neutral=0.0, low=-FARTHEST, high=FARTHEST, shape=True) for axis in "xyz"
-        )
+        # Pure moments and rotations say nothing of where a body turns.
+        moved = measured_axes(points) & {0, 1, 2} or np.ptp(points.wrenches[:, :3], axis=0).any()
+        found = [_AXIAL, _ROTATION, *([_CENTRE] if moved else [])]
+        ranges = over_pose(points, robot.configuration)
+        found += [form.along(over) for over in ranges for form in (_AXIAL, _ROTATION)]
+        return [(BASE, form) for form in found]
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
-        if self.variant.form is not SupportForm.CENTRE:
+        if self.variant != _CENTRE:
             return [self.neutral()]
         position = self.robot.position(points.configurations).mean(axis=0)
         # On the ground below the body, at its own height, and far below.
         heights = (position[2], 0.0, position[2] - 3.0)
         return [np.concatenate([np.zeros(6), [position[0], position[1], height]]) for height in heights]
 
-    def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        if self.variant.form is SupportForm.CENTRE:
-            arm = row.position - theta[6:9]
-            turn = symmetric(theta[:6], 3) @ (wrench[3:] + ca.cross(arm, wrench[:3]))
-            return deflection + row.rates @ ca.vertcat(ca.cross(turn, arm), turn)
-        width = 3 if self.variant.form is SupportForm.AXES else 6
-        turn = ca.SX.zeros(3)
-        for i, factor in enumerate(powers(self.variant.over, row, self.robot.configuration)):
-            turn += factor * (symmetric(theta[width * i : width * (i + 1)], 3) @ wrench[3:])
-        return deflection + row.rates @ ca.vertcat(ca.SX.zeros(3), turn)
-
     def sentence(self, values: Values) -> str:
-        names = {axis[1]: f"compliance_{axis}_{axis}_rad_per_Nm" for axis in AXES}
+        names = {axis[1]: f"compliance_{axis}_{axis}_rad_per_Nm" for axis in _AXES}
         known = [
             f"{{{name}:1e6 .3g}} µrad per N·m about {axis}"
             for axis, name in names.items()
@@ -126,30 +109,31 @@ class SupportCompliance(SupportEffect):
         text = f"What the body stands on yields: {', '.join(known) or 'by an amount that is hardly known'}"
         if self.variant.over is not None:
             text += f" {self.variant.over.sentence}"
-        if self.variant.form is SupportForm.CENTRE:
+        if self.variant == _CENTRE:
             text += "; it turns about ({centre_x_m.best:.2f}, {centre_y_m.best:.2f}, {centre_z_m.best:.2f}) m in O"
         return self.said(f"{text}.", values)
 
 
+def _changes(form: SupportForm, wrench: ca.SX, row: Row, of: Callable[[ca.SX], ca.SX], azimuth: ca.SX | float) -> ca.SX:
+    """By how much a function of what drives differs between the whole load and that of the reference state."""
+    now, before = (of(form.drive.load(load, azimuth)) for load in whole_load(wrench, row))
+    return now - before
+
+
+def _cubic(form: SupportForm, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+    return form.drive.twist(theta[0] * _changes(form, wrench, row, lambda load: (load / 100.0) ** 3, 0.0)), state
+
+
+def _beyond(form: SupportForm, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """A hinge at a load."""
+    amounts, hinge, azimuth = form.drive.split(theta)
+    yields = _changes(form, wrench, row, lambda load: ca.fmax(load - hinge, 0.0), azimuth)
+    return form.drive.twist(amounts * yields), state
+
+
+_STIFFENING, _LIFT_OFF = "stiffening", "lift-off"
 _AROUND = tuple(np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False))
-
-
-class Bend(StrEnum):
-    """How the support is not linear."""
-
-    STIFFENING = "stiffening"
-    LIFT_OFF = "lift-off"
-
-
-@dataclass(frozen=True)
-class ForceLaw:
-    """How the support is not linear, and under which load."""
-
-    bend: Bend
-    drive: Drive
-
-    def __str__(self) -> str:
-        return f"{self.bend} {self.drive}"
+_HINGE = Parameter("lift_off_{force}", 10.0, low=-1e6, high=1e6, shape=True)
 
 
 class SupportNonlinearity(SupportEffect):
@@ -172,49 +156,60 @@ class SupportNonlinearity(SupportEffect):
             Size("cubic_*", 1e-6, "assumed: rubber feet, 1 µm under 100 N, 1 µrad under 100 N·m"),
         ),
     )
-    forms = tuple(ForceLaw(bend, drive) for bend in Bend for drive in Drive)
+    forms = (
+        *(
+            SupportForm(
+                name=f"{_STIFFENING} {drive}",
+                twist=_cubic,
+                parameters=(Parameter("cubic_{motion}_at_100_{force}", 1e-6),),
+                says="The support {softens} with the load {variant.drive.where} (cubic).",
+                called=_STIFFENING,
+                drive=drive,
+            )
+            for drive in DRIVES
+        ),
+        *(
+            SupportForm(
+                name=f"{_LIFT_OFF} {drive}",
+                twist=_beyond,
+                parameters=drive.parameters("beyond", _HINGE),
+                called=_LIFT_OFF,
+                drive=drive,
+            )
+            for drive in (*DRIVES, OBLIQUE)
+        ),
+    )
     builds_on = "base_compliance"
+    says = (
+        "The support yields differently beyond {lift_off.best:.3g} {force} {variant.drive.where}, as where a foot "
+        "lifts off."
+    )
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        found = [ForceLaw(Bend.STIFFENING, drive) for drive in drives(points)]
-        found += [ForceLaw(Bend.LIFT_OFF, drive) for drive in drives(points, oblique=True)]
-        return [(BASE, law) for law in found]
-
-    @property
-    def form_name(self) -> str:
-        return str(self.variant.bend)
-
-    def describe(self) -> tuple[Parameter, ...]:
-        if self.variant.bend is Bend.STIFFENING:
-            return self.described([Parameter("cubic_{motion}_at_100_{force}", 1e-6)])
-        return self.driven("beyond", Parameter("lift_off_{force}", 10.0, low=-1e6, high=1e6, shape=True))
+        return [(BASE, form) for form in cls.forms if form.drive in shown_drives(points)]
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
-        if self.variant.bend is Bend.STIFFENING:
+        drive = self.variant.drive
+        if self.variant.called == _STIFFENING:
             return [self.neutral()]
-        free = np.zeros(2 if self.drive is Drive.OBLIQUE else 1)
-        return [
-            np.array([*free, load, *azimuth])
-            for azimuth in self.shapes(_AROUND)
-            for load in np.quantile(drive_values(self.drive, points.absolute, *azimuth), (0.25, 0.5, 0.75))
-        ]
+        return drive.starts(_AROUND, lambda a: np.quantile(drive.load(points.absolute.T, *a), (0.25, 0.5, 0.75)))
 
-    def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        loads = whole_load(wrench, row)
-        if self.variant.bend is Bend.STIFFENING:
-            now, before = ((drive_load(self.drive, load) / 100.0) ** 3 for load in loads)
-            return deflection + row.rates @ twist_of(self.drive, theta[0] * (now - before))
-        amounts, hinge, azimuth = self.split(theta)
-        now, before = (ca.fmax(drive_load(self.drive, load, azimuth) - hinge, 0.0) for load in loads)
-        return deflection + row.rates @ twist_of(self.drive, amounts * (now - before))
+    def said(self, text: str, values: Values) -> str:
+        softens = next(iter(values.values()))[0] > 0.0
+        return super().said(text.replace("{softens}", "softens" if softens else "stiffens"), values)
 
-    def sentence(self, values: Values) -> str:
-        if self.variant.bend is Bend.STIFFENING:
-            verb = "softens" if next(iter(values.values()))[0] > 0.0 else "stiffens"
-            return f"The support {verb} with the load {self.where} (cubic)."
-        text = "The support yields differently beyond {lift_off.best:.3g} {force}"
-        return self.said(f"{text} {self.where}, as where a foot lifts off.", values)
+
+_PLAY = (
+    Parameter("gap_{motion}", 1e-5, low=0.0, high=0.1),
+    Parameter("changeover_{force}", 10.0, low=-1e5, high=1e5, shape=True),
+    Parameter("width_{force}", 10.0, neutral=10.0, low=1e-2, high=1e5, shape=True),
+)
+
+
+def _gap(form: SupportForm, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+    moved = _changes(form, wrench, row, lambda load: taken_up(load, theta[-2], theta[-1]), 0.0)
+    return form.drive.twist(form.at(theta[:-2], row) * moved), state
 
 
 class SupportPlay(SupportEffect):
@@ -242,58 +237,59 @@ class SupportPlay(SupportEffect):
             Size("gap_*", 1e-4, "assumed: a guide that is worn over a part of its travel"),
         ),
     )
-    forms = tuple(Posed(drive) for drive in Drive if drive is not Drive.OBLIQUE)
-    quantities = (
-        Parameter("gap_{motion}", 1e-5, low=0.0, high=0.1),
-        Parameter("changeover_{force}", 10.0, low=-1e5, high=1e5, shape=True),
-        Parameter("width_{force}", 10.0, neutral=10.0, low=1e-2, high=1e5, shape=True),
-    )
-
-    @classmethod
-    def variant_from_text(cls, robot: Robot, text: str) -> Variant:
-        return Posed.from_text(Drive, text)
+    forms = tuple(SupportForm(name=str(drive), twist=_gap, parameters=_PLAY, drive=drive) for drive in DRIVES)
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        ranges = [None, *over_pose(points, robot.configuration)]
-        return [(BASE, Posed(drive, over)) for drive in drives(points) for over in ranges]
-
-    @property
-    def drive(self) -> Drive:
-        return Drive(self.variant.form)
+        seen = [form for form in cls.forms if form.drive in shown_drives(points)]
+        ranges = over_pose(points, robot.configuration)
+        return [(BASE, each) for form in seen for each in (form, *(form.along(over) for over in ranges))]
 
     @property
     def slot(self) -> tuple[Hashable, ...]:
-        return self.physics, self.component, self.drive
-
-    def describe(self) -> tuple[Parameter, ...]:
-        return with_powers(super().describe(), self.variant.over)
+        return self.physics, self.component, self.variant.drive
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
-        load = drive_values(self.drive, points.absolute)
+        load = self.variant.drive.load(points.absolute.T)
         spread = float(np.ptp(load))
         places = [0.0] if load.min() < 0.0 < load.max() else []
         places += [float(q) for q in np.quantile(load, (0.1, 0.3, 0.5, 0.7, 0.9))]
         free = np.zeros(len(self.parameters) - 2)
         return [np.array([*free, place, width * spread]) for place in places for width in (0.01, 0.1)]
 
-    def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        now, before = (taken_up(drive_load(self.drive, load), theta[-2], theta[-1]) for load in whole_load(wrench, row))
-        factors = powers(self.variant.over, row, self.robot.configuration)
-        gap = sum((theta[i] * factor for i, factor in enumerate(factors)), ca.SX(0.0))
-        return deflection + row.rates @ twist_of(self.drive, gap * (now - before))
-
     def sentence(self, values: Values) -> str:
         over = "" if self.variant.over is None else f"; this is {self.variant.over.sentence}"
-        text = f"The support has play: {{gap:1e6 .3g}} µ{{motion}} {self.drive}, taken up around"
+        text = "The support has play: {gap:1e6 .3g} µ{motion} {variant.drive}, taken up around"
         return self.said(f"{text} {{changeover.best:.3g}} {{force}}{over}.", values)
 
 
-class Line(StrEnum):
-    """The direction of the line about which the body rocks."""
+def _rocks(form: SupportForm, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Play of the moment about a line in O along x or y, and the arm of the origin of P over it."""
+    axis = form.drive.axes[0] - 3
+    arm = ca.SX.zeros(3)
+    arm[1 - axis], arm[2] = row.position[1 - axis] - theta[1], row.position[2] - theta[2]
+    moments = ((load[3:] + ca.cross(arm, load[:3]))[axis] for load in whole_load(wrench, row))
+    now, before = (taken_up(moment, theta[3], theta[4]) for moment in moments)
+    turn = ca.SX.zeros(3)
+    turn[axis] = theta[0] * (now - before)
+    return ca.vertcat(ca.cross(turn, arm), turn), state
 
-    X = "rocking about x"
-    Y = "rocking about y"
+
+def _rocking(axis: int) -> SupportForm:
+    about, across = "xy"[axis], "xy"[1 - axis]
+    lies = (
+        Parameter(f"axis_{name}_m", 1.0, neutral=0.0, low=-FARTHEST, high=FARTHEST, shape=True)
+        for name in (across, "z")
+    )
+    return SupportForm(
+        name=f"rocking about {about}",
+        twist=_rocks,
+        parameters=(_PLAY[0], *lies, *_PLAY[1:]),
+        says=f"The support has play: the body rocks by {{gap:1e6 .3g}} µrad about {about}, around {across} = "
+        f"{{axis_{across}_m.best:.3g}} m, z = {{axis_z_m.best:.3g}} m in O, where the moment about that line passes "
+        "{changeover.best:.3g} N·m.",
+        drive=DRIVES[3 + axis],
+    )
 
 
 class SupportRocking(SupportEffect):
@@ -314,62 +310,29 @@ class SupportRocking(SupportEffect):
         inputs=(Input.FORCE,),
         sizes=(Size("gap_rad", 3e-4, STRAIN_WAVE),),
     )
-    forms = tuple(Line)
+    forms = (_rocking(0), _rocking(1))
     # Under pure moments the changeover does not depend on the axis, which motion alone would have to show.
     when: ClassVar[When] = lambda robot, points: np.ptp(points.wrenches[:, :3], axis=0).any()
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
         seen = measured_axes(points)
-        return [(BASE, line) for line, moved in ((Line.X, {1, 2, 3}), (Line.Y, {0, 2, 4})) if len(seen & moved) > 1]
-
-    @property
-    def drive(self) -> Drive:
-        return Drive.ABOUT_X if self.variant is Line.X else Drive.ABOUT_Y
-
-    @property
-    def _axis(self) -> int:
-        return 0 if self.variant is Line.X else 1
-
-    def describe(self) -> tuple[Parameter, ...]:
-        across = "xy"[1 - self._axis]
-        return (
-            Parameter("gap_rad", 1e-5, low=0.0, high=0.1),
-            Parameter(f"axis_{across}_m", 1.0, neutral=0.0, low=-FARTHEST, high=FARTHEST, shape=True),
-            Parameter("axis_z_m", 1.0, neutral=0.0, low=-FARTHEST, high=FARTHEST, shape=True),
-            Parameter("changeover_Nm", 10.0, low=-1e5, high=1e5, shape=True),
-            Parameter("width_Nm", 10.0, neutral=10.0, low=1e-2, high=1e5, shape=True),
-        )
+        return [
+            (BASE, form) for form, moved in zip(cls.forms, ({1, 2, 3}, {0, 2, 4}), strict=True) if len(seen & moved) > 1
+        ]
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
         position = self.robot.position(points.configurations).mean(axis=0)
-        across, starts = 1 - self._axis, []
+        axis = self.variant.drive.axes[0] - 3
+        across, starts = 1 - axis, []
         # Below the body, and to either side: feet stand about as far apart as a body is high.
         for height in (0.0, 0.5 * position[2]):
             for shift in (0.0, -position[2], position[2]):
                 line = np.array([position[0], position[1], height])
                 line[across] += shift
-                moment = (points.absolute[:, 3:] + np.cross(position - line, points.absolute[:, :3]))[:, self._axis]
+                moment = (points.absolute[:, 3:] + np.cross(position - line, points.absolute[:, :3]))[:, axis]
                 spread = float(np.ptp(moment))
                 places = [0.0] if moment.min() < 0.0 < moment.max() else []
                 places += [float(q) for q in np.quantile(moment, (0.3, 0.7))]
                 starts += [np.array([0.0, line[across], height, place, 0.02 * spread]) for place in places]
         return starts
-
-    def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        across = 1 - self._axis
-        arm = ca.SX.zeros(3)
-        arm[across], arm[2] = row.position[across] - theta[1], row.position[2] - theta[2]
-        moments = ((load[3:] + ca.cross(arm, load[:3]))[self._axis] for load in whole_load(wrench, row))
-        now, before = (taken_up(moment, theta[3], theta[4]) for moment in moments)
-        turn = ca.SX.zeros(3)
-        turn[self._axis] = theta[0] * (now - before)
-        return deflection + row.rates @ ca.vertcat(ca.cross(turn, arm), turn)
-
-    def sentence(self, values: Values) -> str:
-        across = "xy"[1 - self._axis]
-        line = (
-            f"{'xy'[self._axis]}, around {across} = {{axis_{across}_m.best:.3g}} m, z = {{axis_z_m.best:.3g}} m in O,"
-        )
-        passes = "where the moment about that line passes {changeover.best:.3g} N·m."
-        return self.said(f"The support has play: the body rocks by {{gap:1e6 .3g}} µrad about {line} {passes}", values)
