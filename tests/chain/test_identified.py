@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from expdesign.chain.chain import Chain
-from expdesign.chain.component import GEOMETRY
+from expdesign.chain.component import ALL_JOINTS, GEOMETRY
 from expdesign.chain.effects.joints.bearings import JointCompliance
 from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
+from expdesign.chain.effects.joints.readings import JointHarmonics
 from expdesign.chain.identified import ChainBeside, Identified
 from expdesign.chain.row import RowData, row_data
 from expdesign.mechanics.robots.serial import SerialRobot
@@ -59,3 +60,11 @@ def test_what_is_held_has_no_parameters(beside: ChainBeside, rows: RowData) -> N
     np.testing.assert_allclose(
         beside.held.predict(rows, beside.without_identified(values)), beside.predict(rows, values), atol=1e-15
     )
+
+
+def test_whatever_was_identified_is_held(arm: SerialRobot, rows: RowData) -> None:
+    """Errors of the joints' encoders act on joints and not on the geometry, and are held as it is."""
+    chain = Chain(arm, (CalibratedGeometryError(arm, GEOMETRY), JointHarmonics(arm, ALL_JOINTS)), reading=READING)
+    values = chain.start() + 1e-3 * np.random.default_rng(1).standard_normal(len(chain.parameters))
+    known = Identified(chain, values, np.ones(len(values)))
+    np.testing.assert_allclose(known.beside().predict(rows, values), chain.predict(rows, values), atol=1e-12)

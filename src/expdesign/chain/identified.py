@@ -15,7 +15,6 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.row import Row, RowData
@@ -56,13 +55,6 @@ class Identified:
         sized[read] = self.chain.parameters[read]
         return tuple(sized)
 
-    @property
-    def held(self) -> tuple[Effect, ...]:
-        """The effects with the values that were identified, as effects without parameters."""
-        return tuple(
-            _Held(effect, self.values[part]) for effect, part in zip(self.chain.effects, self.chain.slices, strict=True)
-        )
-
     def beside(self, effects: Sequence[Effect] = ()) -> "ChainBeside":
         """The chain with further effects."""
         return ChainBeside(self.chain.robot, effects, self)
@@ -92,7 +84,7 @@ class ChainBeside(Chain):
         own, known = self.base, identified.parameters
         further = known[own:]
         self.identified = identified
-        self.held = Chain(robot, (*identified.held, *effects), reading=self.reading)
+        self.held = _ChainOn(robot, tuple(effects), identified)
         self.parameters = (*known, *self.parameters[own:])
         self.slices = [slice(part.start + len(further), part.stop + len(further)) for part in self.slices]
         self.base = own + len(further)
@@ -142,30 +134,14 @@ class ChainBeside(Chain):
         return readings, np.concatenate([before, slopes, after], axis=-1)
 
 
-class _Held(Effect):
-    """An effect without memory with given values, and no parameters."""
+class _ChainOn(Chain):
+    """The chain in which what was identified has its values, and no parameters."""
 
-    identifier = "held"
-    physics = "held"
+    def __init__(self, robot: Robot, effects: tuple[Effect, ...], identified: Identified) -> None:
+        super().__init__(robot, effects, reading=identified.chain.reading)
+        self._identified = identified
 
-    def __init__(self, effect: Effect, values: FloatArray) -> None:
-        self._effect, self._values = effect, ca.SX(values)
-        self.changes_geometry = effect.changes_geometry
-        self.robot, self.component, self.variant = effect.robot, effect.component, effect.variant
-        self.parameters = self.describe()
-
-    def describe(self) -> tuple[Parameter, ...]:
-        return ()
-
-    @classmethod
-    def components(cls, robot: Robot) -> Sequence[Component]:
-        return ()
-
-    def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:
-        return self._effect.geometry(geometry, self._values)
-
-    def own_weight_change(self, row: Row, theta: ca.SX) -> ca.SX:
-        return self._effect.own_weight_change(row, self._values)
-
-    def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        return self._effect.load(wrench, row, self._values)
+    def expression(self, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+        known = ca.SX(self._identified.values[self.base :])
+        exact = Chain(self.robot, (*self._identified.chain.effects, *self.effects), reading=self.reading)
+        return exact.expression(row, state, ca.vertcat(theta[: self.base], known, theta[self.base :]))
