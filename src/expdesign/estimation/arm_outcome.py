@@ -7,7 +7,7 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
-from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.readings.position import INSTRUMENT, TURN, MarkerPosition
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.arm import ArmCalibration
 from expdesign.estimation.corrected_urdf import Attached, corrected_origins, corrected_urdf, pose_of
@@ -82,17 +82,15 @@ def attached_frames(found: ArmCalibration, recordings: Recordings) -> list[Attac
     if not isinstance(reading, MarkerPosition):
         return []
     tree = chain.robot.links.tree
-    unknown = dict(zip((p.name for p in reading.parameters), values[chain.compliances : chain.base], strict=True))
+    theta = values[chain.compliances : chain.base]
     frames = []
-    if reading.instrument is None:
-        poses = np.array(list(unknown.values()))[: reading.framed].reshape(-1, 6)
-        for station, pose in zip(reading.standing, poses, strict=True):
-            frames.append(Attached("_".join(("identified_instrument", *station.split())), tree.base, pose))
+    for (kind, station), part in reading.parts.items():
+        if kind == INSTRUMENT:
+            frames.append(Attached("_".join(("identified_instrument", *station.split())), tree.base, theta[part]))
     tips = chain.robot.tip_numbers(recordings.configurations)
-    for name in dict.fromkeys(reading.sited):
-        known = reading.places.get(name)
-        place = [unknown[f"marker {name} {axis}_m"] for axis in "xyz"] if known is None else known.tolist()
-        turn = [unknown.get(f"marker {name} {axis}_rad", 0.0) for axis in ("rx", "ry", "rz")]
+    places = dict(zip(reading.sited, reading.marked(theta), strict=True))
+    for name, place in places.items():
+        turn = theta[reading.parts[TURN, name]] if name in reading.oriented else np.zeros(3)
         rows: BoolArray = np.array([site == name for site in reading.sited])[recordings.marker]
         tip = int(tips[rows][0]) - 1 if len(tree.tips) > 1 and rows.any() else 0
         frames.append(Attached("_".join(("identified", *name.split())), tree.tips[tip], np.array([*place, *turn])))

@@ -201,8 +201,7 @@ def _stations(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
         again = registered(read.rows(some(read)), robot)
         if again is None:
             return
-        found = again.start[again.framed : again.framed + 3 * len(again.unknown)].reshape(-1, 3)
-        known = again.places | dict(zip(again.unknown, found, strict=True))
+        known = dict(zip(again.sited, again.marked(again.start), strict=True))
         sites = recordings.sites or recordings.markers
         places = np.array([known.get(site, np.zeros(3)) for site in sites])
     first, line = int(recordings.sequence[row]), int(recordings.lines[row])

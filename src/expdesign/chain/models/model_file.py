@@ -20,7 +20,7 @@ from expdesign.chain.models.checked import covariance_of, relative_compliances, 
 from expdesign.chain.models.effect_entry import EffectSection, effect_entry, effect_of, require_identifiers
 from expdesign.chain.models.estimable import Calibrated, Estimable, EstimableSection, estimable_entry, subspace_of
 from expdesign.chain.models.matrix_rows import MatrixRows, matrix_rows
-from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.readings.position import LISTED, MarkerPosition
 from expdesign.chain.readings.reading import DEFLECTION, MeasuredPose, Reading
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.copying import Copied
@@ -264,12 +264,8 @@ def _reading(section: _ModelSection, robot: Robot) -> Reading:
         np.zeros(6) if section.unplaced else robot.instrument,
         start,
         held,
-        tuple(section.oriented),
-        tuple(section.fixed),
-        tuple(section.gauges),
-        section.unplaced,
-        tuple(section.sites),
-        tuple(section.stations),
+        unplaced=section.unplaced,
+        **{name: tuple(getattr(section, name)) for name in LISTED},
     )
     expected = [parameter.name for parameter in reading.parameters]
     if list(section.instrument) != expected:

@@ -31,6 +31,7 @@ with, so that its values and covariance serve as they are.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import casadi as ca
@@ -61,6 +62,10 @@ FIXED_SPREAD = 10.0
 """m; standard deviation of the place of a fixed point, and of the zero of a gauge, before anything is measured."""
 _ROUNDING = 1e-9
 """m; keeps the derivative of a distance of 0 finite."""
+INSTRUMENT, PLACE, TURN, FIXED = "instrument", "place", "turn", "fixed"
+"""Kinds of blocks of unknown parameters."""
+LISTED = ("oriented", "sites", "stations", "fixed", "gauges")
+"""Attributes that are lists of names in a model file, which leaves empty ones out."""
 _AXES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
 
 
@@ -125,40 +130,54 @@ class MarkerPosition(Reading):
         """Names of the stations, one of which is empty where the instrument stood still."""
         return tuple(dict.fromkeys(self.stations)) or ("",)
 
+    @cached_property
+    def blocks(self) -> dict[tuple[str, str], tuple[Parameter, ...]]:
+        """Unknown parameters in their order: the instrument by station, places and orientations of markers by site,
+        fixed points and gauges.
+        """
+        stations = self.standing if self.instrument is None else ()
+        blocks = {
+            (INSTRUMENT, station): tuple(Parameter(" ".join((INSTRUMENT, *station.split(), a)), 1e-2) for a in _AXES)
+            for station in stations
+        }
+        for name in self.unknown:
+            spreads = [_HELD if (name, axis) in self.held else MARKER_SPREAD for axis in "xyz"]
+            blocks[PLACE, name] = tuple(
+                Parameter(f"marker {name} {axis}", 1e-2, spread=spread)
+                for axis, spread in zip(_AXES[:3], spreads, strict=True)
+            )
+        for name in self.oriented:
+            blocks[TURN, name] = tuple(Parameter(f"marker {name} {axis}", 1e-2) for axis in _AXES[3:])
+        for name in self.fixed:
+            columns = [f"gauge {name} zero_m"] if name in self.gauges else [f"point {name} {a}" for a in _AXES[:3]]
+            blocks[FIXED, name] = tuple(Parameter(column, 1e-2, spread=FIXED_SPREAD) for column in columns)
+        return blocks
+
+    @cached_property
+    def parts(self) -> dict[tuple[str, str], slice]:
+        """Where the parameters of every block are."""
+        ends = np.cumsum([len(block) for block in self.blocks.values()]).tolist()
+        return {key: slice(end - len(block), end) for (key, block), end in zip(self.blocks.items(), ends, strict=True)}
+
     @property
-    def framed(self) -> int:
-        """Number of parameters of the instrument's poses, which stand first."""
-        return 6 * len(self.standing) if self.instrument is None else 0
+    def parameters(self) -> tuple[Parameter, ...]:
+        return tuple(parameter for block in self.blocks.values() for parameter in block)
+
+    @property
+    def seen_from(self) -> tuple[str, ...]:
+        """Station of every marker."""
+        return self.stations or ("",) * len(self.names)
 
     def frames(self, theta: FloatArray) -> FloatArray:
         """The instrument's pose in O for every marker, from values of `parameters`, shape (number of markers, 6)."""
         if self.instrument is not None:
             return np.tile(self.instrument, (len(self.names), 1))
-        own: FloatArray = theta[: self.framed].reshape(-1, 6)
-        numbers = [self.standing.index(station) for station in self.stations or ("",) * len(self.names)]
-        return own[numbers]
+        return np.array([theta[self.parts[INSTRUMENT, station]] for station in self.seen_from])
 
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """The instrument's poses, then the places of the markers, where they are unknown."""
-        stations = self.standing if self.instrument is None else ()
-        frame = tuple(Parameter(" ".join(("instrument", *s.split(), a)), 1e-2) for s in stations for a in _AXES)
-        return (
-            frame
-            + tuple(
-                Parameter(f"marker {name} {axis}_m", 1e-2, spread=_HELD if (name, axis) in self.held else MARKER_SPREAD)
-                for name in self.unknown
-                for axis in "xyz"
-            )
-            + tuple(Parameter(f"marker {name} {axis}", 1e-2) for name in self.oriented for axis in _AXES[3:])
-            + tuple(
-                Parameter(name, 1e-2, spread=FIXED_SPREAD)
-                for each in self.fixed
-                for name in (
-                    [f"gauge {each} zero_m"] if each in self.gauges else [f"point {each} {a}" for a in _AXES[:3]]
-                )
-            )
-        )
+    def marked(self, theta: FloatArray) -> FloatArray:
+        """Place of every marker on the tip (m), from values of `parameters`, shape (number of markers, 3)."""
+        known = self.places
+        return np.array([known[site] if site in known else theta[self.parts[PLACE, site]] for site in self.sited])
 
     @property
     def degeneracies(self) -> list[Remark]:
@@ -168,12 +187,9 @@ class MarkerPosition(Reading):
     @property
     def record(self) -> dict[str, object]:
         record: dict[str, object] = {"markers": list(self.names), "held": [list(pair) for pair in self.held]}
-        record |= {"oriented": list(self.oriented)} if self.oriented else {}
-        record |= {"sites": list(self.sites)} if self.sites else {}
-        record |= {"stations": list(self.stations)} if self.stations else {}
-        if self.fixed:
-            record |= {"fixed": list(self.fixed), "gauges": list(self.gauges), "unplaced": self.unplaced}
-        return record
+        always = {"fixed", "gauges"} if self.fixed else set()
+        record |= {name: list(getattr(self, name)) for name in LISTED if getattr(self, name) or name in always}
+        return record | ({"unplaced": self.unplaced} if self.fixed else {})
 
     def width(self, robot: Robot) -> int:
         return 8 if self.fixed else 6 if self.oriented else 3
@@ -211,11 +227,9 @@ class MarkerPosition(Reading):
 
         Shape (N, 3, 3); that of the tip for markers without orientation.
         """
-        start = self.framed + 3 * len(self.unknown)
-        targets = np.tile(np.eye(3), (len(self.names), 1, 1))
-        for index, name in enumerate(self.oriented):
-            mine = [site == name for site in self.sited]
-            targets[mine] = rotations_of(theta[start + 3 * index : start + 3 * index + 3])
+        targets = np.array(
+            [rotations_of(theta[self.parts[TURN, s]]) if s in self.oriented else np.eye(3) for s in self.sited]
+        )
         frames = rotations_of(self.frames(theta)[:, 3:]).swapaxes(-1, -2)
         turned: FloatArray = frames[points.marker] @ robot.jacobians(points.configurations).rotation
         return turned @ targets[points.marker]
@@ -233,7 +247,7 @@ class MarkerPosition(Reading):
 
     def by_station(self, recordings: Recordings) -> list[BoolArray]:
         """Rows (N,) that each station sees, of those that see any."""
-        stations = np.array(self.stations or ("",) * len(self.names))[recordings.marker]
+        stations = np.array(self.seen_from)[recordings.marker]
         return [stations == station for station in self.standing if np.any(stations == station)]
 
     def expression(self, robot: Robot, deflection: ca.SX, row: Row, theta: ca.SX, geometry: ca.SX | None) -> ca.SX:
@@ -243,21 +257,17 @@ class MarkerPosition(Reading):
         frame = self._frame(row, theta)
         place = ca.SX.zeros(3)
         for index, site in enumerate(self.sited):
-            if site in self.places:
-                own = ca.SX(self.places[site])
-            else:
-                start = self.framed + 3 * self.unknown.index(site)
-                own = theta[start : start + 3]
-            place += row.marker[index] * own
+            known = self.places.get(site)
+            place += row.marker[index] * (theta[self.parts[PLACE, site]] if known is None else ca.SX(known))
         position, rotation = in_space(*robot.frame(row.pose, deflection, geometry))
         instrument = rotation_matrix(frame[3:6], "fixed-xyz")
         seen = instrument.T @ (position + rotation @ place - frame[:3])
         spans = self._spans(row, position + rotation @ place, theta) if self.fixed else ca.SX(0, 1)
         if not self.oriented:
             return ca.vertcat(seen, ca.SX.zeros(3 * bool(self.fixed)), spans)
-        target, start = ca.SX.eye(3), self.framed + 3 * len(self.unknown)
-        for index, name in enumerate(self.oriented):
-            own = rotation_matrix(theta[start + 3 * index : start + 3 * index + 3], "fixed-xyz")
+        target = ca.SX.eye(3)
+        for name in self.oriented:
+            own = rotation_matrix(theta[self.parts[TURN, name]], "fixed-xyz")
             shown = sum((row.marker[i] for i, site in enumerate(self.sited) if site == name), ca.SX(0.0))
             target += shown * (own - ca.SX.eye(3))
         turn = rotation_vector(instrument.T @ rotation @ target @ ca.reshape(row.aim, 3, 3).T)
@@ -269,23 +279,19 @@ class MarkerPosition(Reading):
             return ca.SX(self.instrument)
         if not self.stations:
             return theta[:6]
-        frame = ca.SX.zeros(6)
-        for index, station in enumerate(self.stations):
-            start = 6 * self.standing.index(station)
-            frame += row.marker[index] * theta[start : start + 6]
-        return frame
+        return sum(
+            (row.marker[i] * theta[self.parts[INSTRUMENT, s]] for i, s in enumerate(self.stations)), ca.SX.zeros(6)
+        )
 
     def _spans(self, row: Row, marker: ca.SX, theta: ca.SX) -> ca.SX:
         """Distance of a marker in O from the row's fixed point, and along the row's gauge from its zero (2,)."""
-        start = len(self.parameters) - sum(1 if name in self.gauges else 3 for name in self.fixed)
         centre, zero = ca.SX.zeros(3), ca.SX(0.0)
         for index, name in enumerate(self.fixed):
+            own = row.point[index] * theta[self.parts[FIXED, name]]
             if name in self.gauges:
-                zero += row.point[index] * theta[start]
-                start += 1
+                zero += own
             else:
-                centre += row.point[index] * theta[start : start + 3]
-                start += 3
+                centre += own
         return ca.vertcat(ca.sqrt(ca.sumsqr(marker - centre) + _ROUNDING**2), ca.dot(row.along, marker) - zero)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.readings.position import MarkerPosition, turns
+from expdesign.chain.readings.position import FIXED, INSTRUMENT, PLACE, TURN, MarkerPosition, turns
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.mechanics.robots.orientation import angles_of_matrix, arrays_in_space, rotations_of
@@ -132,10 +132,7 @@ def start_of(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> F
     placed = np.zeros((len(recordings), 0)) if reading.unplaced else recordings.deflections[:, :3]
     kept = ~recordings.test & np.isfinite(placed).any(axis=1)
     if not kept.any():
-        own = len(reading.parameters) - _spans(reading)
-        return np.concatenate(
-            [np.zeros(own), _fixed_points(reading, robot, recordings, np.zeros((len(reading.names), 3)))]
-        )
+        return _with_fixed(reading, robot, recordings, np.zeros(len(reading.parameters)))
     configurations, index = recordings.configurations[kept], recordings.marker[kept]
     readings = recordings.deflections[kept][:, :3]
     seen = np.isfinite(readings)
@@ -143,7 +140,7 @@ def start_of(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> F
     positions, rotations = arrays_in_space(robot.position(configurations), robot.jacobians(configurations).rotation)
     sites = list(dict.fromkeys(reading.sited))
     site = np.array([sites.index(each) for each in reading.sited])[index]
-    at = np.array([reading.standing.index(each) for each in reading.stations or ("",) * len(reading.names)])[index]
+    at = np.array([reading.standing.index(each) for each in reading.seen_from])[index]
     known = [reading.places.get(name) for name in sites]
     places = np.array([np.zeros(3) if place is None else place for place in known])
     turns_by, shifts = np.tile(np.eye(3), (len(reading.standing), 1, 1)), np.zeros((len(reading.standing), 3))
@@ -173,63 +170,59 @@ def start_of(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> F
                 places[k, free] += step[: len(free)]
         if complete.all() and step_number and np.abs(places - before).max(initial=0.0) < _STANDING:
             break
-    found: list[float] = []
+    start = np.zeros(len(reading.parameters))
     if reading.instrument is None:
-        for turned, shifted in zip(turns_by, shifts, strict=True):
-            found += [*shifted, *angles_of_matrix(turned)]
-    found += [c for place, k in zip(places, known, strict=True) if k is None for c in place]
+        for station, turned, shifted in zip(reading.standing, turns_by, shifts, strict=True):
+            start[reading.parts[INSTRUMENT, station]] = *shifted, *angles_of_matrix(turned)
+    for name in reading.unknown:
+        start[reading.parts[PLACE, name]] = places[sites.index(name)]
     for name in reading.oriented:
         assert recordings.aim is not None
         aimed = np.isfinite(recordings.deflections[kept][:, :6]).all(axis=1) & (site == sites.index(name))
         on_tip = rotations[aimed].swapaxes(1, 2) @ turn[aimed] @ recordings.aim[kept][aimed]
-        found += angles_of_matrix(Rotation.from_matrix(on_tip).mean().as_matrix()).tolist()
-    every = places[[sites.index(each) for each in reading.sited]]
-    return np.array([*found, *(_fixed_points(reading, robot, recordings, every) if reading.fixed else ())])
+        start[reading.parts[TURN, name]] = angles_of_matrix(Rotation.from_matrix(on_tip).mean().as_matrix())
+    return _with_fixed(reading, robot, recordings, start)
 
 
-def _spans(reading: MarkerPosition) -> int:
-    """Number of parameters of fixed points and gauges."""
-    return sum(1 if name in reading.gauges else 3 for name in reading.fixed)
-
-
-def _fixed_points(reading: MarkerPosition, robot: Robot, recordings: Recordings, places: FloatArray) -> FloatArray:
-    """Places of fixed points and zeros of gauges for the nominal robot with markers at `places` (m, 3).
+def _with_fixed(reading: MarkerPosition, robot: Robot, recordings: Recordings, start: FloatArray) -> FloatArray:
+    """Parameters with the places of fixed points and the zeros of gauges for the nominal robot and these markers.
 
     Squares of distances are linear in c and ‖c‖²: d² − ‖x‖² = −2·xᵀc + ‖c‖². Where the markers keep too close to a
     plane the least c is taken.
     """
+    if not reading.fixed:
+        return start
     assert recordings.marker is not None
     assert recordings.point is not None
     assert recordings.along is not None
-    positions, rotations = arrays_in_space(
-        robot.position(recordings.configurations), robot.jacobians(recordings.configurations).rotation
-    )
-    markers = positions + np.einsum("nij,nj->ni", rotations, places[recordings.marker])
+    markers = _markers(reading, robot, recordings, start)
     spans = {int(axis): recordings.deflections[:, i] for i, axis in enumerate(recordings.axes)}
-    found: list[float] = []
     for number, name in enumerate(reading.fixed):
-        gauge = name in reading.gauges
+        gauge, own = name in reading.gauges, reading.parts[FIXED, name]
         read = spans.get(7 if gauge else 6, np.full(len(recordings), np.nan))
         mine = ~recordings.test & (recordings.point == number) & np.isfinite(read)
         x, d = markers[mine], read[mine]
         if gauge:
-            found.append(float(((recordings.along[mine] * x).sum(axis=1) - d).mean()) if mine.any() else 0.0)
+            start[own] = ((recordings.along[mine] * x).sum(axis=1) - d).mean() if mine.any() else 0.0
             continue
         matrix = np.column_stack([-2.0 * x, np.ones(len(x))])
-        found += np.linalg.lstsq(matrix, d**2 - (x**2).sum(axis=1), rcond=1e-6)[0][:3].tolist()
-    return np.array(found)
+        start[own] = np.linalg.lstsq(matrix, d**2 - (x**2).sum(axis=1), rcond=1e-6)[0][:3]
+    return start
+
+
+def _markers(reading: MarkerPosition, robot: Robot, recordings: Recordings, start: FloatArray) -> FloatArray:
+    """Where the nominal robot has the marker of every row, in O (m), shape (N, 3)."""
+    configurations = recordings.configurations
+    positions, rotations = arrays_in_space(robot.position(configurations), robot.jacobians(configurations).rotation)
+    found: FloatArray = positions + np.einsum("nij,nj->ni", rotations, reading.marked(start)[recordings.marker])
+    return found
 
 
 def registration_residuals(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> FloatArray:
     """What the start of a reading leaves of the positions, in O (m), shape (N, 3)."""
     assert recordings.marker is not None
     frames = reading.frames(reading.start)[recordings.marker]
-    found = reading.start[reading.framed : reading.framed + 3 * len(reading.unknown)].reshape(-1, 3)
-    known = reading.places | dict(zip(reading.unknown, found, strict=True))
-    places = np.array([known[site] for site in reading.sited])
-    configurations = recordings.configurations
-    positions, rotations = arrays_in_space(robot.position(configurations), robot.jacobians(configurations).rotation)
-    points = positions + np.einsum("nij,nj->ni", rotations, places[recordings.marker])
+    points = _markers(reading, robot, recordings, reading.start)
     turned = np.einsum("nij,nj->ni", rotations_of(frames[:, 3:]), recordings.deflections[:, :3])
     residuals: FloatArray = turned + frames[:, :3] - points
     return residuals
