@@ -50,7 +50,7 @@ def _cell(value: object) -> str:
         return "true" if value else "false"
     if isinstance(value, float | np.floating):
         return repr(float(value) + 0.0)
-    return str(value)
+    return "" if value is None else str(value)
 
 
 _SCRATCH = ".expdesign"

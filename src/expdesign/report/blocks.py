@@ -5,7 +5,6 @@ a page's script fills in again (when another design is chosen, say) is found by 
 """
 
 import re
-import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -92,32 +91,6 @@ class NextSteps(Block):
 
 HERE = "@here@/"
 """In a command: the folder of the page, as seen from the current folder, filled in when the page is written."""
-
-
-def model_steps(recordings: str, configuration: str) -> list[tuple[str, str]]:
-    """What can be done with the `model.yaml` beside a page.
-
-    Args:
-        recordings: path of the recordings that it comes from.
-        configuration: path of the run configuration whose targets count; empty where none was named.
-    """
-    targets = shlex.quote(configuration or "targets.csv")
-    check = "Measure at these commands (fill in commands.csv, saved as check.csv), and certify what is attained."
-    return [
-        (
-            "Predict deflections: here at the recorded commands and loads, or at those of any other table.",
-            f"expdesign predict {HERE}model.yaml {shlex.quote(recordings)} --out predicted.csv",
-        ),
-        (
-            "Find commands that reach the targets under load.",
-            f"expdesign compensate {HERE}model.yaml {targets} --out commands.csv",
-        ),
-        (
-            check,
-            f"expdesign verify {HERE}model.yaml check.csv --config {shlex.quote(configuration or 'CONFIG.yaml')} "
-            "--out verified",
-        ),
-    ]
 
 
 @dataclass(frozen=True)

@@ -42,9 +42,9 @@ from expdesign.report.design_figures import (
 )
 from expdesign.report.design_texts import (
     about_run,
-    next_steps,
     planned_count,
     poses_text,
+    steps_after,
     vocabulary,
 )
 from expdesign.report.error_budget import EXPLAINED, headings
@@ -94,7 +94,7 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any], 
         _choice(problem, front, data),
         _over_workspace(problem, front, data, maps),
         hidden_section(problem, front),
-        next_steps(problem, front),
+        steps_after(problem),
         vocabulary(front),
         about_run(problem, front, run),
     )

@@ -1,6 +1,5 @@
 """Sentences about plans: what `run`, `evaluate` and `next` say, and the texts of the page of `run`."""
 
-import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -15,59 +14,22 @@ from expdesign.planning.criteria.criterion import Criterion
 from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
-from expdesign.report.blocks import HERE, Definitions, NextSteps, PageSection, table_of
+from expdesign.report.blocks import Definitions, PageSection, table_of
 from expdesign.report.design_data import criteria_table, further_criteria
 from expdesign.report.glossary import words_section
-from expdesign.report.robot_view import moving_part
+from expdesign.report.next_steps import next_steps
 from expdesign.report.said import Said
 
 
-def next_steps(problem: DesignProblem, front: Front) -> PageSection:
+def steps_after(problem: DesignProblem) -> PageSection:
     """The way from the plan to a compensated robot, with the commands."""
-    config, robot = shlex.quote(problem.source), shlex.quote(problem.robot_file or "ROBOT.yaml")
-    which = "" if problem.robot_file else " (ROBOT.yaml is the robot's file)"
+    files = {"config": problem.source, "robot": problem.robot_file, "model": "identified/model.yaml"}
+    regressor = problem.loaded.regressor
+    if not regressor.referenced:
+        return next_steps("evaluate", "identify poses", noun=regressor.noun, **files)
     columns = ", ".join(problem.loaded.robot.coordinates.deflection)
-    steps: tuple[tuple[str, str], ...] = (
-        (
-            f"Judge the plan once more, or one that you have changed. plan.csv beside this page holds the recommended "
-            f"design {front.recommended + 1}; the plan of any other design is downloaded above.",
-            f"expdesign evaluate {config} {HERE}plan.csv",
-        ),
-        (
-            "Rehearse: make recordings from the model with noise, and try the steps below on them.",
-            f"expdesign simulate {config} {HERE}plan.csv --out rehearsal.csv",
-        ),
-        (
-            "Make a sheet for the laboratory: the rows in an order that saves changes, with room for readings.",
-            f"expdesign sheet {config} {HERE}plan.csv --out sheet",
-        ),
-        (
-            f"Measure. Fill in sheet/sheet.xlsx, or a copy of plan.csv with what was measured in the columns {columns} "
-            "(those that the instrument gives), saved as recordings.csv. Check the file before leaving the laboratory.",
-            f"expdesign check recordings.csv --robot {robot}",
-        ),
-        (
-            f"Identify the stiffness of the actuators, with confidence intervals{which}, and see whether the targets "
-            "are within their tolerances.",
-            f"expdesign identify {robot} recordings.csv --targets {config} --out identified",
-        ),
-        (
-            "Find out which physics the model lacks.",
-            f"expdesign diagnose {robot} recordings.csv --targets {config} --out diagnosed",
-        ),
-        (
-            f"Compute the commands that bring the loaded {moving_part(problem.loaded.robot)} to the targets.",
-            f"expdesign compensate identified/model.yaml {config} --out commands.csv",
-        ),
-    )
-    if not problem.loaded.regressor.referenced:
-        measure = (
-            "Measure the poses of plan.csv against the commanded ones, and identify the "
-            f"{problem.loaded.regressor.noun}.",
-            f"expdesign identify {robot} poses.csv --out identified",
-        )
-        return PageSection("next", "What to do next", (NextSteps((steps[0], measure)),))
-    return PageSection("next", "What to do next", (NextSteps(steps),))
+    names = ("evaluate", "simulate", "sheet", "check", "identify", "diagnose", "compensate")
+    return next_steps(*names, columns=columns, **files)
 
 
 def vocabulary(front: Front) -> PageSection:

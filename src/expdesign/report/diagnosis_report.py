@@ -15,19 +15,18 @@ from expdesign.report.blocks import (
     DataTable,
     KeyFigure,
     KeyFigures,
-    NextSteps,
     PageSection,
     Paragraph,
     Shown,
     SideBySide,
     framed,
-    model_steps,
     number_of,
     table_of,
 )
 from expdesign.report.diagnosis_figures import added, axis_figure, error_figure, law_blocks, residual_figures
 from expdesign.report.diagnosis_texts import MEASURE_NEXT, in_prose, located, next_recording
 from expdesign.report.glossary import words_section
+from expdesign.report.next_steps import next_steps
 from expdesign.report.page import Page
 from expdesign.report.physics_words import effect_words, physics_words
 from expdesign.report.robot_section import SCRIPTS, picture
@@ -52,6 +51,9 @@ def diagnosis_report(
     drawn, data = _picture(result)
     consistent = result.verdict == "consistent"
     found = [_effects_table(result)] if any(finding.parameters for finding in result.findings) else []
+    first = [next_recording(result)] if result.verdict == "unexplained" else []
+    first += [MEASURE_NEXT] if result.rival is not None else []
+    recordings = result.recordings.source
     errors = SideBySide([error_figure(result)], [axis_figure(result)])
     sections = (
         said.section("Result", _key_figures(result)),
@@ -63,13 +65,13 @@ def diagnosis_report(
         PageSection("residuals", "Residuals", residual_figures(result)),
         PageSection("machine", "The robot", drawn if consistent else []),
         PageSection("considered", "What was considered", _considered(result)),
-        PageSection("next", "Next steps", [_next_steps(result, configuration)]),
+        next_steps(*first, "predict", "compensate", "verify", config=configuration, recordings=recordings),
         words_section("Base model", "Standard deviation", "Held out", "Probability"),
     )
     rows = len(result.recordings)
     return Page(
         title=f"Diagnosis of {result.robot.name}",
-        subtitle=f"{result.robot.kind}, {words.count(rows, 'row')}; recordings {result.recordings.source}",
+        subtitle=f"{result.robot.kind}, {words.count(rows, 'row')}; recordings {recordings}",
         sections=sections,
         data=data,
         scripts=SCRIPTS if data else (),
@@ -168,12 +170,3 @@ def _considered(result: Diagnosis) -> list[Block]:
 def _shown(value: object) -> str:
     """A number of the log, or nothing where the entry concerns no single model."""
     return "" if value is None else words.number(float(str(value)), 5)
-
-
-def _next_steps(result: Diagnosis, configuration: str) -> NextSteps:
-    steps = model_steps(result.recordings.source, configuration)
-    if result.rival is not None:
-        steps.insert(0, (MEASURE_NEXT, ""))
-    if result.verdict == "unexplained":
-        steps.insert(0, (next_recording(result), ""))
-    return NextSteps(steps)

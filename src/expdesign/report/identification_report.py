@@ -1,6 +1,5 @@
 """The page of `expdesign identify`: stiffness, how well it is known, and how well the model fits the recordings."""
 
-import shlex
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,16 +8,16 @@ from expdesign.estimation.identify import Identification
 from expdesign.estimation.remarks import BeyondManufacture
 from expdesign.report import words
 from expdesign.report.arm_section import arm_sections
-from expdesign.report.blocks import KeyFigure, KeyFigures, NextSteps, PageSection, Sentences, model_steps
+from expdesign.report.blocks import KeyFigure, KeyFigures, PageSection, Sentences
 from expdesign.report.glossary import words_section
 from expdesign.report.identification_tables import (
     SCRIPT,
     geometry_section,
     measurement_table,
-    residual_blocks,
-    residual_data,
+    residuals,
     rms,
 )
+from expdesign.report.next_steps import next_steps
 from expdesign.report.page import Page
 from expdesign.report.remark_texts import sentences
 from expdesign.report.robot_section import SCRIPTS, picture
@@ -50,6 +49,8 @@ def identification_report(
     train = result.recordings.rows(result.fitted)
     robot = result.robot
     drawn, view = picture(robot, at_rest(robot, np.median(train.configurations, axis=0)), note=_PICTURE)
+    fit, data = residuals(result, train)
+    files = {"robot": robot_file, "config": configuration, "recordings": result.recordings.source}
     stiffness = [table for table in said.tables if table.id == "stiffness-table"]
     doubts = sentences(each for each in result.suspicions if not isinstance(each, BeyondManufacture))
     sections = (
@@ -57,11 +58,11 @@ def identification_report(
         PageSection("stiffness", "Stiffness", [stiffness_figure(result), *stiffness] if stiffness else []),
         *(arm_sections(result) if result.arm is not None else []),
         *([geometry_section(result)] if result.geometry is not None and result.arm is None else []),
-        PageSection("fit", "How well the model fits", residual_blocks(result, train)),
+        PageSection("fit", "How well the model fits", fit),
         *further,
         PageSection("measurements", _CONTRIBUTED, [measurement_table(result)] if robot.actuators else []),
         PageSection("machine", "The robot", drawn),
-        PageSection("next", "Next steps", [_next_steps(result, robot_file, configuration)]),
+        next_steps("predict", "compensate", "verify", "diagnose", "next", **files),
         words_section("Stiffness", "95 % interval", "Standard deviation", "Replicates"),
     )
     return Page(
@@ -71,7 +72,7 @@ def identification_report(
             f"{words.count(len(result.recordings), 'row')}; recordings {result.recordings.source}"
         ),
         sections=sections,
-        data=residual_data(result, train) | view,
+        data=data | view,
         scripts=(*(SCRIPTS if view else ()), SCRIPT),
     )
 
@@ -89,22 +90,3 @@ def _key_figures(result: Identification) -> KeyFigures:
     if held_out is not None:
         items.append(KeyFigure("Held-out rows", words.number(held_out), "standard deviations", "RMS"))
     return KeyFigures(items)
-
-
-def _next_steps(result: Identification, robot_file: str, configuration: str) -> NextSteps:
-    recordings = shlex.quote(result.recordings.source)
-    robot, config = shlex.quote(robot_file or "ROBOT.yaml"), shlex.quote(configuration or "CONFIG.yaml")
-    targets = f" --targets {config}" if configuration else ""
-    return NextSteps(
-        [
-            *model_steps(result.recordings.source, configuration),
-            (
-                "If the model does not fit, find out why.",
-                f"expdesign diagnose {robot} {recordings}{targets} --out diagnosed",
-            ),
-            (
-                "If the accuracy is not enough, measure on.",
-                f"expdesign next {config} {recordings} --out plan-next.csv",
-            ),
-        ]
-    )

@@ -195,53 +195,36 @@ def varied(result: Identification, train: Recordings) -> dict[str, FloatArray]:
     return dict(sorted(varying.items(), key=lambda item: -levels[item[0]]))
 
 
-def residual_blocks(result: Identification, train: Recordings) -> list[Block]:
-    """The selector and the figure, which shows the coordinate that varies most; the order where none does."""
-    step = max(1, len(train) // _POINTS)
-    varying = _choices(result, train)
-    first = varying[0]
-    names = result.recordings.components(result.robot.coordinates)
+def residuals(result: Identification, train: Recordings) -> tuple[list[Block], dict[str, Any]]:
+    """Whitened residuals against what varied most (the order where nothing did), and the data of the selector."""
+    drawn = slice(None, None, max(1, len(train) // _POINTS))
+    over = {name: values[drawn] for name, values in varied(result, train).items()}
+    components = result.recordings.components(result.robot.coordinates)
+    names = [words.axis(components[axis]) for axis in train.axes]
+    values = np.round(result.fit.residuals[drawn], 4).T
+    sequence = train.sequence[drawn]
+    frame = pd.DataFrame({"sequence": sequence, "row": train.lines[drawn], **over})
+    frame = frame.assign(**{f"{name}_in_std": column for name, column in zip(names, values, strict=True)})
+    against = [_against(name, column) for name, column in over.items()]
+    against.append({"title": "order of recording (sequence)", "values": sequence})
     kind = "scattergl" if len(train) > _FAST else "scatter"
     traces = [
-        points(
-            words.axis(names[axis]), first["values"], np.round(result.fit.residuals[::step, column], 4),
-            f"series-{column + 1}", symbol=_SYMBOLS[column], type=kind,
-        )
-        for column, axis in enumerate(train.axes)
-    ]  # fmt: skip
+        points(name, against[0]["values"], column, f"series-{place + 1}", symbol=_SYMBOLS[place], type=kind)
+        for place, (name, column) in enumerate(zip(names, values, strict=True))
+    ]
     figure = chart(
         "residuals", "Residuals against what varied", traces,
         "Measured minus fitted, divided by the standard deviation. Noise alone scatters about zero, mostly within ±2, "
         "without a pattern, whatever it is drawn against.",
         "Scatter of whitened residuals against the chosen coordinate, one series of points per measured axis.",
-        x=first["title"], y="residual, standard deviations", frame=_frame(result, train), showlegend=True,
+        x=against[0]["title"], y="residual, standard deviations", frame=frame, showlegend=True,
     )  # fmt: skip
-    options = choices(str(one["title"]) for one in varying)
-    return [Selector("residuals-over", "Against", options, step=True), figure]
+    selector = Selector("residuals-over", "Against", choices(str(one["title"]) for one in against), step=True)
+    return [selector, figure], {"residuals": against}
 
 
-def residual_data(result: Identification, train: Recordings) -> dict[str, Any]:
-    """What the script of the selector needs."""
-    return {"residuals": _choices(result, train)}
-
-
-def _choices(result: Identification, train: Recordings) -> list[dict[str, Any]]:
-    step = max(1, len(train) // _POINTS)
-    found: list[dict[str, Any]] = []
-    for name, values in varied(result, train).items():
-        column = words.plan_column(name)
-        title = f"{column.title}, {column.unit}" if column.unit else column.title
-        found.append({"title": title, "values": [float(f"{value * column.factor:.6g}") for value in values[::step]]})
-    return [*found, {"title": "order of recording (sequence)", "values": train.sequence[::step]}]
-
-
-def _frame(result: Identification, train: Recordings) -> pd.DataFrame:
-    """Whitened residuals of the rows that are drawn, with what varied (SI)."""
-    step = max(1, len(train) // _POINTS)
-    frame = pd.DataFrame({"sequence": train.sequence[::step], "row": train.lines[::step]})
-    for name, values in varied(result, train).items():
-        frame[name] = values[::step]
-    names = result.recordings.components(result.robot.coordinates)
-    for column, axis in enumerate(train.axes):
-        frame[f"{words.axis(names[axis])}_in_std"] = np.round(result.fit.residuals[::step, column], 4)
-    return frame
+def _against(name: str, values: FloatArray) -> dict[str, Any]:
+    """A coordinate as the figure shows it: title and values."""
+    column = words.plan_column(name)
+    title = f"{column.title}, {column.unit}" if column.unit else column.title
+    return {"title": title, "values": [float(f"{value * column.factor:.6g}") for value in values]}

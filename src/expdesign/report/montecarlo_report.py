@@ -1,6 +1,5 @@
 """The page of `expdesign montecarlo`: does the plan attain what the criteria predict?"""
 
-import shlex
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -15,7 +14,6 @@ from expdesign.report.blocks import (
     Definitions,
     KeyFigure,
     KeyFigures,
-    NextSteps,
     PageSection,
     Shown,
     framed,
@@ -23,6 +21,7 @@ from expdesign.report.blocks import (
 )
 from expdesign.report.glossary import words_section
 from expdesign.report.montecarlo_figures import CAUSE_NAMES, agreement_figure, density_figure
+from expdesign.report.next_steps import next_steps
 from expdesign.report.page import Page
 from expdesign.report.said import Said
 
@@ -40,7 +39,7 @@ def montecarlo_report(result: Repeated, said: Said) -> Page:
         PageSection("densities", "Densities", densities),
         PageSection("run", "How it was done", [Definitions(_settings(result))]),
         words_section("Repetition", "z", "Tolerance", "Mean error"),
-        PageSection("next", "Next steps", [_next_steps(result.problem.source)]),
+        next_steps("run", config=result.problem.source),
     )
     return Page(
         title=f"Monte-Carlo of a calibration plan for {robot.name}",
@@ -163,7 +162,3 @@ def _settings(result: Repeated) -> list[tuple[str, str]]:
 
 def _score(value: float) -> str:
     return words.UNDETERMINED if np.isnan(value) else f"{value:+.2f}".replace("-", "−")
-
-
-def _next_steps(source: str) -> NextSteps:
-    return NextSteps([("Look for a better plan.", f"expdesign run {shlex.quote(source)} --out results/mine")])

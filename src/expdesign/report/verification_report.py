@@ -1,15 +1,15 @@
 """The certificate of `expdesign verify`: what was attained, against prediction and tolerance, and who signs for it."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from expdesign.assurance.acceptance.certificate import About
 from expdesign.assurance.acceptance.check_measurement import CheckMeasurement
-from expdesign.assurance.acceptance.conformity import AxisResult
 from expdesign.assurance.acceptance.verification import RULE, Verification
 from expdesign.chain.models.model_file import Model
 from expdesign.probabilities import probability_text
@@ -22,7 +22,9 @@ from expdesign.report.blocks import (
     PageSection,
     Paragraph,
     Sentences,
-    table_of,
+    Shown,
+    framed,
+    number_of,
 )
 from expdesign.report.page import Page
 from expdesign.report.said import Said
@@ -203,50 +205,46 @@ def _load(check: CheckMeasurement) -> str:
 
 
 def _table(result: Verification, model: Model) -> DataTable:
-    columns = ["Target, axis", "Unit", "Measured error e", "u", "U", "Tolerance", "(|e| + U) / tolerance", "Result"]
-    rows = []
-    for number, target in enumerate(result.targets, start=1):
-        rows += [_row(number, axis) for axis in target.axes]
-    columns_of_pose = [words.plan_column(name) for name in model.chain.robot.configuration]
-    places = "; ".join(
-        f"target {number}: "
-        + ", ".join(
-            _coordinate(column, float(value))
-            for column, value in zip(columns_of_pose, target.configuration, strict=True)
-        )
+    frame = pd.DataFrame(
+        [
+            {"target": number, **vars(axis), "expanded": axis.expanded, "conformity": axis.conformity}
+            for number, target in enumerate(result.targets, start=1)
+            for axis in target.axes
+        ]
+    )
+
+    def micro(column: str, missing: str = "not measured") -> Callable[[Any], str]:
+        return lambda row: missing if pd.isna(getattr(row, column)) else number_of(column, 1e6)(row)
+
+    shown: Shown = {
+        "Target, axis": lambda row: f"target {row.target}, {words.axis(row.axis)}",
+        "Unit": lambda row: words.micro_unit(row.axis),
+        "Measured error e": micro("error"),
+        "u": micro("uncertainty"),
+        "U": micro("expanded"),
+        "Tolerance": micro("tolerance", "none"),
+        "(|e| + U) / tolerance": _ratio,
+        "Result": lambda row: f"{_MARKS.get(row.conformity, '')} {row.conformity}".lstrip(),
+    }
+    columns = [words.plan_column(name) for name in model.chain.robot.configuration]
+    places = (
+        f"target {number}: {', '.join(map(_coordinate, columns, target.configuration.tolist()))}"
         for number, target in enumerate(result.targets, start=1)
     )
-    caption = (
-        f"Errors of the attained pose (attained minus wanted). {places}."
-        if len(result.targets) <= 6
-        else ("Errors of the attained pose (attained minus wanted).")
-    )
-    return table_of("results-table", caption, columns, rows)
+    caption = "Errors of the attained pose (attained minus wanted)."
+    caption += f" {'; '.join(places)}." if len(result.targets) <= 6 else ""
+    return framed("results-table", f"{caption} The CSV is in SI units.", frame, shown)
+
+
+def _ratio(row: Any) -> str:
+    ratio = (abs(row.error) + row.expanded) / row.tolerance if row.tolerance else np.nan
+    return "–" if pd.isna(ratio) else words.number(float(ratio))
 
 
 def _coordinate(column: words.Column, value: float) -> str:
     """A coordinate of a target; an angle in degrees too."""
     text = f"{column.title} {words.given(value * column.factor)} {column.unit}"
     return f"{text} ({words.given(round(math.degrees(value), 4) + 0.0)}°)" if column.unit == "mrad" and value else text
-
-
-def _row(number: int, axis: AxisResult) -> list[str]:
-    def micro(value: float | None) -> str:
-        return "not measured" if value is None else words.number(1e6 * value)
-
-    ratio = "–"
-    if axis.tolerance is not None and axis.error is not None and axis.expanded is not None:
-        ratio = words.number((abs(axis.error) + axis.expanded) / axis.tolerance)
-    return [
-        f"target {number}, {words.axis(axis.axis)}",
-        words.micro_unit(axis.axis),
-        micro(axis.error),
-        micro(axis.uncertainty),
-        micro(axis.expanded),
-        "none" if axis.tolerance is None else words.number(1e6 * axis.tolerance),
-        ratio,
-        f"{_MARKS.get(axis.conformity, '')} {axis.conformity}".lstrip(),
-    ]
 
 
 def _rule(result: Verification) -> str:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -38,6 +39,8 @@ from expdesign.report.page import Page
 from expdesign.report.robot_section import problem_report, robot_report
 from expdesign.report.said import Said
 
+Checked = PathLike | RobotFile | RobotSection | Model | DesignProblem | RunSection | Result
+
 
 @dataclass(frozen=True, repr=False)
 class CheckResult(FolderResult):
@@ -50,6 +53,7 @@ class CheckResult(FolderResult):
         feasibility: shares of the design space of a configuration that can be reached, and that identify what the
             targets need; else None.
         identification: of the base model from recordings, or None.
+        doubted: whether something is doubtful, and that was not to be.
     """
 
     FILES: ClassVar = PAGE
@@ -58,6 +62,7 @@ class CheckResult(FolderResult):
     doubts: Sequence[str]
     feasibility: Feasibility | None = None
     identification: Identification | None = None
+    doubted: bool = False
 
     @property
     def said(self) -> Said:
@@ -65,8 +70,8 @@ class CheckResult(FolderResult):
 
     @property
     def refused(self) -> bool:
-        """Whether none of the poses of a configuration, drawn at random, can be reached."""
-        return self.feasibility is not None and self.feasibility.reachable == 0.0
+        """Whether none of the poses of a configuration, drawn at random, can be reached; or it is `doubted`."""
+        return self.doubted or (self.feasibility is not None and self.feasibility.reachable == 0.0)
 
     def page(self) -> Page:
         """The robot, drawn with its legs or joints numbered, at rest and at the targets of a configuration.
@@ -85,10 +90,11 @@ class CheckResult(FolderResult):
 
 @named_arguments
 def check(
-    file: PathLike | RobotFile | RobotSection | Model | DesignProblem | RunSection | Result,
+    file: Checked,
     robot: RobotInput | None = None,
     *,
     shared_reference: bool | None = None,
+    strict: bool = False,
 ) -> CheckResult:
     """Read a robot, a configuration, a sweep or recordings, and say what is wrong or not identifiable.
 
@@ -98,6 +104,7 @@ def check(
         robot: robot (YAML) that was measured, if the file holds recordings.
         shared_reference: whether all rows of one series share the noise of one unloaded reading; if left out, as the
             recordings say.
+        strict: exit with status 3 where anything is doubtful. In Python the result is `refused` then.
 
     Returns:
         What was read, with a `summary` and `remarks`.
@@ -113,7 +120,32 @@ def check(
 
         expdesign check configs/hexapod-h1.yaml
     """
-    purpose = purpose_of("check", file)
+    warned, log = _Warned(), logging.getLogger("expdesign")
+    log.addHandler(warned)
+    try:
+        result = _checked(file, robot, purpose_of("check", file), shared_reference=shared_reference)
+    finally:
+        log.removeHandler(warned)
+    if not strict or not (warned.count or result.doubts):
+        return result
+    notes = [*result.stated.notes, "refused (argument `strict`): see the warnings"]
+    return replace(result, stated=replace(result.stated, notes=notes), doubted=True)
+
+
+class _Warned(logging.Handler):
+    """Counts what is warned of while a file is read."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.count = 0
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.count += 1
+
+
+def _checked(
+    file: Checked, robot: RobotInput | None, purpose: Purpose, *, shared_reference: bool | None
+) -> CheckResult:
     found: object = (file.as_model() or file) if isinstance(file, Result) else file
     if isinstance(found, str | Path):
         path = Path(found)

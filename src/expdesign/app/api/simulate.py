@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -149,15 +149,6 @@ def _with_readings(
 WHERE = "argument `conceal`"
 
 
-@dataclass
-class _Wanted:
-    """What a text asks for: texts by the names of parameters, the unnamed value, and the form."""
-
-    named: dict[str, str] = field(default_factory=dict)
-    unnamed: str | None = None
-    form: str | None = None
-
-
 def with_concealed(model: Model, texts: Sequence[str], problem: DesignProblem) -> Model:
     """A model with further physics.
 
@@ -197,16 +188,16 @@ def _concealed(text: str, problem: DesignProblem, robot: Robot) -> tuple[Effect,
         what = f"`{physics}` at `{place}` does not show in {readings.name}, which this configuration measures"
         raise InputError(what, where=WHERE, remedy="`expdesign physics ROBOT` says what shows in which readings.")
     effects = [effect for effect in effects if readings in type(effect).measurands]
-    wanted = _read([part for part in parts if part], effects, robot)
-    fitting = [effect for effect in effects if _fits(effect, wanted)]
-    if not fitting:
+    parts = [part for part in parts if part]
+    meant = ((effect, _texts(effect, parts)) for effect in [*_in_form(parts, effects, robot), *effects])
+    effect, texts = next(((effect, texts) for effect, texts in meant if texts is not None), (None, {}))
+    if effect is None:
         forms = ", ".join(dict.fromkeys(f"`{effect.variant}`" for effect in effects if str(effect.variant)))
         names = ", ".join(dict.fromkeys(f"`{each.name}`" for effect in effects for each in effect.parameters))
         what = f"`{physics}` at `{place}` cannot be `{', '.join(parts)}`"
         remedy = (f"Forms: {forms}. " if forms else "") + f"Parameters: {names}."
         raise InputError(what, where=WHERE, remedy=remedy)
-    effect = fitting[0]
-    return effect, np.array([_value(parameter, effect, wanted, problem) for parameter in effect.parameters])
+    return effect, np.array([_value(parameter, effect, texts, problem) for parameter in effect.parameters])
 
 
 def _at(physics: str, place: str, robot: Robot) -> list[Effect]:
@@ -229,49 +220,41 @@ def _at(physics: str, place: str, robot: Robot) -> list[Effect]:
     return found
 
 
-def _read(parts: list[str], effects: list[Effect], robot: Robot) -> _Wanted:
-    """What the parts after the place say; a form with a number in it (`98 newton`) is added to `effects`."""
-    forms = {str(effect.variant) for effect in effects}
-    names = {parameter.name for effect in effects for parameter in effect.parameters}
-    wanted = _Wanted()
+def _in_form(parts: list[str], effects: list[Effect], robot: Robot) -> list[Effect]:
+    """The effects in forms that are not listed, but known to their class (`98 newton`)."""
+    forms, found = {str(effect.variant) for effect in effects}, []
     for part in parts:
-        first, _, rest = part.replace("=", " ", 1).partition(" ")
-        if part in forms:
-            wanted.form = part
-        elif first in names:
-            wanted.named[first] = rest.strip()
-        elif further := _in_form(part, effects, robot):
-            effects += further
-            names |= {parameter.name for effect in further for parameter in effect.parameters}
-            wanted.form = str(further[0].variant)
-        elif NUMBER.fullmatch(part) or QUANTITY.fullmatch(part):
-            wanted.unnamed = part
-        else:
-            wanted.form = part
-    return wanted
-
-
-def _in_form(form: str, effects: list[Effect], robot: Robot) -> list[Effect]:
-    """The effects in a form that is not listed, but known to their class."""
-    found: list[Effect] = []
-    for cls in dict.fromkeys(type(effect) for effect in effects):
-        with contextlib.suppress(ValueError):
-            found.append(cls.from_text(robot, str(effects[0].component), form))
+        for cls in dict.fromkeys(type(effect) for effect in effects) if part not in forms else ():
+            with contextlib.suppress(ValueError):
+                found.append(cls.from_text(robot, str(effects[0].component), part))
     return found
 
 
-def _fits(effect: Effect, wanted: _Wanted) -> bool:
-    names = [parameter.name for parameter in effect.parameters]
-    alone = sum(not parameter.shape for parameter in effect.parameters) == 1
-    right_form = wanted.form is None or str(effect.variant) == wanted.form
-    return right_form and set(wanted.named) <= set(names) and (wanted.unnamed is None or alone)
+def _texts(effect: Effect, parts: list[str]) -> dict[str, str] | None:
+    """The texts of values by the names of parameters, as an effect understands what stands after its place.
+
+    A part is the effect's form, the name of a parameter with its value, or the value of the only one; None where it is
+    none of these.
+    """
+    names = {parameter.name for parameter in effect.parameters}
+    single = [parameter.name for parameter in effect.parameters if not parameter.shape]
+    found: dict[str, str] = {}
+    for part in parts:
+        first, _, rest = part.replace("=", " ", 1).partition(" ")
+        if part == str(effect.variant):
+            continue
+        if first in names:
+            found[first] = rest.strip()
+        elif len(single) == 1 and (NUMBER.fullmatch(part) or QUANTITY.fullmatch(part)):
+            found.setdefault(single[0], part)
+        else:
+            return None
+    return found
 
 
-def _value(parameter: Parameter, effect: Effect, wanted: _Wanted, problem: DesignProblem) -> float:
+def _value(parameter: Parameter, effect: Effect, texts: dict[str, str], problem: DesignProblem) -> float:
     """The value of a parameter in its own unit: as named, or its usual one."""
-    text = wanted.named.get(parameter.name)
-    if text is None and not parameter.shape:
-        text = wanted.unnamed
+    text = texts.get(parameter.name)
     if text is None and parameter.shape:
         return parameter.neutral
     if text is None:

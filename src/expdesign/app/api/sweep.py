@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +25,7 @@ from expdesign.io.yaml_reader import YamlDocument, yaml_text
 from expdesign.planning.problem_file import problem_from_document
 from expdesign.report.said import Said
 
+_LOG = logging.getLogger(__name__)
 CONFIG = "config.yaml"
 """In the folder of a run: its configuration, as resolved, so that it can be run and judged there."""
 COMPUTED_BY = "computed_by.json"
@@ -107,6 +109,9 @@ def sweep(
             kept = f"{store.count()} of {len(runs)} runs are finished and kept: the same command goes on from there."
             remedy = f"{error.remedy} {kept}".strip()
             raise type(error)(error.what, where=error.where, remedy=remedy) from None
+        except KeyboardInterrupt:
+            _LOG.info("Finished runs are kept; the same command goes on from there.")
+            raise
     return SweepResult(path, numeric(store.table()), purpose=purpose)
 
 
