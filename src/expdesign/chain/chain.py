@@ -270,8 +270,9 @@ class Chain:
         row = self.row_symbols()
         state = ca.SX.sym("state", self.states)
         theta = ca.SX.sym("theta", len(self.parameters))
+        found = [*self.expression(row, state, theta)]
         # Links make the same expressions anew: kept once, derivatives of them are taken once as well.
-        reading, following = ca.cse([*self.expression(row, state, theta)])
+        reading, following = ca.cse(found) if self.robot.jointed else found
         return row, state, theta, reading, following
 
     @cached_property
