@@ -28,7 +28,7 @@ def test_a_row_that_alone_determines_a_leg_has_no_finite_evidence_against_it() -
     base[0] = 1.0
     readings = np.zeros(20)
     readings[[0, 5]] = 1e3, 20.0
-    found = standing_out(Present(base, np.zeros(1), readings), 2, 5)
+    found, _ = standing_out(Present(base, np.zeros(1), readings), 2, 5)
     np.testing.assert_array_equal(found, [2])
 
 
@@ -57,8 +57,8 @@ def test_rows_stand_out_one_after_the_other_as_refits_show_them(name: str, scale
         kept[worst] = False
     assert set(refitted) == set(wrong)
     state = base_alone(base_fit(name, sample), sample, known_noise=scale == 1.0)
-    assert standing_out(state, axes, 10).tolist() == refitted
-    assert standing_out(state, axes, 2).tolist() == refitted[:2]
+    assert standing_out(state, axes, 10)[0].tolist() == refitted
+    assert standing_out(state, axes, 2)[0].tolist() == refitted[:2]
 
 
 def mistakes(seed: int, rows: int = 6) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]
@@ -144,9 +144,10 @@ def test_rows_that_stand_out_alike_are_no_single_mistakes() -> None:
         recordings = simulated(name, seed=3, series=12)
         recordings.deflections[rows] += wrong * np.array(recordings.deviations)[rows]
         sample = sample_of(name, recordings)
-        aside, why = single_mistakes(base_alone(base_fit(name, sample), sample), sample, robot(name))
-        assert why == common
-        assert np.flatnonzero(aside).tolist() == ([] if common else rows)
+        found = single_mistakes(base_alone(base_fit(name, sample), sample), sample, robot(name))
+        assert found.common == common
+        assert np.flatnonzero(found.rows).tolist() == ([] if common else rows)
+        assert (found.worth > 0.0) != bool(common)
 
 
 def test_rows_that_fit_after_all_return() -> None:

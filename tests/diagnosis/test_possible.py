@@ -13,7 +13,7 @@ from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
-from expdesign.diagnosis.confirmation import confirmed, pruned, stability
+from expdesign.diagnosis.confirmation import confirmed, stability
 from expdesign.diagnosis.cross_validation import blocks_of
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.library import candidates, library
@@ -111,11 +111,11 @@ def test_one_effect_that_held_out_rows_refute_does_not_take_the_others_with_it(a
     search = search_of(arm, positions(arm, configurations(160, 2), moved, test))
     names, model = search.known_names, search.model()
     assert set(model.keys) == {ZEROS, DRIFT}
-    kept, errors = pruned(names, model, names.base.fit, test)
+    kept, errors = confirmed(names, model, names.base.fit, test, known_noise=True)
     assert kept.keys == (ZEROS,)
     assert errors.test_after < errors.test_before
     worse = names.without(model, model.keys.index(ZEROS))
-    assert pruned(names, worse, names.base.fit, test)[0].keys == ()
+    assert confirmed(names, worse, names.base.fit, test, known_noise=True)[0].keys == ()
 
 
 def bipod_search(effects: list[Effect] | None, *parts: Effect, parameters: list[float]) -> Search:
@@ -139,10 +139,15 @@ def test_physics_at_its_limit_is_no_name() -> None:
 def test_an_effect_by_which_left_out_rows_do_not_gain_goes() -> None:
     """Play is there; friction of another leg beside it only describes the noise of the rows that were fitted."""
     names, model = found(bipod_search(None, PLAY, parameters=[1.5e-5]))
-    assert confirmed(names, model) is model
+    none = np.zeros(len(names.sample.counts), dtype=bool)
+
+    def kept(one: NamedModel) -> NamedModel:
+        return confirmed(names, one, names.base.fit, none, known_noise=False)[0]
+
+    assert kept(model) is model
     further = next(one for one in names.library if one.effect.key == FRICTION.key)
     parts = [*names.parts(model, model.candidates), further.starts[0]]
-    assert confirmed(names, names.model([*model.candidates, further], parts, model)).keys == model.keys
+    assert kept(names.model([*model.candidates, further], parts, model)).keys == model.keys
 
 
 def test_clear_effects_are_named_by_every_nine_tenths() -> None:

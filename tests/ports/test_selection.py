@@ -1,7 +1,6 @@
 """Which laws are there: components are compared by what their laws explain together, and by what they predict."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,28 +11,29 @@ from expdesign.chain.ports.port import Channel, Entry
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.diagnosis.evidence.columns import Dense
 from expdesign.diagnosis.evidence.dictionary import Atom
-from expdesign.diagnosis.evidence.problem import Chosen, Problem
+from expdesign.diagnosis.evidence.problem import Problem
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.evidence.state import Present
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.posterior import places
 
 ROWS = 120
 BLOCKS = np.repeat(np.arange(20), 6)
 
 
-def _search(laws: Sequence[tuple[Component, FloatArray]], readings: FloatArray, seed: int) -> Search:
+def _search(
+    laws: Sequence[tuple[Component, FloatArray]], readings: FloatArray, seed: int, nameless: Sequence[int] = ()
+) -> Search:
+    """`nameless`: numbers of the laws that are of no known form."""
     base = np.random.default_rng(seed).standard_normal((ROWS, 2))
-    scaled = [(component, law / np.sqrt((law**2).sum() / ROWS)) for component, law in laws]
-    atoms = [
-        Atom(component, Dense(law), law.T @ law, named=(None, np.zeros(1), np.ones(1))) for component, law in scaled
-    ]
+    atoms = []
+    for number, (component, law) in enumerate(laws):
+        scaled = law / np.sqrt((law**2).sum() / ROWS)
+        gram = scaled.T @ scaled
+        entry = Entry("port", component, "law", (Channel(0, 0, (Quantity("length"),)),), "constant", (1.0,), 1)
+        known = {"entry": entry} if number in nameless else {"named": (None, np.zeros(1), np.ones(1))}
+        atoms.append(Atom(component, Dense(scaled), gram, **known))
     return Search(Problem(Present(base, np.zeros(2), readings), atoms, BLOCKS))
-
-
-def _seed(search: Search, index: int) -> Chosen:
-    """One law with the size that explains most."""
-    start = search.problem.start
-    return search.problem.with_law(start, index, start.state.gain(search.problem.atoms[index].directions)[1])
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -92,23 +92,23 @@ def _contested(seed: int, *, apart: float) -> Search:
     known, other = (generator.standard_normal((ROWS, 1)) for _ in range(2))
     alike = known + apart * generator.standard_normal((ROWS, 1))
     readings = 5.0 * (known + other)[:, 0] + generator.standard_normal(ROWS)
-    search = _search([(PLATFORM, known), (INSTRUMENT, alike), (BASE, other)], readings, seed)
-    law = Entry("port", BASE, "law", (Channel(0, 0, (Quantity("length"),)),), "constant", (1.0,), 1)
-    for index in (1, 2):
-        own = replace(law, component=search.problem.atoms[index].component)
-        search.problem.atoms[index] = replace(search.problem.atoms[index], named=None, entry=own)
-    return search
+    return _search([(PLATFORM, known), (INSTRUMENT, alike), (BASE, other)], readings, seed, nameless=(1, 2))
 
 
+@pytest.mark.parametrize("apart", [0.0, 1.0])
 @pytest.mark.parametrize("seed", range(3))
-def test_what_has_a_name_stays_beside_a_law_that_is_needed_and_one_that_does_the_same(seed: int) -> None:
-    search = _contested(seed, apart=0.0)
-    chosen = search.run([_seed(search, 0)])
+def test_what_has_a_name_stays_beside_a_law_that_is_needed_and_one_that_does_the_same(seed: int, apart: float) -> None:
+    chosen = _contested(seed, apart=apart).run()
     assert sorted(chosen.laws) == [0, 2]
     assert chosen.nameless
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_seed_that_explains_worse_than_another_gives_way(seed: int) -> None:
-    search = _contested(seed, apart=1.0)
-    assert sorted(search.run([_seed(search, 1)]).laws) == [0, 2]
+def test_what_has_no_name_costs_log_evidence_once(seed: int) -> None:
+    problem = _contested(seed, apart=0.0).problem
+    name, law, other = (problem.with_law(problem.start, index, 1.0) for index in range(3))
+    assert law.price - name.price == pytest.approx(OPTIONS.nameless)
+    assert problem.with_law(law, 2, 1.0).price == pytest.approx(law.price + other.price - OPTIONS.nameless)
+    first, beside = problem.propose(problem.start).gains, problem.propose(other).gains
+    assert first[0] - first[1] == pytest.approx(OPTIONS.nameless)
+    assert beside[0] == pytest.approx(beside[1])

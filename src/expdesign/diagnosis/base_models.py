@@ -29,14 +29,15 @@ class BaseModel(ABC):
     Attributes:
         most_effects: that are sought beside it, one at a time.
         several_at_once: whether so many effects can show that all of them may have to be fitted together.
-        contested: whether laws at ports may stand in place of named effects that explain.
+        inexact: whether predictions take in by what share named effects are not exact, and are averaged where rows are
+            few.
         located_by_force: whether a part's mismatch is any function of the force in it, with its own directions only
             across; otherwise the effects of joints say how a joint can move the readings.
     """
 
     most_effects: int
     several_at_once: bool
-    contested: bool
+    inexact: bool
     located_by_force: bool
 
     def own_directions(self, part: Part) -> bool:
@@ -68,7 +69,7 @@ class ElasticRobot(BaseModel):
     """The base model of deflections."""
 
     several_at_once = False
-    contested = True
+    inexact = True
     located_by_force = True
 
     def __init__(self, most_effects: int) -> None:
@@ -103,7 +104,7 @@ class PlacedRobot(BaseModel):
 
     most_effects = 6
     several_at_once = True
-    contested = False
+    inexact = False
     located_by_force = False
 
     def calibrated(self, robot: Robot, recordings: Recordings) -> ArmCalibration | None:

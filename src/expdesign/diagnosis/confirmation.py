@@ -4,7 +4,7 @@ The penalised misfit trusts the stated noise and the independence of rows. Where
 can be trusted: filtered readings are correlated, standard deviations are misstated, and any smooth effect gains
 "significantly" on thousands of readings. Left-out rows do not care. The model, linear about its fit, is compared with
 itself without the effect by the readings of blocks that neither was fitted to (`LeftOut`), and the effect stays where
-these gain by it.
+these gain by it. So does what marked rows, or later ones, refute (`HeldOut.refuted`).
 
 Names are judged by stability selection as well: how often the same effects are named when a tenth of the rows is left
 out. For every tenth the model is fitted to the other nine, linear about its fit to all, and an effect is named where
@@ -23,6 +23,8 @@ from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.names import NamedModel, Names, hierarchical
 from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.statement import dispersion, tested
+from expdesign.diagnosis.verdict import within_noise
 from expdesign.estimation.fit import Fit
 
 
@@ -37,48 +39,49 @@ def gains(state: Present, blocks: IntArray) -> list[LeftOut]:
     return [LeftOut(state.without(k).refitted().left_out(blocks), own, blocks) for k in range(len(state.laws))]
 
 
-def confirmed(names: Names, model: NamedModel) -> NamedModel:
-    """The model without the effects that do not improve the prediction of left-out readings, worst first."""
-    while True:
-        p_values = [gain.p_value for gain in gains(names.state(model), names.blocks)]
-        doubtful = [
-            index
-            for index, p_value in enumerate(p_values)
-            if p_value >= OPTIONS.gain_level and hierarchical(model.effects[:index] + model.effects[index + 1 :])
-        ]
-        if not doubtful:
-            return model
-        worst = max(doubtful, key=lambda index: p_values[index])
-        reason = f"left-out rows do not gain by `{model.effects[worst].key}` (p = {p_values[worst]:.2g})"
-        model = names.without(model, worst)
-        names.log.add("held out", model, True, reason)
+def confirmed(
+    names: Names, model: NamedModel, base: Fit, test: BoolArray, *, known_noise: bool
+) -> tuple[NamedModel, HeldOut]:
+    """The model without the effects that rows which were not fitted speak against, and its errors there.
 
+    Backward elimination, so that one effect that describes the fitted rows alone does not take the others with it.
+    While held-out rows refute the model that effect goes without which they are predicted best. Where they do not, and
+    the model does not bring independent rows to the stated noise, those go by which left-out readings do not gain,
+    worst first.
 
-def pruned(names: Names, model: NamedModel, base: Fit, test: BoolArray) -> tuple[NamedModel, HeldOut]:
-    """A model that predicts rows that were not fitted better than the base model does, with its errors.
-
-    Where it predicts them worse, the effect goes without which they are predicted best, then the next one: backward
-    elimination, so that one effect that describes the fitted rows alone does not take the others with it.
+    Args:
+        names: of the model.
+        model: with named effects alone.
+        base: fit of the base model in all rows.
+        test: rows that were not fitted (N,), see `held_out`.
+        known_noise: whether the noise is stated.
     """
-    errors = held_out(base, model.fit, names.sample, test, known_noise=names.known_noise)
-    worse = errors.refuted
-    while worse and model.candidates:
-        smaller = [names.without(model, index) for index in range(len(model.candidates))]
-        trials = [
-            (held_out(base, other.fit, names.sample, test, known_noise=names.known_noise), other)
-            for other in smaller
-            if hierarchical(other.effects)
-        ]
-        best = min(trials, key=lambda trial: (trial[0].refuted, trial[0].test_after))
-        if not errors.refuted and best[0].test_after > OPTIONS.better * errors.test_after:
-            break
-        gone = next(iter(set(model.keys) - set(best[1].keys)))
-        errors, model = best
-        reason = f"held-out rows are predicted worse with all effects than without any; `{gone}` goes first"
+
+    def judged(one: NamedModel) -> HeldOut:
+        return held_out(base, one.fit, names.sample, test, known_noise=names.known_noise)
+
+    errors = judged(model)
+    refuted = errors.refuted
+    while model.candidates and errors.refuted == refuted:
+        effects = model.effects
+        removable = [k for k in range(len(effects)) if hierarchical(effects[:k] + effects[k + 1 :])]
+        if refuted:
+            trials = {k: judged(names.without(model, k)) for k in removable}
+            worst = min(removable, key=lambda k: (trials[k].refuted, trials[k].test_after))
+            reason = f"held-out rows are predicted worse with all effects than without any; `{effects[worst].key}` goes"
+        else:
+            # Where more than noise remains, or rows are alike, the penalised misfit trusts what is not so.
+            alike = dispersion(model.fit.residuals, names.sample).correlation > OPTIONS.correlated
+            if known_noise and within_noise(tested(model.fit, names.sample)) and not alike:
+                break
+            p_values = [gain.p_value for gain in gains(names.state(model), names.blocks)]
+            worst = max(removable, key=lambda k: p_values[k])
+            if p_values[worst] < OPTIONS.gain_level:
+                break
+            reason = f"left-out rows do not gain by `{effects[worst].key}` (p = {p_values[worst]:.2g})"
+        model = names.without(model, worst)
+        errors = judged(model)
         names.log.add("held out", model, True, reason)
-    if worse and not model.candidates:
-        model = names.base
-        errors = held_out(base, model.fit, names.sample, test, known_noise=names.known_noise)
     return model, errors
 
 

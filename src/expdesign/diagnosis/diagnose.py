@@ -1,6 +1,8 @@
 """Diagnosis of recordings: consistent, explained by named physics, or unexplained (file-formats.md, diagnosis.json)."""
 
+from collections.abc import Iterator
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -9,17 +11,17 @@ from expdesign.chain.ports.law import Law
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.by_groups import by_groups
 from expdesign.diagnosis.caveats import not_sought
-from expdesign.diagnosis.confirmation import confirmed, pruned, stability
+from expdesign.diagnosis.confirmation import confirmed, stability
 from expdesign.diagnosis.cross_validation import LeftOut
+from expdesign.diagnosis.evidence.problem import Chosen
 from expdesign.diagnosis.findings import Finding, findings, set_aside
 from expdesign.diagnosis.frame import Frame, framed
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import law_findings
-from expdesign.diagnosis.laws import sought_laws
-from expdesign.diagnosis.library import OUTLIER
+from expdesign.diagnosis.laws import Laws, fitted
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.outliers import returning, single_mistakes
+from expdesign.diagnosis.outliers import returning
 from expdesign.diagnosis.possible import at_limits
 from expdesign.diagnosis.posterior import averaged
 from expdesign.diagnosis.relinearised import relinearised
@@ -27,7 +29,7 @@ from expdesign.diagnosis.remarks import Averaged
 from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, Diagnosis, Method
 from expdesign.diagnosis.stages import Report, Stage, unheard
 from expdesign.diagnosis.statement import deviations_from_none, dispersion, statement, tested
-from expdesign.diagnosis.verdict import doubt, fits, verdict_with, verdict_without, within_noise
+from expdesign.diagnosis.verdict import doubt, fits, verdict_with_laws, verdict_without
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.load_errors import DeclaredLoadErrors, Estimator, load_columns
 from expdesign.estimation.weighed import Fittable, weighed
@@ -70,7 +72,7 @@ def diagnose(
 
     frame = framed(robot, recordings, without=without, report=noted, load_errors=load_errors)
     try:
-        found = _diagnosed(frame, outliers=OUTLIER not in without)
+        found = _diagnosed(frame)
     except KeyboardInterrupt:
         if not interruptible:
             raise
@@ -115,13 +117,16 @@ def _with_loads(frame: Frame, result: Diagnosis, estimator: Estimator) -> Diagno
 
 def _so_far(frame: Frame, doing: str) -> Diagnosis:
     """The diagnosis with the best model that a search has fitted before it was ended."""
-    names = frame.names
-    possible = [model for model in names.models if not at_limits(model.fit, names.reach)]
-    best = min(possible, key=lambda model: model.misfit, default=names.base)
-    if names.base.misfit - best.misfit < 2.0 * OPTIONS.alarm:
-        best = names.base
+    best = _best_of_names(frame.names)
     result = _unsought(frame, best, "it was ended")
     return replace(_with_names(frame, result) if best.candidates else result, ended=doing)
+
+
+def _best_of_names(names: Names) -> NamedModel:
+    """The likeliest model of named effects that a search has fitted."""
+    possible = [model for model in names.models if not at_limits(model.fit, names.reach)]
+    best = min(possible, key=lambda model: model.misfit, default=names.base)
+    return names.base if names.base.misfit - best.misfit < 2.0 * OPTIONS.alarm else best
 
 
 def _unsought(frame: Frame, model: NamedModel, reason: str) -> Diagnosis:
@@ -136,8 +141,8 @@ def _as_written(names: Names, model: NamedModel) -> NamedModel:
     return model if fit is model.fit else replace(model, fit=fit)
 
 
-def _diagnosed(frame: Frame, *, outliers: bool) -> Diagnosis:
-    """The diagnosis of a frame; `outliers` says whether rows may be set aside as single mistakes."""
+def _diagnosed(frame: Frame) -> Diagnosis:
+    """The diagnosis of a frame."""
     if frame.loads_account_for_it:
         reason = "the load errors that the configuration declares account for what the base model leaves over"
         return _unsought(frame, frame.names.base, reason)
@@ -145,25 +150,45 @@ def _diagnosed(frame: Frame, *, outliers: bool) -> Diagnosis:
     frame.names.log.add_text("method", f"{groups.method.name}: {groups.method.reason}")
     if groups.alone:
         return groups.diagnosis()
-    few = None if groups.groups is None else OPTIONS.starts
-    most = frame.names.most_effects if few is None else min(few, frame.names.most_effects)
-    of_all = frame
-    frame, found = _without_mistakes(frame, most) if outliers else (frame, frame.search.model(most))
-    named, errors = _checked(frame, found)
-    if groups.beats(frame.names.left_out(named)):
+    most, reason = None, groups.method.reason
+    if groups.groups is not None:
+        frame, most = replace(frame, laws=False), OPTIONS.starts
+        reason = "named effects predict as well as groups of effects do together, or better"
+    frame, ends = _without_mistakes(frame, most)
+    result = _likeliest(frame, ends, reason)
+    if groups.groups is not None and groups.beats(frame.names.left_out(result.model)):
         return groups.diagnosis()
-    frame.names.report(Stage.ALTERNATIVES, "")
-    better = "named effects predict as well as groups of effects do together, or better"
-    reason = groups.method.reason if groups.groups is None else better
-    result = _with_verdict(frame, named, errors, Method(ONE_AT_A_TIME, reason))
-    # What a body stands on yields as its platform does, which has no names.
-    contested = result.verdict == "explained" and frame.kind.contested and not frame.robot.on_support
-    contested = contested and not _settled(frame, result.model)
-    if result.verdict == "unexplained" or contested:
-        result = _with_laws(frame if contested else of_all, result, mistaken=outliers)
-    if result.model is named:
+    if result.method.name != LAWS:
+        frame.names.report(Stage.ALTERNATIVES, "")
         result = _with_names(frame, result)
     return _averaged(frame, _inexact(frame, result))
+
+
+def _likeliest(frame: Frame, ends: Iterator[Chosen], reason: str) -> Diagnosis:
+    """The likeliest end of the search that explains the recordings, or predicts what was not fitted; else names alone.
+
+    Args:
+        frame: what is diagnosed.
+        ends: of the search, the likeliest first.
+        reason: to name effects one at a time.
+    """
+    unexplained: list[Diagnosis] = []
+    refuted: list[Laws] = []
+    for end in ends:
+        if end.laws:
+            laws = fitted(frame.names, frame.search, frame.dictionary.sight, end)
+            found = _with_laws(frame, laws)
+            refuted.append(laws)
+        else:
+            found = _with_names_alone(frame, end.model, reason)
+            unexplained.append(found)
+        if found is not None and (end.laws or found.verdict != "unexplained"):
+            return found
+    result = unexplained[0] if unexplained else _with_names_alone(frame, _best_of_names(frame.names), reason)
+    if result.verdict != "unexplained":
+        return result
+    caveats = (*result.caveats, *not_sought(frame.sample))
+    return replace(result, laws=refuted[0].doubted if refuted else None, caveats=caveats)
 
 
 def _inexact(frame: Frame, result: Diagnosis) -> Diagnosis:
@@ -172,7 +197,7 @@ def _inexact(frame: Frame, result: Diagnosis) -> Diagnosis:
         any(isinstance(effect, Law) for effect in result.predictive.fit.chain.effects) or result.verdict == "consistent"
     )
     few = int(frame.names.sample.counts.sum()) < OPTIONS.fewest_rows
-    if known or few or not frame.kind.contested or not len(result.predictive.fit.values):
+    if known or few or not frame.kind.inexact or not len(result.predictive.fit.values):
         return result
     fit, state, sample = result.predictive.fit, frame.names.state(result.predictive), frame.names.sample
     blocks, scale = frame.names.blocks, state.noise_variance
@@ -183,23 +208,9 @@ def _inexact(frame: Frame, result: Diagnosis) -> Diagnosis:
     return replace(result, inexact=share)
 
 
-def _settled(frame: Frame, model: NamedModel) -> bool:
-    """Whether one effect brings readings of known noise to that noise, and says it as briefly as any law could.
-
-    A law of one weight that takes away as much squares q would gain ½·(q − ln q) of log evidence. What needs many
-    parameters, as a base that yields in all directions, may imitate what another part does with one.
-    """
-    names = frame.names
-    if not frame.noise.known or len(model.candidates) != 1 or not within_noise(tested(model.fit, names.sample)):
-        return False
-    explained = max(names.state(names.base).scatter - names.state(model).scatter, 1.0)
-    most = 0.5 * (explained - np.log(explained)) - OPTIONS.price_of_law(len(frame.entries)) - OPTIONS.margin
-    return bool(most <= 0.5 * (names.base.misfit - model.misfit))
-
-
 def _averaged(frame: Frame, result: Diagnosis) -> Diagnosis:
     """With predictions that are averaged over what may be there, where too little was measured to tell."""
-    if not frame.kind.contested:
+    if not frame.kind.inexact:
         return result
     model = averaged(frame.names, result.predictive)
     if model is result.predictive:
@@ -211,25 +222,38 @@ def _averaged(frame: Frame, result: Diagnosis) -> Diagnosis:
     return replace(result, predictive=model, caveats=(*result.caveats, caveat))
 
 
-def _without_mistakes(frame: Frame, most: int) -> tuple[Frame, NamedModel]:
-    """The best model of so many named effects at most, in the rows without those that stand out of it by themselves.
+def _without_mistakes(frame: Frame, most: int | None) -> tuple[Frame, Iterator[Chosen]]:
+    """The ends of the search in the rows without those that stand out of the likeliest one by themselves.
 
     What a row says is asked of the final model: one that stands out of less may show what is missing there. So may one
     that the search without it explains after all, which returns.
+
+    Args:
+        frame: with all rows.
+        most: effects that are looked for, see `Search.ends`.
     """
-    names, model = frame.names, frame.search.model(most)
-    aside, common = single_mistakes(names.state(model), names.sample, frame.robot)
+    names, ends = frame.names, frame.search.ends(most)
+    first = next(ends)
+    aside, common = first.mistakes.rows, first.mistakes.common
     if common:
-        names.log.add("outliers", model, False, f"the rows that stand out are no single mistakes: {common}")
+        names.log.add("outliers", first.model, False, f"the rows that stand out are no single mistakes: {common}")
     while aside.any():
-        rest = frame.without(aside)
-        found = rest.search.model(most)
-        back = returning(found.fit, frame.sample, aside, known_noise=names.known_noise)
-        names.log.add("outliers", found, not back.any(), f"{aside.sum()} rows set aside, {back.sum()} fit after all")
+        frame = frame.without(aside)
+        ends = frame.search.ends(most)
+        first = next(ends)
+        back = returning(first.model.fit, frame.sample, aside, known_noise=names.known_noise)
+        names.log.add(
+            "outliers", first.model, not back.any(), f"{aside.sum()} rows set aside, {back.sum()} fit after all"
+        )
         if not back.any():
-            return rest, found
+            break
         aside = aside & ~back
-    return frame, model
+    return frame, chain([first], ends)
+
+
+def _with_names_alone(frame: Frame, model: NamedModel, reason: str) -> Diagnosis:
+    """The diagnosis with named effects as far as held-out recordings confirm them."""
+    return _with_verdict(frame, *_checked(frame, model), Method(ONE_AT_A_TIME, reason))
 
 
 def _with_verdict(frame: Frame, model: NamedModel, errors: HeldOut, method: Method) -> Diagnosis:
@@ -278,64 +302,35 @@ def _doubted(found: tuple[Finding, ...], factor: float) -> tuple[Finding, ...]:
     return tuple(f if f.physics == Law.physics else replace(f, probability=f.probability * factor) for f in found)
 
 
-def _with_laws(frame: Frame, result: Diagnosis, *, mistaken: bool) -> Diagnosis:
-    """The diagnosis with laws at ports beside what was named or in its place, where left-out rows ask for them.
+def _with_laws(frame: Frame, laws: Laws) -> Diagnosis | None:
+    """The diagnosis with laws at ports and the names beside them; None where rows that were not fitted refute them.
 
-    Args:
-        frame: with all rows where names explain nothing: those that stood out may show what names lack.
-        result: with named effects.
-        mistaken: whether rows may be single mistakes.
+    Rows that were held out do not choose among laws, but none is predicted with that they refute.
     """
-    explained = result.verdict == "explained"
-    laws = sought_laws(frame.names, result.model, explained=explained, mistaken=mistaken)
-    wins = laws is not None and laws.predicts
-    if explained and not (wins and laws is not None and laws.replaces(result.names.base, result.model)):
-        return result
-    result = replace(result, caveats=(*result.caveats, *not_sought(frame.sample)))
-    if laws is None:
-        return result
-    frame, names = replace(frame, names=laws.names), laws.names
-    changed = replace(result, laws=laws if explained else laws.doubted)
-    errors = _in_noise_left(frame, laws.fit, _held_out(frame, laws.fit)) if wins else result.errors
-    # Rows that were held out do not choose among laws, but none is predicted with that they refute.
-    if wins and not errors.refuted:
-        named = tuple(part.named for part in laws.parts if part.named is not None)
-        model = NamedModel(named, laws.fit, float("nan"))
-        verdict = verdict_with(laws, errors)
-        # What leaves more than the noise has no name: its part and what it depends on are all that is said.
-        known = frame.known
-        if verdict == "unexplained":
-            laws, known = laws.doubted, frozenset()
-        found = law_findings(laws, result.robot, known) + set_aside(frame.recordings, frame.aside)
-        changed = replace(
-            changed,
-            laws=laws,
-            model=model,
-            names=names,
-            predictive=model,
-            errors=errors,
-            findings=_doubted(found, OPTIONS.doubted) if verdict == "unexplained" else found,
-            method=Method(LAWS, "left-out rows are predicted better with laws at ports than with named effects alone"),
-            after=frame.stated(laws.fit, names.sample),
-            verdict=verdict,
-            stability=None,
-        )
-    names.log.add_text("laws", laws.summary(changed.verdict))
-    return changed
+    errors = _in_noise_left(frame, laws.fit, _held_out(frame, laws.fit)) if laws.predicts else None
+    if errors is None or errors.refuted:
+        frame.names.log.add_text("laws", laws.summary("refuted"))
+        return None
+    verdict = verdict_with_laws(errors)
+    # What leaves more than the noise has no name: its part and what it depends on are all that is said.
+    known, factor = frame.known, 1.0
+    if verdict == "unexplained":
+        laws, known, factor = laws.doubted, frozenset(), OPTIONS.doubted
+    found = law_findings(laws, frame.robot, known) + set_aside(frame.recordings, frame.aside)
+    frame.names.log.add_text("laws", laws.summary(verdict))
+    named = tuple(part.named for part in laws.parts if part.named is not None)
+    model = NamedModel(named, laws.fit, float("nan"))
+    method = Method(LAWS, "left-out rows are predicted better with laws at ports than with named effects alone")
+    result = frame.diagnosis(model, verdict, errors, method, model)
+    caveats = (*result.caveats, *not_sought(frame.sample))
+    return replace(result, laws=laws, findings=_doubted(found, factor), caveats=caveats)
 
 
 def _checked(frame: Frame, model: NamedModel) -> tuple[NamedModel, HeldOut]:
     """The model as far as held-out recordings confirm it, about its own estimate, with its errors."""
     names = frame.names
     names.report(Stage.HELD_OUT, "")
-    model, errors = pruned(names, model, frame.base, frame.judged)
-    # Where more than noise remains, or rows are alike, the penalised misfit trusts what is not so.
-    alike = dispersion(model.fit.residuals, names.sample).correlation > OPTIONS.correlated
-    trusted = frame.noise.known and within_noise(tested(model.fit, names.sample)) and not alike
-    if model.candidates and not trusted:
-        smaller = confirmed(names, model)
-        if smaller is not model:
-            model, errors = smaller, _held_out(frame, smaller.fit)
+    model, errors = confirmed(names, model, frame.base, frame.judged, known_noise=frame.noise.known)
     written = _as_written(names, model)
     return written, errors if written is model else _held_out(frame, written.fit)
 

@@ -14,11 +14,13 @@ from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.base_models import BaseModel, base_model
 from expdesign.diagnosis.caveats import caveats
+from expdesign.diagnosis.evidence.dictionary import Dictionary
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.held_out import HeldOut
-from expdesign.diagnosis.library import Candidate, candidates, library
+from expdesign.diagnosis.library import OUTLIER, Candidate, candidates, library
 from expdesign.diagnosis.locate import locate
 from expdesign.diagnosis.names import NamedModel, Names
+from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.result import Diagnosis, Method
 from expdesign.diagnosis.stages import Report, Stage
 from expdesign.diagnosis.statement import dispersion, statement
@@ -51,6 +53,8 @@ class Frame:
         remarks: what is wrong with the noise that was stated.
         load_errors: of the recorded loads, that the noise of the rows contains in their declared size; None where none
             are declared, the noise is what the model leaves over, or positions show an arm's geometry.
+        mistakes: whether rows may be set aside as single mistakes.
+        laws: whether laws at ports may be there; where groups are, these have them.
     """
 
     robot: Robot
@@ -64,6 +68,8 @@ class Frame:
     names: Names
     remarks: tuple[Remark, ...] = ()
     load_errors: DeclaredLoadErrors | None = None
+    mistakes: bool = True
+    laws: bool = True
 
     def stated(self, fit: Fit, sample: Data) -> StatementOfFit:
         """Whether a model accounts for the rows of a sample that count."""
@@ -81,9 +87,16 @@ class Frame:
         return exact is not None and not self.before.refuted and not FIT.allows(exact, self.before.dof)
 
     @cached_property
+    def dictionary(self) -> Dictionary:
+        """The laws that these rows could show."""
+        self.names.report(Stage.PORTS, "")
+        return Dictionary(self.robot, self.names.sample, self.names.base.fit.values)
+
+    @cached_property
     def search(self) -> Search:
-        """For named effects alone."""
-        return Search.over(self.names)
+        """For named effects together with laws, which take some rows."""
+        enough = self.laws and int(self.names.sample.counts.sum()) >= OPTIONS.fewest_rows
+        return Search.over(self.names, (lambda: self.dictionary) if enough else None, mistakes=self.mistakes)
 
     @property
     def aside(self) -> BoolArray:
@@ -172,7 +185,8 @@ def framed(
     names = Names(robot, sample, entries, known_noise=noise.known, report=report)
     predictable = recordings.test & sample.reading.predictable(robot, recordings)
     judged = predictable if predictable.any() else recordings.test
-    return Frame(robot, recordings, noise, kind, base, judged, sample, entries, names, generous, weighed)
+    mistakes = OUTLIER not in without
+    return Frame(robot, recordings, noise, kind, base, judged, sample, entries, names, generous, weighed, mistakes)
 
 
 def _weighing(sample: Data, base: Fit, errors: DeclaredLoadErrors) -> Data:

@@ -110,7 +110,7 @@ def grouped(robot: Robot, sample: Data, base: Fit, library: GroupLibrary) -> Gro
         return None
     problem = _Problem(sample, base, library.groups)
     chosen = problem.chosen()
-    aside, _ = single_mistakes(chosen.state, sample, robot)
+    aside = single_mistakes(chosen.state, sample, robot).rows
     if aside.any():
         sample = sample.restricted(~aside)
         base = fit(base.chain, sample)

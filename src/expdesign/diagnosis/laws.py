@@ -1,8 +1,4 @@
-"""Laws at ports for a mismatch that named physics does not explain: located, fitted into the chain, and judged.
-
-Named effects take part, so that what is named and what is not are sought together; where a named form carries as much
-evidence it wins, having fewer weights.
-"""
+"""Laws at ports that a search has chosen, with the named effects beside them: fitted into the chain, and judged."""
 
 from dataclasses import dataclass, replace
 
@@ -14,16 +10,14 @@ from expdesign.chain.ports.curve import Curve, curve_of
 from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.sight import Sight
 from expdesign.diagnosis.cross_validation import LeftOut
-from expdesign.diagnosis.evidence.dictionary import Dictionary, law_of
-from expdesign.diagnosis.evidence.problem import Chosen, Problem
+from expdesign.diagnosis.evidence.dictionary import law_of
+from expdesign.diagnosis.evidence.problem import Chosen
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.library import Candidate
-from expdesign.diagnosis.names import NamedModel, Names
+from expdesign.diagnosis.names import Names
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.outliers import single_mistakes
 from expdesign.diagnosis.posterior import Place, places
 from expdesign.diagnosis.relinearised import relinearised
-from expdesign.diagnosis.stages import Stage
 from expdesign.diagnosis.statement import deviations_from_none, with_share
 from expdesign.estimation.fit import Fit, fit
 
@@ -56,7 +50,6 @@ class Laws:
         fit: of the chain with all of them.
         left_out: errors of left-out readings without and with them in standard deviations of the noise, which decide
             whether they are predicted with.
-        gain: of log evidence by all together, fitted in full, prior included.
         names: what may be named, in the rows that belong to some physics.
         inflation: of the covariance of `fit`, which left-out errors ask for.
         noise: standard deviation of the readings in the stated or first estimated one: 1 where it is known.
@@ -65,7 +58,6 @@ class Laws:
     parts: tuple[FoundLaw, ...]
     fit: Fit
     left_out: LeftOut
-    gain: float
     names: Names
     inflation: float = 1.0
     noise: float = 1.0
@@ -94,11 +86,6 @@ class Laws:
 
         return replace(self, parts=tuple(replace(p, places=tuple(map(less, p.places))) for p in self.parts))
 
-    def replaces(self, base: NamedModel, named: NamedModel) -> bool:
-        """Whether these may stand in the place of names that explain: with a law among them, and likelier by far."""
-        nameless = any(part.named is None for part in self.parts)
-        return nameless and self.gain > 0.5 * (base.misfit - named.misfit) + OPTIONS.margin
-
     def summary(self, verdict: str) -> str:
         """What was decided, in one sentence."""
         listed = "; ".join(f"{p.effect.key} ({100 * p.share:.0f} %)" for p in self.parts)
@@ -109,35 +96,7 @@ class Laws:
         )
 
 
-def sought_laws(names: Names, named: NamedModel, *, explained: bool, mistaken: bool) -> Laws | None:
-    """The laws that rows show beside named effects; None where they show none, or are too few.
-
-    Rows that stand out of all of them together as single mistakes do are set aside, and the others asked again.
-
-    Args:
-        names: with the rows that may be fitted.
-        named: the best model with named effects, from which the search goes on as well as from none.
-        explained: whether it explains the recordings; otherwise it is not what is looked for.
-        mistaken: whether rows may be single mistakes.
-    """
-    robot, sample = names.robot, names.sample
-    if int(sample.counts.sum()) < OPTIONS.fewest_rows:
-        return None
-    names.report(Stage.PORTS, "")
-    dictionary = Dictionary(robot, sample, names.base.fit.values)
-    problem = Problem(names.state(names.base), dictionary.atoms, names.blocks, names, dictionary.made)
-    names.report(Stage.LAWS, "")
-    search, seed = Search(problem), problem.of_model(names.as_here(named))
-    chosen = search.run([seed] if named.candidates else [], [] if explained else [seed])
-    if chosen.key in (seed.key, problem.start.key):
-        return None
-    aside, _ = single_mistakes(chosen.state, sample, robot) if mistaken else (np.zeros(0, dtype=bool), "")
-    if aside.any():
-        return sought_laws(names.of_rows(sample.restricted(~aside)), named, explained=explained, mistaken=False)
-    return _fitted(names, search, dictionary.sight, chosen)
-
-
-def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
+def fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
     """The chain with the chosen laws, and what each of them says."""
     robot, sample, state, start, model = names.robot, names.sample, chosen.state, search.start.state, chosen.named
     assert model is not None
@@ -176,10 +135,7 @@ def _fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
         else:
             parts.append(FoundLaw(effect, where, share, model.candidates[position]))
     parts.sort(key=lambda item: -item.share)
-    # A law is linear in its own weights alone: what the chain does not do in full is no evidence.
-    lost = max(0.0, result.chi2 - state.scatter) / variance
-    gain = chosen.evidence - search.start.evidence - 0.5 * lost
-    return Laws(tuple(parts), result, left_out, gain, names, inflation, noise)
+    return Laws(tuple(parts), result, left_out, names, inflation, noise)
 
 
 def _widened(result: Fit, inflation: float, remaining: float, variance: float) -> Fit:

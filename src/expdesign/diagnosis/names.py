@@ -305,10 +305,6 @@ class Names:
         rest = model.candidates[:index] + model.candidates[index + 1 :]
         return self.model(rest, self.parts(model, rest), model)
 
-    def as_here(self, model: NamedModel) -> NamedModel:
-        """A model of other rows fitted to these."""
-        return self.model(model.candidates, self.parts(model, model.candidates), model)
-
     def of_rows(self, sample: Data) -> "Names":
         """The same effects for some of the rows, with one log."""
         if np.array_equal(sample.counts, self.sample.counts):

@@ -18,8 +18,9 @@ class DiagnosisOptions:
             gain by 1,200 laws exceeds price and `alarm` in 0.3 % of 600 repetitions
             (`research/benchmarks/false_alarms.py`).
         kinds: of physics among which the prior probability of an effect is shared.
-        margin: log evidence by which laws have to exceed named physics, as what machines are known to do is likelier;
-            and that new sizes of other laws may bring: what falls short by more is not fitted.
+        nameless: log evidence that laws have to bring beyond named physics, as what machines are known to do is
+            likelier.
+        margin: log evidence that new sizes of other laws may bring: what falls short by more is not fitted.
         uncommon: log evidence by which a law of its own for every actuator has to exceed that of a single one, and a
             mount that moves with time alone a drift of the reading.
         most: effects and laws that are there together.
@@ -81,6 +82,7 @@ class DiagnosisOptions:
     alarm: float = 3.0
     overlap: float = 2.1
     kinds: float = 20.0
+    nameless: float = 10.0
     margin: float = 10.0
     uncommon: float = 20.0
     most: int = 6

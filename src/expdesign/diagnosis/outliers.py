@@ -1,5 +1,7 @@
 """Single recordings that belong to no physics: which rows stand out, and whether they stand out alone."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.stats import binom, rankdata
 from scipy.stats import chi2 as chi2_distribution
@@ -20,8 +22,25 @@ _ROUNDING = 1e-9
 """What is left of a reading that nothing else predicts."""
 
 
-def standing_out(state: Present, axes: int, most: int) -> IntArray:
+@dataclass(frozen=True)
+class Mistakes:
+    """Rows that stand out of a model as single mistakes do.
+
+    Attributes:
+        rows: set aside, shape (N,); none where those that stand out are no mistakes.
+        common: what these have in common; empty where they have nothing.
+        worth: log evidence that the model gains without the rows set aside, each at its price.
+    """
+
+    rows: BoolArray
+    common: str = ""
+    worth: float = 0.0
+
+
+def standing_out(state: Present, axes: int, most: int) -> tuple[IntArray, float]:
     """Rows that a model does not explain, the one that stands out most first, each without those before it.
+
+    And the log evidence that the model gains without them, at their price.
 
     With P = I − F·Fᵀ (`state`), Hᵢ = Fᵢ·Fᵢᵀ and r = P·y, yᵀPy falls by rᵢᵀ·(I − Hᵢ)⁻¹·rᵢ without row i, which leaves
     r + F·Fᵢᵀ·(I − Hᵢ)⁻¹·rᵢ. A row stands out whose fall exceeds `outlier_price`, in variances of the noise; where that
@@ -50,7 +69,9 @@ def standing_out(state: Present, axes: int, most: int) -> IntArray:
         moved = spread @ factor[worst].T
         residuals = residuals + moved @ np.linalg.solve(room[worst], residuals[worst])
         spread = spread + moved @ gain
-    return np.array(aside, dtype=np.int64)
+    fall = state.scatter - scatter
+    worth = fall if state.known_noise else state.freedom * float(np.log(state.scatter / scatter))
+    return np.array(aside, dtype=np.int64), 0.5 * (worth - len(aside) * price)
 
 
 def returning(result: Fit, sample: Data, aside: BoolArray, *, known_noise: bool) -> BoolArray:
@@ -82,8 +103,8 @@ def outlier_price(readings: int, axes: int, rows: int) -> float:
     return float(axes * np.log(max(readings, 2)) + 2.0 * np.log(max(rows, 2)))
 
 
-def single_mistakes(state: Present, sample: Data, robot: Robot) -> tuple[BoolArray, str]:
-    """Rows that stand out of a model as single mistakes do, shape (N,), or none and why those that do are no mistakes.
+def single_mistakes(state: Present, sample: Data, robot: Robot) -> Mistakes:
+    """Rows that stand out of a model as single mistakes do, or none and why those that do are no mistakes.
 
     Args:
         state: the model, to first order, in the rows that count.
@@ -93,16 +114,17 @@ def single_mistakes(state: Present, sample: Data, robot: Robot) -> tuple[BoolArr
     rows, axes = np.flatnonzero(sample.counts), len(sample.recordings.axes)
     most = min(max(1, len(rows) // 10), len(rows) - 1)  # one has to stay
     out: BoolArray = np.zeros(len(rows), dtype=bool)
-    out[standing_out(state, axes, most)] = True
+    chosen, worth = standing_out(state, axes, most)
+    out[chosen] = True
     aside: BoolArray = np.zeros(len(sample.counts), dtype=bool)
     if not out.any():
-        return aside, ""
+        return Mistakes(aside)
     rest = state.of_rows(np.repeat(~out, axes))
     residuals = (state.readings - state.design @ rest.weights).reshape(-1, axes)
     quantities = {name: values[rows] for name, values in drivers(sample, robot).items()}
     common = in_common(residuals, out, sample.recordings.series[rows], quantities)
     aside[rows] = out & (not common)
-    return aside, common
+    return Mistakes(aside, common, 0.0 if common else worth)
 
 
 def in_common(residuals: FloatArray, outliers: BoolArray, series: IntArray, drivers: dict[str, FloatArray]) -> str:
@@ -131,7 +153,7 @@ def in_common(residuals: FloatArray, outliers: BoolArray, series: IntArray, driv
         return "they point the same way"
     generator = np.random.default_rng(0)
     draws = [generator.permutation(rows)[:count] for _ in range(_SHUFFLES)]
-    if np.mean([_pairs(series[draw]) >= _pairs(series[chosen]) for draw in draws]) < OPTIONS.level / _TESTS:
+    if np.mean(_pairs(series[np.array(draws)]) >= _pairs(series[chosen])) < OPTIONS.level / _TESTS:
         return "they are of the same series"
     if drivers:
         scores = _rank_scores(drivers)
@@ -153,7 +175,7 @@ def _rank_scores(drivers: dict[str, FloatArray]) -> FloatArray:
     return scores
 
 
-def _pairs(series: IntArray) -> int:
-    """Number of pairs of rows that share a series."""
-    counts = np.unique(series, return_counts=True)[1]
-    return int((counts * (counts - 1)).sum()) // 2
+def _pairs(series: IntArray) -> IntArray:
+    """Number of pairs of rows that share a series, each twice and every row with itself; rows of (..., n) by draw."""
+    found: IntArray = (series[..., :, None] == series[..., None, :]).sum(axis=(-2, -1))
+    return found

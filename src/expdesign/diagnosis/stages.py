@@ -11,10 +11,9 @@ class Stage(Enum):
     LIBRARY = "preparing the library"
     GROUPS = "all effects at once"
     EFFECTS = "looking for effect"
+    PORTS = "preparing laws at ports"
     HELD_OUT = "checking on held-out recordings"
     ALTERNATIVES = "weighing alternatives"
-    PORTS = "preparing laws at ports"
-    LAWS = "weighing laws at ports"
     HIDDEN = "looking for what may still be hidden"
 
     @property

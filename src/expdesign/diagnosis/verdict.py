@@ -11,7 +11,6 @@ single unknown cause is more likely beforehand than that number of known ones at
 import numpy as np
 
 from expdesign.diagnosis.held_out import HeldOut
-from expdesign.diagnosis.laws import Laws
 from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.possible import at_limits
@@ -23,11 +22,9 @@ def verdict_without(statement: StatementOfFit) -> str:
     return "unexplained" if statement.refuted else "consistent"
 
 
-def verdict_with(laws: Laws, errors: HeldOut) -> str:
+def verdict_with_laws(errors: HeldOut) -> str:
     """Verdict where laws at ports are predicted with: whether they bring rows that were not fitted to the noise."""
-    if errors.test_surprise > OPTIONS.predicts:
-        return "unexplained"
-    return "modelled" if any(part.named is None for part in laws.parts) else "explained"
+    return "unexplained" if errors.test_surprise > OPTIONS.predicts else "modelled"
 
 
 def doubt(

@@ -15,13 +15,14 @@ from expdesign.arrays import FloatArray, IntArray, rms
 from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.port import Entry
-from expdesign.diagnosis.evidence.dictionary import Atom
+from expdesign.diagnosis.evidence.dictionary import Atom, Dictionary
 from expdesign.diagnosis.evidence.refinement import refined
 from expdesign.diagnosis.evidence.screen import Screen
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.names import LawsBeside, NamedModel, Names, hierarchical
 from expdesign.diagnosis.options import OPTIONS, DiagnosisOptions
+from expdesign.diagnosis.outliers import Mistakes
 from expdesign.diagnosis.stages import Stage
 
 _Promise = tuple[float, Candidate, Callable[[], FloatArray]]
@@ -40,6 +41,7 @@ class Chosen:
         blocks: block of every reading that is left out together, shape (M,).
         at: where every effect is, and every law.
         nameless: whether one of the laws has no name.
+        mistaken: which rows stand out of a state as single mistakes do.
     """
 
     named: NamedModel | None
@@ -49,6 +51,13 @@ class Chosen:
     blocks: IntArray
     at: tuple[Component, ...]
     nameless: bool = False
+    mistaken: Callable[[Present], Mistakes] | None = None
+
+    @property
+    def model(self) -> NamedModel:
+        """The named effects, where there may be any."""
+        assert self.named is not None
+        return self.named
 
     @property
     def candidates(self) -> tuple[Candidate, ...]:
@@ -75,10 +84,15 @@ class Chosen:
         """Two with the same are the same."""
         return () if self.named is None else self.named.keys, self.laws
 
+    @cached_property
+    def mistakes(self) -> Mistakes:
+        """Rows that stand out by themselves."""
+        return Mistakes(np.zeros(0, dtype=bool)) if self.mistaken is None else self.mistaken(self.state)
+
     @property
     def evidence(self) -> float:
-        """Log evidence less the price."""
-        return self.state.log_evidence - self.price
+        """Log evidence less the price, rows that stand out as single mistakes do at theirs."""
+        return self.state.log_evidence - self.price + self.mistakes.worth
 
     @cached_property
     def error(self) -> float:
@@ -99,11 +113,13 @@ class Problem:
 
     Args:
         base: what is there anyway.
-        laws: that may be there; laws that are refined are added to them.
+        laws: that may be there.
         blocks: block of every reading that is left out together, shape (M,).
         names: effects that may be there; None where there are laws alone.
-        made: the atom of another entry, which refines scales and settings; None where there is none.
+        dictionary: makes further laws that may be there, when they could be worth it; they are refined, and what is
+            refined is added to them. None where there are none.
         options: thresholds.
+        mistaken: which rows stand out of a state as single mistakes do; None where none can.
 
     Attributes:
         atoms: the starts of all named effects, then the laws.
@@ -117,23 +133,27 @@ class Problem:
         laws: Sequence[Atom],
         blocks: IntArray,
         names: Names | None = None,
-        made: Callable[[Entry], Atom | None] = lambda entry: None,
+        dictionary: Callable[[], Dictionary] | None = None,
         options: DiagnosisOptions = OPTIONS,
+        mistaken: Callable[[Present], Mistakes] | None = None,
     ) -> None:
-        self.blocks, self.names, self._made, self.options = blocks, names, made, options
-        self.atoms = [*(names.atoms if names else ()), *laws]
+        self.blocks, self.names, self._dictionary, self.options = blocks, names, dictionary, options
+        self._mistaken = mistaken
+        self._made: Callable[[Entry], Atom | None] = lambda entry: None
+        self.atoms: list[Atom] = []
         self._first = len(names.atoms) if names else 0
-        self._listed = len(self.atoms)
         self._law = self.options.price_of_law(len(laws))
         self._screen = Screen(self.atoms)
-        self.prices = np.array([self._price(index) for index in range(len(self.atoms))])
+        self.prices, self._nameless = np.zeros(0), np.zeros(0)
+        self._add([*(names.atoms if names else ()), *laws])
+        self._listed = len(self.atoms)
         self._refuted: set[int] = set()
         self._seen: dict[tuple[object, ...], list[Chosen]] = {}
         self.start = self._chosen(names.base if names else None, (), base)
 
     @property
     def of_names(self) -> bool:
-        """Whether there are named effects alone."""
+        """Whether named effects alone have been weighed."""
         return self._first == len(self.atoms)
 
     def refute(self, laws: set[int]) -> bool:
@@ -153,7 +173,8 @@ class Problem:
         state, named = beside.state, len(beside.candidates)
         gains, variances = self._screen.gains(state, named, beside.laws, only)
         gains[[i for i in range(len(gains)) if (i if only is None else only[i]) in self._refuted]] = 0.0
-        return Proposal(gains - (self.prices if only is None else self.prices[only]), variances)
+        prices = self.prices + (0.0 if beside.nameless else self.options.nameless) * self._nameless
+        return Proposal(gains - (prices if only is None else prices[only]), variances)
 
     def trials(self, current: Chosen) -> list[Chosen]:
         """Effects that promise something, and components that come near, each with its laws beside what is there.
@@ -163,8 +184,13 @@ class Problem:
         key = current.key
         if key not in self._seen:
             proposal = self.propose(current)
+            trials = self._named(current, proposal, -np.inf)
+            least = max([self.options.alarm, *(trial.evidence - current.evidence for trial in trials)])
+            if self._dictionary is not None and self._most(current) - self.options.nameless > least:
+                self._look_up(self._dictionary())
+                proposal = self.propose(current)
             laws = [self._at(current, component, proposal) for component in self._near(proposal)]
-            self._seen[key] = [*laws, *self._named(current, proposal, -np.inf)]
+            self._seen[key] = [*laws, *trials]
         return self._seen[key]
 
     def report(self, stage: Stage, detail: str) -> None:
@@ -228,12 +254,36 @@ class Problem:
             better = refined(self.atoms[index], self._made, rest.state)
             if better is None:
                 continue
-            self.atoms.append(better[0])
-            self._screen.add([better[0]])
-            self.prices = np.append(self.prices, self._price(len(self.atoms) - 1))
+            self._add([better[0]])
             trial = self.with_law(rest, len(self.atoms) - 1, better[1])
             if trial.evidence > grown.evidence and trial.error <= self.options.alike * grown.error:
                 grown = trial
+
+    def _most(self, current: Chosen) -> float:
+        """Log evidence that one parameter would gain which took away all that exceeds the noise; ∞ of unknown noise.
+
+        One that takes away q in χ² gains ½·(q − ln q).
+        """
+        state = current.state
+        excess = max(state.scatter - state.freedom - 2.0 * current.mistakes.worth, 1.0)
+        return 0.5 * (excess - float(np.log(excess))) if state.known_noise else float("inf")
+
+    def _look_up(self, dictionary: Dictionary) -> None:
+        """Offer the laws of a dictionary."""
+        self._law, self._made, self._dictionary = (
+            self.options.price_of_law(len(dictionary.atoms)),
+            dictionary.made,
+            None,
+        )
+        self._add(dictionary.atoms)
+        self._listed = len(self.atoms)
+
+    def _add(self, atoms: Sequence[Atom]) -> None:
+        first = len(self.atoms)
+        self.atoms += atoms
+        self._screen.add(atoms)
+        self.prices = np.append(self.prices, [self._price(index) for index in range(first, len(self.atoms))])
+        self._nameless = np.append(self._nameless, [atom.entry is not None for atom in atoms])
 
     def _near(self, proposal: Proposal) -> list[Component]:
         """Components whose laws are given their chance, the one with the best law first."""
@@ -263,7 +313,7 @@ class Problem:
 
         No more than three of one physics, so that rival explanations get their fit as well.
         """
-        if self.names is None:
+        if self.names is None or len(current.candidates) >= self.names.most_effects:
             return []
         best: dict[int, _Promise] = {}
         for index in np.argsort(-proposal.gains[: self._first], kind="stable"):
@@ -277,10 +327,10 @@ class Problem:
         ranked.sort(key=lambda item: (-item[0], item[1].effect.key))
         taken: dict[str, int] = {}
         trials: list[Chosen] = []
-        always = self.options.each if self.of_names else 1
+        always = 1 if current.laws else self.options.each
         best_of_all = float(proposal.gains.max(initial=0.0))
         # Where nothing promises to be worth it to first order, what is not linear may be nevertheless.
-        if best_of_all >= self.options.alarm or not self.of_names:
+        if best_of_all >= self.options.alarm or current.laws or self._most(current) < self.options.alarm:
             wanted = max(wanted, self.options.near * best_of_all)
         for gain, candidate, start in ranked:
             physics = candidate.effect.physics
@@ -290,18 +340,16 @@ class Problem:
                 break
             chosen = (*current.candidates, candidate)
             trial = self._with_names(current, chosen, {candidate.effect.key: start()})
-            assert trial.named is not None
             taken[physics] = taken.get(physics, 0) + 1
-            if self.names.possible(trial.named, candidate, current.state):
+            if self.names.possible(trial.model, candidate, current.state):
                 trials.append(trial)
         return trials
 
     def _idle(self, current: Chosen) -> list[_Promise]:
         """Effects that do nothing to a base model without springs, and what they promise beside what is there."""
         assert self.names is not None
-        assert current.named is not None
         found: list[_Promise] = []
-        for atom in self.names.idle(current.named):
+        for atom in self.names.idle(current.model):
             gain, variance = current.state.gain(atom.directions)
             begin = partial(_start_of, current.state, atom, atom.columns.matrix, variance)
             found.append((gain - self.names.price(_candidate(atom)), _candidate(atom), begin))
@@ -310,14 +358,13 @@ class Problem:
     def _with_names(self, current: Chosen, chosen: Sequence[Candidate], starts: dict[str, FloatArray]) -> Chosen:
         """Other named effects beside the same laws, fitted in full from where those that stay are."""
         assert self.names is not None
-        assert current.named is not None
         directions = tuple(self._screen.directions(index) for index in current.laws)
         sizes = current.state.variances[len(current.candidates) :]
         staying = [candidate for candidate in chosen if candidate.effect.key not in starts]
-        known = dict(zip((c.effect.key for c in staying), self.names.parts(current.named, staying), strict=True))
+        known = dict(zip((c.effect.key for c in staying), self.names.parts(current.model, staying), strict=True))
         parts = [(known | starts)[candidate.effect.key] for candidate in chosen]
         laws = LawsBeside(current.laws, directions, sizes)
-        model = self.names.model(chosen, parts, current.named, laws)
+        model = self.names.model(chosen, parts, current.model, laws)
         state = self.names.state(model)
         for law, size in zip(directions, sizes, strict=True):
             state = state.beside(law, size)
@@ -330,7 +377,8 @@ class Problem:
             price += self.names.price_of(named.candidates)
             at = (*(effect.component for effect in named.effects), *at)
         nameless = any(self.atoms[i].entry is not None for i in laws)
-        return Chosen(named, laws, state, price, self.blocks, at, nameless)
+        price += self.options.nameless * nameless
+        return Chosen(named, laws, state, price, self.blocks, at, nameless, self._mistaken)
 
     def _price(self, index: int) -> float:
         """Log evidence that an entry has to bring beyond the alarm."""

@@ -10,14 +10,17 @@ ones are exchanged, and of the ends the one is chosen that predicts left-out blo
 largest evidence.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
 from expdesign.chain.component import Component
+from expdesign.diagnosis.evidence.dictionary import Dictionary
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.names import NamedModel, Names, hierarchical
 from expdesign.diagnosis.options import OPTIONS
+from expdesign.diagnosis.outliers import single_mistakes
 from expdesign.diagnosis.stages import Stage
 
 _TIE = 0.005
@@ -35,9 +38,18 @@ class Search:
         self.problem, self.options, self.start = problem, problem.options, problem.start
 
     @classmethod
-    def over(cls, names: Names) -> "Search":
-        """The search among named effects alone."""
-        return cls(Problem(names.state(names.base), (), names.blocks, names))
+    def over(
+        cls, names: Names, dictionary: Callable[[], Dictionary] | None = None, *, mistakes: bool = False
+    ) -> "Search":
+        """The search among named effects, and the laws of a dictionary, which is made when it is needed.
+
+        Args:
+            names: the effects.
+            dictionary: makes the laws; None where there are none.
+            mistakes: whether rows may be single mistakes.
+        """
+        mistaken = partial(single_mistakes, sample=names.sample, robot=names.robot) if mistakes else None
+        return cls(Problem(names.state(names.base), (), names.blocks, names, dictionary, mistaken=mistaken))
 
     @property
     def known_names(self) -> Names:
@@ -45,40 +57,30 @@ class Search:
         assert self.problem.names is not None
         return self.problem.names
 
-    def model(self, most: int | None = None) -> NamedModel:
-        """The best model of named effects, see `run`; as many as the base model allows where `most` is left out."""
-        found = self.run(most=self.known_names.most_effects if most is None else most).named
-        assert found is not None
-        return found
+    def model(self) -> NamedModel:
+        """The named effects of `run`."""
+        return self.run().model
 
-    def run(
-        self,
-        seeds: Sequence[Chosen] = (),
-        refuted: Sequence[Chosen] = (),
-        *,
-        most: int | None = None,
-        guarded: bool = False,
-    ) -> Chosen:
+    def run(self, *, most: int | None = None, guarded: bool = False) -> Chosen:
         """What is there; nothing where no gain is an alarm.
 
         Args:
-            seeds: from which the search goes on as well.
-            refuted: what it is not, where there is anything else.
-            most: effects that are looked for at most; as many as the options allow if left out.
+            most: effects and laws that are looked for at most; as many as the options allow if left out.
             guarded: whether laws go without which left-out blocks are predicted better.
         """
-        limit = self.options.most if most is None else most
-        firsts = self._starts(seeds, limit)
-        if not firsts:
-            return self.start
-        ends = [self._completed(first, limit) for first in firsts]
-        known = {one.key for one in refuted}
-        best = self.problem.finer(preferred([end for end in ends if end.key not in known] or ends))
-        if best.laws:
-            exchanged = self._swapped(self._exchanged(best))
-            if exchanged is not best:
-                best = preferred([best, self.problem.finer(exchanged)])
+        best = next(self.ends(most))
         return self._unrefuted(best) if guarded else best
+
+    def ends(self, most: int | None = None) -> Iterator[Chosen]:
+        """What is there (see `run`), and where that has names alone the likeliest end with laws as well."""
+        limit = self.options.most if most is None else most
+        firsts = self._starts(limit)
+        left = list({end.key: end for end in (self._completed(first, limit) for first in firsts)}.values())
+        best = preferred(left) if left else self.start
+        yield self._finished(best)
+        others = [end for end in left if end.laws and not best.laws]
+        if others:
+            yield self._finished(preferred(others))
 
     def replacements(self, chosen: Chosen, position: int) -> list[Chosen]:
         """With other effects, or another law, in the place of one, where these promise enough to be tried."""
@@ -89,7 +91,7 @@ class Search:
         """For each effect of a model, the models in which another place or physics stands in for it."""
         chosen = self.problem.of_model(model)
         found = [self.replacements(chosen, position) for position in range(len(model.candidates))]
-        return [[other.named for other in others if other.named is not None] for others in found]
+        return [[other.named for other in others if other.named and not other.laws] for others in found]
 
     def weighed(self, chosen: Chosen, component: Component) -> dict[Component, float]:
         """Gain of log evidence by every component, by all that is there together, in the place of a chosen one.
@@ -110,20 +112,34 @@ class Search:
         single[component] = max(single[component], chosen.evidence - rest.evidence)
         return {place: gain - float(np.log(number[place])) for place, gain in single.items()}
 
-    def _starts(self, seeds: Sequence[Chosen], most: int) -> list[Chosen]:
-        """The best beginnings, from which the search goes on: the first one need not be right; and seeds like them."""
+    def _finished(self, best: Chosen) -> Chosen:
+        """With the shapes of its laws refined, and each part exchanged where another explains and predicts better."""
+        best = self.problem.finer(best)
+        if best.laws:
+            exchanged = self._swapped(self._exchanged(best))
+            if exchanged is not best:
+                best = preferred([best, self.problem.finer(exchanged)])
+        return best
+
+    def _starts(self, most: int) -> list[Chosen]:
+        """The best beginnings, from which the search goes on: the first one need not be right.
+
+        What names can do alone is among them, since what has none may describe as much.
+        """
         trials = sorted(self._grown(self.start, most), key=lambda trial: -trial.evidence)
         gains = [trial.evidence - self.start.evidence for trial in trials]
         least = max(self.options.alarm, self.options.nearly * max(gains, default=0.0))
         firsts = [t for t, gain in zip(trials, gains, strict=True) if gain >= least]
         self._note(trials, firsts[:1])
-        alike = [seed for seed in seeds if seed.evidence - self.start.evidence >= least]
-        return [*firsts[: 1 if self.problem.of_names else self.options.starts], *alike]
+        if self.problem.of_names:
+            return firsts[:1]
+        named = [t for t, gain in zip(trials, gains, strict=True) if not t.laws and gain >= self.options.alarm]
+        return [*firsts[: self.options.starts], *(self._completed(first, most, named=True) for first in named[:1])]
 
-    def _completed(self, current: Chosen, most: int) -> Chosen:
-        """With further effects and laws of further components, as long as they are worth it."""
+    def _completed(self, current: Chosen, most: int, *, named: bool = False) -> Chosen:
+        """With further effects, and laws of further components if not `named` alone, as long as they are worth it."""
         while True:
-            trials = self._grown(current, most)
+            trials = [trial for trial in self._grown(current, most) if not (named and trial.laws)]
             if not trials:
                 return current
             grown = max(trials, key=lambda trial: trial.evidence)
@@ -132,7 +148,7 @@ class Search:
             self._note(trials, [grown] if better else [])
             if not better:
                 return current
-            current = self._pruned(grown if grown.laws else self._swapped(grown))
+            current = self._pruned(grown if grown.laws else self._swapped(grown, named=named))
 
     def _grown(self, current: Chosen, most: int) -> list[Chosen]:
         """Trials with one more effect, or with the laws of one more component."""
@@ -149,7 +165,7 @@ class Search:
             current = preferred([current, *self.problem.trials(rest)])
         return current
 
-    def _swapped(self, current: Chosen) -> Chosen:
+    def _swapped(self, current: Chosen, *, named: bool = False) -> Chosen:
         """Single effects and laws replaced, wherever, as long as that gains evidence.
 
         The first one takes a share of everything that is there, and those that follow make up for it; given these,
@@ -158,6 +174,7 @@ class Search:
         position = 0
         while position < current.count and current.count > 1:
             others = [one for one in self.replacements(current, position) if one.key != current.key]
+            others = [one for one in others if not (named and one.laws)]
             best = max(others, key=lambda one: one.evidence, default=current)
             margin = self.options.alarm if set(best.laws) - set(current.laws) else _TIE
             position += 1
@@ -208,17 +225,28 @@ class Search:
         return current
 
     def _note(self, trials: Sequence[Chosen], kept: Sequence[Chosen], step: str = "forward") -> None:
-        """What was decided among named effects alone."""
-        for trial in trials if self.problem.of_names else ():
-            if trial.named is not None:
+        """What was decided among named effects."""
+        for trial in trials:
+            if trial.named is not None and not trial.laws:
                 reason = f"log evidence {trial.evidence - self.start.evidence:.1f} above the base model's"
                 self.known_names.log.add(step, trial.named, any(trial is one for one in kept), reason)
 
 
 def preferred(trials: Sequence[Chosen]) -> Chosen:
-    """Of several: the least left-out error, and within 5 % of it the largest evidence."""
+    """Of several: the least left-out error, and within 5 % of it the largest evidence.
+
+    What has no name takes the place of names only where it has more evidence as well.
+    """
     if len(trials) == 1:
         return trials[0]
-    least = min(trial.error for trial in trials)
-    alike = (trial for trial in trials if trial.error <= OPTIONS.alike * least)
-    return max(alike, key=lambda t: t.evidence - OPTIONS.alarm * len(t.components) - OPTIONS.margin * t.nameless)
+
+    def worth(trial: Chosen) -> float:
+        return trial.evidence - OPTIONS.alarm * len(trial.components)
+
+    def best(of: Sequence[Chosen]) -> Chosen:
+        least = min(trial.error for trial in of)
+        return max((trial for trial in of if trial.error <= OPTIONS.alike * least), key=worth)
+
+    first = best(trials)
+    named = [trial for trial in trials if not trial.nameless and worth(trial) > worth(first)]
+    return best(named) if first.nameless and named else first
