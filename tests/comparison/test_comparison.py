@@ -19,6 +19,7 @@ from expdesign.errors import InputError
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.plan import Plan
 from expdesign.planning.search import search_single
+from expdesign.report.comparison_figures import cross_table
 from expdesign.report.comparison_report import agreement
 from tests.commands.calls import Printed, call, refusal
 from tests.design.problems import BIPOD, HEXAPOD, changed, problem
@@ -184,3 +185,4 @@ def test_the_same_plan_is_recognised_in_any_order() -> None:
     (text,) = agreement(found)
     assert "lead to two different plans" in text
     assert "O1 and O5" in text
+    assert len(cross_table(0, found).rows) == 2  # also without random designs

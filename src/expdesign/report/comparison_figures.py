@@ -1,6 +1,7 @@
 """Figures and tables of the page of `expdesign compare`."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -8,34 +9,36 @@ import pandas as pd
 from expdesign.assurance.comparison.correlation import RankCorrelation
 from expdesign.assurance.comparison.judgement import Judgement
 from expdesign.report import words
-from expdesign.report.blocks import DataTable, Figure, PageSection, Shown, framed, table_of
+from expdesign.report.blocks import DataTable, Figure, PageSection, Shown, framed, number_of, table_of
 from expdesign.report.figures import axis, bars, chart, colour, curve, points, whiskers
 from expdesign.report.page import plot_text
 
 Correlations = Sequence[list[RankCorrelation]]
 
 
-def shown(judgement: Judgement) -> list[int]:
+def designs(judgement: Judgement) -> pd.DataFrame:
+    """The designs, best accuracy first: `title` is what one is called, `together` with all others of its `plan`."""
+    frame = judgement.frame().assign(plan=judgement.same_plan)
+    names = zip(frame["design"], frame["origin"], strict=True)
+    frame["title"] = [words.criterion(name) if origin == "optimised" else name for name, origin in names]
+    frame["together"] = frame["plan"].map(_named(frame).groupby("plan")["title"].agg(", ".join))
+    return frame.sort_values("attained", kind="stable")
+
+
+def _named(frame: pd.DataFrame) -> pd.DataFrame:
+    """All designs but the random ones."""
+    return frame[frame["origin"] != "random"]
+
+
+def named(judgement: Judgement) -> pd.DataFrame:
     """Designs that are shown by name: all but the random ones, best accuracy first."""
-    named = [i for i, contender in enumerate(judgement.contenders) if contender.origin != "random"]
-    attained = judgement.attained
-    return sorted(named, key=lambda i: (np.isnan(attained[i]), attained[i]))
+    return _named(designs(judgement))
 
 
-def random_ones(judgement: Judgement) -> list[int]:
+def random_ones(judgement: Judgement) -> pd.DataFrame:
     """Random designs that identify the targets, best accuracy first."""
-    drawn = [i for i, contender in enumerate(judgement.contenders) if contender.origin == "random"]
-    return sorted((i for i in drawn if np.isfinite(judgement.attained[i])), key=lambda i: judgement.attained[i])
-
-
-def title(name: str, origin: str) -> str:
-    """What a design is called."""
-    return words.criterion(name) if origin == "optimised" else name
-
-
-def title_of(judgement: Judgement, index: int) -> str:
-    """What a design is called, by its number."""
-    return title(judgement.contenders[index].name, judgement.contenders[index].origin)
+    frame = designs(judgement)
+    return frame[(frame["origin"] == "random") & np.isfinite(frame["attained"])]
 
 
 def all_configurations(
@@ -46,10 +49,9 @@ def all_configurations(
     quantity = "attained" if together else "attained_ratio"
     traces = []
     for index, (name, judgement) in enumerate(zip(names, judgements, strict=True)):
-        named = [i for i, contender in enumerate(judgement.contenders) if contender.origin != "random"]
-        labels = [plot_text(title_of(judgement, i)) for i in named]
-        errors = whiskers(getattr(judgement, f"{quantity}_standard_error")[named])
-        values = getattr(judgement, quantity)[named]
+        own = _named(designs(judgement).sort_index())
+        errors = whiskers(own[f"{quantity}_standard_error"].to_numpy())
+        labels, values = [plot_text(title) for title in own["title"]], own[quantity].to_numpy()
         traces.append(bars(plot_text(name), labels, values, shades[index % len(shades)], error_y=errors))
     unit = "attained error, tolerances" if together else "attained error / own best"
     what = (
@@ -88,32 +90,14 @@ def all_configurations(
     )
 
 
-def together_title(judgement: Judgement, index: int) -> str:
-    """What a design is called, with the others of the same plan."""
-    first = judgement.same_plan
-    alike = [i for i in range(len(first)) if first[i] == first[index] and judgement.contenders[i].origin != "random"]
-    return ", ".join(title_of(judgement, i) for i in alike)
-
-
-def different(judgement: Judgement) -> list[int]:
-    """Designs that are shown, each plan once."""
-    first = judgement.same_plan
-    rows: list[int] = []
-    for i in shown(judgement):
-        if all(first[i] != first[other] for other in rows):
-            rows.append(i)
-    return rows
-
-
 def accuracy_figure(index: int, judgement: Judgement) -> Figure:
     """Attained error of every design that is shown, and of the random ones."""
-    rows = different(judgement)
-    labels = [plot_text(together_title(judgement, i)) for i in rows]
-    errors = whiskers(judgement.attained_standard_error[rows])
-    traces = [bars("designs", labels, judgement.attained[rows], "accent", error_y=errors)]
-    drawn = random_ones(judgement)
-    if drawn:
-        values = judgement.attained[drawn]
+    rows, drawn = named(judgement).drop_duplicates("plan"), random_ones(judgement)
+    labels = [plot_text(text) for text in rows["together"]]
+    errors = whiskers(rows["attained_standard_error"].to_numpy())
+    traces = [bars("designs", labels, rows["attained"].to_numpy(), "accent", error_y=errors)]
+    if len(drawn):
+        values = drawn["attained"].to_numpy()
         traces.append({"type": "box", "name": "random", "y": values, "marker": {"color": colour("design")}})
     return chart(
         f"accuracy-{index}", "Accuracy attained with each design", traces,
@@ -127,16 +111,14 @@ def accuracy_figure(index: int, judgement: Judgement) -> Figure:
 
 def prediction_figure(index: int, judgement: Judgement) -> Figure:
     """Attained error of every design against the criterion total."""
-    predicted, attained = judgement.values["total"], judgement.attained
-    traces = []
+    frame, traces = designs(judgement).sort_index(), []
     for origin, shade in (("optimised", "accent"), ("random", "design"), ("given", "load")):
-        rows = [i for i, contender in enumerate(judgement.contenders) if contender.origin == origin]
-        texts = [plot_text(title(judgement.contenders[i].name, origin)) for i in rows]
-        hover = "%{text}: predicted %{x:.4g}, attained %{y:.4g}<extra></extra>"
-        if rows:
-            dots = points(origin, predicted[rows], attained[rows], shade, size=9)
-            traces.append({**dots, "text": texts, "hovertemplate": hover})
-    ends = [float(np.nanmin(predicted)), float(np.nanmax(predicted))]
+        own = frame[frame["origin"] == origin]
+        if len(own):
+            dots = points(origin, own["total"].to_numpy(), own["attained"].to_numpy(), shade, size=9)
+            hover = "%{text}: predicted %{x:.4g}, attained %{y:.4g}<extra></extra>"
+            traces.append({**dots, "text": [plot_text(title) for title in own["title"]], "hovertemplate": hover})
+    ends = [float(frame["total"].min()), float(frame["total"].max())]
     traces.append(curve("attained = predicted", ends, ends, "muted", dash="dot"))
     return chart(
         f"prediction-{index}", "Attained against predicted", traces,
@@ -149,30 +131,31 @@ def prediction_figure(index: int, judgement: Judgement) -> Figure:
 
 def cross_table(index: int, judgement: Judgement) -> DataTable:
     """Every design that is shown, judged by every criterion."""
-    criteria = list(judgement.values)
-    ratios = {criterion: judgement.ratio(criterion) for criterion in criteria}
-    rows = []
     drawn = random_ones(judgement)
-    picked = [(drawn[0], "best random"), (drawn[len(drawn) // 2], "median random"), (drawn[-1], "worst random")]
-    for i, label in [(i, "") for i in different(judgement)] + (picked if drawn else []):
-        error = float(judgement.attained_ratio_standard_error[i])
+    picked = drawn.iloc[[0, len(drawn) // 2, -1] if len(drawn) else []]
+    picked = picked.assign(together=["best random", "median random", "worst random"][: len(picked)])
+    listed = pd.concat([named(judgement).drop_duplicates("plan"), picked])
+
+    def ratio(row: Any) -> str:
+        error = row.attained_ratio_standard_error
         small = "<\u202f0.001" if error < 0.0005 else words.number(error, 1)
-        rows.append(
-            [
-                label or together_title(judgement, i),
-                f"{words.number(float(judgement.attained[i]))} ± "
-                f"{words.number(float(judgement.attained_standard_error[i]), 1)}",
-                f"{words.number(float(judgement.attained_ratio[i]))} ± {small}",
-                *(words.number(float(ratios[criterion][i])) for criterion in criteria),
-            ]
-        )
+        return f"{words.number(row.attained_ratio)} ± {small}"
+
+    shown: Shown = {
+        "Design by": "together",
+        "Attained (tolerances)": lambda row: (
+            f"{words.number(row.attained)} ± {words.number(row.attained_standard_error, 1)}"
+        ),
+        "Attained / best": ratio,
+        **{words.criterion(name): number_of(f"{name}_ratio") for name in judgement.values},
+    }
     caption = (
         "Cross table. A row is a design, a column a criterion by which it is judged, as a ratio to the best of all "
         "designs by that criterion: 1 is the best, 2 is twice as bad. ± is one standard error. Criteria that lead to "
         "the same plan share a row."
     )
-    columns = ["Design by", "Attained (tolerances)", "Attained / best", *(words.criterion(one) for one in criteria)]
-    return table_of(f"cross-{index}", caption, columns, rows, judgement.frame())
+    table = framed(f"cross-{index}", caption, listed, shown)
+    return table_of(table.id, caption, table.columns, table.rows, judgement.frame())
 
 
 def correlation_figure(index: int, found: list[RankCorrelation]) -> Figure:

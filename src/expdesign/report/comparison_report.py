@@ -25,11 +25,11 @@ from expdesign.report.comparison_figures import (
     correlation_figure,
     correlation_table,
     cross_table,
+    designs,
+    named,
     prediction_figure,
     random_ones,
-    shown,
     signed,
-    title_of,
 )
 from expdesign.report.glossary import words_section
 from expdesign.report.page import Page
@@ -72,22 +72,22 @@ def comparison_report(
 
 def agreement(judgement: Judgement) -> list[str]:
     """Which criteria lead to the very same plan, and which to plans of the same accuracy."""
-    first, texts = judgement.same_plan, []
-    optimised = [i for i, one in enumerate(judgement.contenders) if one.origin == "optimised"]
-    alike = [[i for i in optimised if first[i] == leader] for leader in dict.fromkeys(int(first[i]) for i in optimised)]
-    named = [words.listed([title_of(judgement, i) for i in group]) for group in alike if len(group) > 1]
-    if named:
-        count = words.count(len(alike), "different plan")
+    frame, texts = designs(judgement).sort_index(), []
+    plans = [group["title"].tolist() for _, group in frame[frame["origin"] == "optimised"].groupby("plan", sort=False)]
+    alike = [words.listed(titles) for titles in plans if len(titles) > 1]
+    if alike:
+        count = words.count(len(plans), "different plan")
         texts.append(
-            f"the {len(optimised)} criteria lead to {count}. The same plan to the last measurement: {'; '.join(named)}."
+            f"the {sum(map(len, plans))} criteria lead to {count}. The same plan to the last measurement: "
+            f"{'; '.join(alike)}."
         )
-    percent = words.given(100.0 * AGREEMENT)
-    near = [group for group in judgement.agreeing() if len({int(first[i]) for i in group}) > 1]
-    equal = [words.listed([title_of(judgement, i) for i in group]) for group in near]
+    near = [frame.loc[group] for group in judgement.agreeing()]
+    equal = [words.listed(group["title"].tolist()) for group in near if group["plan"].nunique() > 1]
     if equal:
+        percent = words.given(100.0 * AGREEMENT)
         texts.append(
-            f"plans that differ, but attain the same accuracy to within {percent}\u00a0%: {'; '.join(equal)}. "
-            "Which of these criteria plans does not matter here."
+            f"plans that differ, but attain the same accuracy to within {percent}\u00a0%: {'; '.join(equal)}. Which of "
+            "these criteria plans does not matter here."
         )
     return texts
 
@@ -107,7 +107,7 @@ def compared(
     for name, judgement, found, bound in zip(names, judgements, correlations, bounds, strict=True):
         best = judgement.best
         attained = f"{judgement.attained[best]:.4g} ± {judgement.attained_standard_error[best]:.2g} tolerances"
-        summaries.append(f"{name}: best accuracy {attained}, design by {title_of(judgement, best)}")
+        summaries.append(f"{name}: best accuracy {attained}, design by {designs(judgement)['title'][best]}")
         further = [*_near(judgement), *agreement(judgement), *_bounded(judgement, bound), *_predicting(found)]
         texts += [f"{summaries[-1]}.", *(f"{name}: {text}" for text in further)]
     return Said("\n".join(summaries), texts)
@@ -115,18 +115,17 @@ def compared(
 
 def _near(judgement: Judgement) -> list[str]:
     """Designs whose accuracy cannot be told from the best, and how far the others are from it."""
-    factor = judgement.attained_ratio
-    named = [i for i in shown(judgement) if np.isfinite(judgement.attained[i])]
-    near = [i for i in named if factor[i] - 2.0 * judgement.attained_ratio_standard_error[i] <= 1.01]
+    own, drawn = named(judgement), random_ones(judgement)
+    own = own[np.isfinite(own["attained"])]
+    near = own[own["attained_ratio"] - 2.0 * own["attained_ratio_standard_error"] <= 1.01]
+    worst = own.iloc[-1]
     text = (
-        f"{words.listed([title_of(judgement, i) for i in near])} {'is' if len(near) == 1 else 'are'} within 1\u00a0% "
-        "of the best accuracy, to within the statistical error of the repetitions; the least accurate of the optimised "
-        f"and given designs ({title_of(judgement, named[-1])}) leaves {words.number(float(factor[named[-1]]))} times "
-        "its error"
+        f"{words.listed(near['title'].tolist())} {'is' if len(near) == 1 else 'are'} within 1\u00a0% of the best "
+        "accuracy, to within the statistical error of the repetitions; the least accurate of the optimised and given "
+        f"designs ({worst['title']}) leaves {words.number(float(worst['attained_ratio']))} times its error"
     )
-    drawn = random_ones(judgement)
-    if drawn:
-        middle = float(factor[drawn[len(drawn) // 2]])
+    if len(drawn):
+        middle = float(drawn["attained_ratio"].iloc[len(drawn) // 2])
         text += f", and the median of {len(drawn)} random designs {words.number(middle)} times"
     return [f"{text}."]
 
@@ -160,7 +159,7 @@ def _key_figures(names: Sequence[str], judgements: Sequence[Judgement]) -> KeyFi
     for name, judgement in zip(names, judgements, strict=True):
         best = judgement.best
         error = words.number(float(judgement.attained_standard_error[best]), 1)
-        note = f"± {error}, design by {title_of(judgement, best)}"
+        note = f"± {error}, design by {designs(judgement)['title'][best]}"
         value = words.number(float(judgement.attained[best]))
         figures.append(KeyFigure(f"{name}: best accuracy", value, "tolerances", note))
     return KeyFigures(figures)

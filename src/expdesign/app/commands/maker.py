@@ -3,8 +3,7 @@
 A parameter without a default is an argument of the command, any other an option; callbacks are left out. The class of
 what the function returns says how it is kept: `save` makes `--out` and `--force` (and `--units`), `save_record` makes
 `--record`, and `record` without `save` makes `--json`. What a signature does not say stands in `spelling`. A module of
-this package with the command's name may have a function `command(call, ...)`, which then does the work; its further
-parameters are options as well.
+this package with the command's name may have a function `command(call)`, which then does the work.
 """
 
 import importlib
@@ -48,8 +47,6 @@ def made(name: str) -> tuple[Callable[..., None], str]:
     arguments, options = _options(parameters, hints, docstring, spelling)
     kept = _result_options(kind, spelling)
     whole = {**arguments, **{key: kept[key] for key in kept if key == "out"}, **options, **kept}
-    further = {} if own is None else _own_options(own)
-    whole |= further
     python = {spelling.name(argument): argument for argument in parameters}
     inputs = tuple(python[key] for key in arguments)
 
@@ -60,10 +57,7 @@ def made(name: str) -> tuple[Callable[..., None], str]:
             first = given[inputs[0]]
             out = new_folder(first.stem if isinstance(first, Path) else name)
         call = Call(name, function, spelling, kind, inputs, given, out)
-        if own is None:
-            call.carried_out()
-        else:
-            own(call, **{key: texts[key] for key in further})
+        (own or Call.carried_out)(call)
 
     command.__annotations__ = {key: annotation for key, (annotation, _) in whole.items()}
     command.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
@@ -82,13 +76,6 @@ def _own(name: str) -> Callable[..., None] | None:
         return None
     found: Callable[..., None] = importlib.import_module(place).command
     return found
-
-
-def _own_options(own: Callable[..., None]) -> Options:
-    _, *parameters = inspect.signature(own).parameters.values()
-    hints = typing.get_type_hints(own)
-    docstring = Docstring.of(own.__doc__)
-    return {one.name: _option(one, hints[one.name], docstring.option(one.name), Spelling()) for one in parameters}
 
 
 def _shown(function: Any, hints: dict[str, Any], spelling: Spelling) -> dict[str, inspect.Parameter]:
