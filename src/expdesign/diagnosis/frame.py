@@ -26,7 +26,7 @@ from expdesign.diagnosis.stages import Report, Stage
 from expdesign.diagnosis.statement import dispersion, statement
 from expdesign.errors import InputError
 from expdesign.estimation.arm import identified_by
-from expdesign.estimation.estimability import require_regular_rows
+from expdesign.estimation.estimability import CORRECT_ROW
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.goodness import FIT, StatementOfFit
 from expdesign.estimation.identify import fitted_rows
@@ -152,7 +152,7 @@ def framed(
         remedy = "Mark some loaded rows `train` in the column `split`."
         raise InputError("no row is left to fit", where=recordings.source, remedy=remedy)
     if len(robot.stiffness):
-        require_regular_rows(recordings, robot.jacobians(recordings.configurations))
+        robot.jacobians(recordings.configurations).require_regular(recordings.where, CORRECT_ROW)
     report(Stage.BASE, "")
     reading = reading_of(robot, recordings)
     kind = base_model(robot, reading)

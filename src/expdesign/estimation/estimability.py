@@ -5,25 +5,19 @@ from scipy.special import ndtri
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.recordings.recordings import Recordings, Remark
-from expdesign.errors import InputError, NotIdentifiableError, SingularConfigurationError
+from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.estimation.fit import IDLE_DEVIATION, RANK_TOLERANCE, Fit
 from expdesign.estimation.remarks import IdleActuators, NegativeCompliance
 from expdesign.mechanics.elastostatics.maps import observation_matrix
-from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Jacobians, Robot
+from expdesign.mechanics.robots.robot import Jacobians, Robot
 
 _REMEDY = "Add measurements in which every actuator carries load, or give a prior (argument `prior`, in percent)."
 
+CORRECT_ROW = "Remove the row, or correct it."
+"""What to do about a row that cannot be."""
+
 CERTAINTY = float(ndtri(0.9999))
 """Standard deviations below zero at which a compliance is certainly negative."""
-
-
-def require_regular_rows(recordings: Recordings, jacobians: Jacobians) -> None:
-    """Raise a `SingularConfigurationError` that names the first row at which the robot is nearly singular."""
-    wrong = np.flatnonzero(jacobians.condition > CONDITION_LIMIT)
-    if wrong.size:
-        row = int(wrong[0])
-        what = f"the robot is singular or nearly so there (scaled condition number {jacobians.condition[row]:.3g})"
-        raise SingularConfigurationError(what, where=recordings.where(row), remedy="Remove the row, or correct it.")
 
 
 def idle_actuators(robot: Robot, jacobians: Jacobians, wrenches: FloatArray, axes: IntArray) -> BoolArray | None:

@@ -16,12 +16,12 @@ from expdesign.estimation.arm import ArmCalibration, calibrate
 from expdesign.estimation.arm_options import ArmOptions
 from expdesign.estimation.coverage import HeldOutRows, held_out_rows, reading_deviations
 from expdesign.estimation.estimability import (
+    CORRECT_ROW,
     idle_actuators,
     idle_remarks,
     negative_compliances,
     require_estimable,
     require_positive,
-    require_regular_rows,
 )
 from expdesign.estimation.fit import Data, Fit, idle_knowledge, linear_fit
 from expdesign.estimation.fit import fit as nonlinear_fit
@@ -241,7 +241,7 @@ def _of_deflections(robot: Robot, recordings: Recordings, prior: float | None, d
         raise InputError(what, where=recordings.source, remedy="Mark some loaded rows `train` in the column `split`.")
     train = recordings.rows(fitted)
     jacobians = robot.jacobians(train.configurations)
-    require_regular_rows(train, jacobians)
+    jacobians.require_regular(train.where, CORRECT_ROW)
     observation = observation_matrix(jacobians, train.wrenches)[:, train.axes] * robot.compliance
     start = np.zeros(len(robot.stiffness))
     knowledge: tuple[FloatArray, FloatArray] | None = None

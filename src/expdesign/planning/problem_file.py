@@ -8,7 +8,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.joint_columns import with_joint_columns
-from expdesign.errors import InputError, SingularConfigurationError
+from expdesign.errors import InputError
 from expdesign.estimation.compensation.target_loads import TargetLoads
 from expdesign.estimation.coverage import STANDARD
 from expdesign.io.kinds import require_kind
@@ -20,7 +20,7 @@ from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.errors.source import LoadErrorSource
 from expdesign.mechanics.loads.load import Load, Payload, Wrench
 from expdesign.mechanics.robots.kinematic_tree import TIP_COLUMN
-from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Robot
+from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.budget import Budget, read_budget, read_costs
 from expdesign.planning.constraints import read_constraints, required
 from expdesign.planning.criteria.criterion import Criterion, criteria_of_problem, kinds, known_criteria
@@ -285,13 +285,8 @@ def require_usable(robot: Robot, configuration: FloatArray, where: str) -> None:
 
 def require_regular(robot: Robot, configuration: FloatArray, where: str) -> None:
     """Raise a `SingularConfigurationError` where the robot is nearly singular at a configuration (n_q,)."""
-    condition = float(robot.jacobians(configuration).condition)
-    if condition > CONDITION_LIMIT:
-        what = (
-            f"the robot is singular or nearly so there (scaled condition number {condition:.3g} > {CONDITION_LIMIT:g})"
-        )
-        remedy = "Choose another pose, or correct the joints in the robot file."
-        raise SingularConfigurationError(what, where=where, remedy=remedy)
+    remedy = "Choose another pose, or correct the joints in the robot file."
+    robot.jacobians(configuration).require_regular(lambda _: where, remedy)
 
 
 def _space(

@@ -17,9 +17,7 @@ from expdesign.assurance.acceptance.said import acceptance_record
 from expdesign.assurance.model_error.meir import meir_of_problem
 from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden, hidden_by_plan
 from expdesign.chain.recordings.points import points_from_table
-from expdesign.errors import SingularConfigurationError
 from expdesign.io.table import Table as GivenTable
-from expdesign.mechanics.robots.robot import CONDITION_LIMIT
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.record import evaluation_record
 from expdesign.planning.plan import Plan, completed, read_plan, require_whole_load, without_validation
@@ -129,11 +127,7 @@ def evaluate(config: Config, plan: TableInput) -> EvaluationResult:
 def _require_reachable(problem: DesignProblem, plan: Plan, table: GivenTable) -> None:
     """Raise where a row is singular, or beyond the robot's limits."""
     robot = problem.loaded.robot
-    condition = robot.jacobians(plan.configurations).condition
-    if (condition > CONDITION_LIMIT).any():
-        row = int(np.argmax(condition))
-        what = f"the robot is singular or nearly so there (scaled condition number {condition[row]:.3g})"
-        raise SingularConfigurationError(what, where=table.where(row), remedy="Choose another pose.")
+    robot.jacobians(plan.configurations).require_regular(table.where)
     beyond = np.flatnonzero(robot.limit_excess(plan.configurations) > BEYOND)
     if beyond.size:
         row = int(beyond[0])

@@ -22,18 +22,19 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.models.estimable import Calibrated, OutsideRange
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.errors import ConvergenceError, InfeasibleError, InputError, SingularConfigurationError
+from expdesign.errors import ConvergenceError, InfeasibleError, InputError
 from expdesign.estimation.compensation.arm_targets import ArmTargets, of_joints
 from expdesign.estimation.compensation.joint_space import at_targets, joint_commands, tip_chain
 from expdesign.estimation.compensation.prediction import chain_of, moved
 from expdesign.estimation.compensation.target_loads import AttainedUncertainty, TargetLoads
 from expdesign.estimation.coverage import STANDARD
-from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Robot
+from expdesign.mechanics.robots.robot import Robot
 
 TOLERANCE = 1e-13
 """m, rad: largest remaining error of the predicted pose."""
 LIMIT_MARGIN = 1e-9
 """m or rad; actuators beyond their limits by less are rounding."""
+_ANOTHER = "Choose another target."
 _ITERATIONS = 100
 
 
@@ -77,7 +78,7 @@ def compensate(model: Model, targets: LoadedPoints, loads: TargetLoads | None = 
     if not robot.on_legs and not robot.on_support:
         what = f"compensation is for robots that are commanded by a pose, not for a {robot.kind}"
         raise InputError(what, where=model.source, remedy="Use `expdesign predict` for this robot.")
-    _require_regular(robot, targets, targets.configurations)
+    robot.jacobians(targets.configurations).require_regular(targets.where, _ANOTHER)
     chain = chain_of(model, platform=True, from_command=True)
     loads = loads or TargetLoads.exact(len(targets), robot.coordinates)
     wanted = targets.configurations
@@ -94,7 +95,7 @@ def compensate(model: Model, targets: LoadedPoints, loads: TargetLoads | None = 
         commands = wanted - deflections
     else:
         raise _not_converged(targets, errors, _ITERATIONS)
-    _require_regular(robot, targets, commands)
+    robot.jacobians(commands).require_regular(targets.where, _ANOTHER)
     _require_within_limits(robot, targets, commands)
     deviations = AttainedUncertainty.at(chain, model, targets, loads).deviations
     return Compensation(commands, robot.actuator_coordinates(commands), deviations, iteration, residual)
@@ -117,14 +118,6 @@ def _not_converged(targets: LoadedPoints, errors: FloatArray, iterations: int) -
     state = f"is still {errors[row]:.3g} m or rad off" if np.isfinite(errors[row]) else "runs away"
     what = f"no command was found: after {iterations} passes the predicted pose {state}"
     return ConvergenceError(what, where=targets.where(row), remedy="Is the load there far beyond what was identified?")
-
-
-def _require_regular(robot: Robot, targets: LoadedPoints, poses: FloatArray) -> None:
-    condition = robot.jacobians(poses).condition
-    wrong = np.flatnonzero(condition > CONDITION_LIMIT)
-    if wrong.size:
-        what = f"the robot is singular or nearly so there (scaled condition number {condition[wrong[0]]:.3g})"
-        raise SingularConfigurationError(what, where=targets.where(int(wrong[0])), remedy="Choose another target.")
 
 
 def _require_within_limits(robot: Robot, targets: LoadedPoints, commands: FloatArray) -> None:

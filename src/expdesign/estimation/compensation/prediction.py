@@ -12,9 +12,8 @@ from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import DEFLECTIONS, LoadedPoints, Measurand
 from expdesign.chain.row import row_data
-from expdesign.errors import SingularConfigurationError
 from expdesign.io.table import Table
-from expdesign.mechanics.robots.robot import CONDITION_LIMIT, Robot
+from expdesign.mechanics.robots.robot import Robot
 
 
 @dataclass(frozen=True)
@@ -120,11 +119,7 @@ def require_history(model: Model, table: Table) -> None:
 
 def require_regular_points(robot: Robot, points: LoadedPoints) -> None:
     """Raise a `SingularConfigurationError` that names the first point at which the robot is nearly singular."""
-    condition = robot.jacobians(points.configurations).condition
-    wrong = np.flatnonzero(condition > CONDITION_LIMIT)
-    if wrong.size:
-        what = f"the robot is singular or nearly so there (scaled condition number {condition[wrong[0]]:.3g})"
-        raise SingularConfigurationError(what, where=points.where(int(wrong[0])), remedy="Choose another pose.")
+    robot.jacobians(points.configurations).require_regular(points.where)
 
 
 def in_file_order(points: LoadedPoints, *arrays: FloatArray) -> tuple[FloatArray, ...]:

@@ -39,6 +39,7 @@ from pydantic import Field, model_validator
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.coordinates import Coordinates
+from expdesign.errors import SingularConfigurationError
 from expdesign.io.schema import Number, Positive, Section, invalid
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.differentiation import inverse_with_adjoint
@@ -141,6 +142,19 @@ class Jacobians:
     @cached_property
     def condition(self) -> FloatArray:
         return self._condition()
+
+    def require_regular(self, where: Callable[[int], str], remedy: str = "Choose another pose.") -> None:
+        """Raise a `SingularConfigurationError` that names the first nearly singular configuration.
+
+        Args:
+            where: place of a configuration, by its number.
+            remedy: what to do.
+        """
+        condition = np.ravel(self.condition)
+        wrong = np.flatnonzero(condition > CONDITION_LIMIT)
+        if wrong.size:
+            what = f"the robot is singular or nearly so there (scaled condition number {condition[wrong[0]]:.3g})"
+            raise SingularConfigurationError(what, where=where(int(wrong[0])), remedy=remedy)
 
 
 class RobotSection(Section):
