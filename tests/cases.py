@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.coordinates import Coordinates
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.errors.source import (
@@ -24,6 +23,7 @@ from expdesign.mechanics.robots.orientation import Orientation
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.targets import Aggregate, Targets
+from expdesign.planning.deflection_noise import DeflectionNoise
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.schema import SearchOptions

@@ -10,11 +10,11 @@ from pydantic import Field
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.validation.simulation import simulate
-from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.io.schema import Count, Number
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.targets import Targets
+from expdesign.planning.deflection_noise import series_by_pose
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document

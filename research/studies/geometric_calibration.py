@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from pydantic import Field
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.recordings.thermal_correction import forward_kinematics
 from expdesign.io.schema import Positive
 from expdesign.io.yaml_reader import YamlDocument
+from expdesign.mechanics.robots.forward_kinematics import forward_kinematics
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document

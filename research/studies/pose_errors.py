@@ -7,8 +7,8 @@ import pandas as pd
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.validation.repeated import standard_deviation
-from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.errors import InputError
+from expdesign.planning.deflection_noise import series_by_pose
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.words import with_error

@@ -12,10 +12,10 @@ from scipy.spatial.transform import Rotation
 from expdesign.arrays import FloatArray
 from expdesign.assurance.validation.compensation import ExactCompensation
 from expdesign.assurance.validation.repeated import root_mean_square
-from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.chain.readings.registration import pose_covariance, registered
 from expdesign.io.schema import Number
 from expdesign.io.yaml_reader import YamlDocument
+from expdesign.planning.deflection_noise import DeflectionNoise
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document

@@ -11,9 +11,9 @@ from scipy.stats import norm
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.assurance.validation.repeated import standard_deviation
-from expdesign.chain.instrument.deflection_noise import reference_whitener
 from expdesign.io.schema import Count, Number
 from expdesign.io.yaml_reader import YamlDocument
+from expdesign.planning.deflection_noise import reference_whitener
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
 from expdesign.report.words import axis as axis_name

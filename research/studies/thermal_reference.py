@@ -10,14 +10,14 @@ from pydantic import Field
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.assurance.validation.repeated import mean
 from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.chain.recordings.thermal_correction import (
+from expdesign.estimation.preparation.thermal_correction import (
     CorrectedPoses,
     MeasuredPoses,
     correct_poses,
-    forward_kinematics,
 )
 from expdesign.io.schema import Count, Number, Positive
 from expdesign.io.yaml_reader import YamlDocument
+from expdesign.mechanics.robots.forward_kinematics import forward_kinematics
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
 from research.studies.drawing import COLOURS, panels
@@ -199,9 +199,9 @@ def _rms(
 
 def _variances(corrected: CorrectedPoses) -> FloatArray:
     """Variance of every corrected pose along every axis, shape (N, 6)."""
-    rows = np.eye(len(corrected.rows))
-    found = [corrected.covariance(row, row) for row in rows]
-    return np.array([np.diag(matrix) for matrix in found if matrix is not None])
+    found = corrected.covariances(np.eye(len(corrected.rows)))
+    assert found is not None
+    return np.einsum("maa->ma", found[1])
 
 
 def _price(robot: ParallelRobot, settings: Settings, commands: FloatArray) -> pd.DataFrame:

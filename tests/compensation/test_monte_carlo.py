@@ -10,11 +10,11 @@ from expdesign.assurance.validation.compensation import CONVERGENCE, ExactCompen
 from expdesign.assurance.validation.plants import ExplicitPlant
 from expdesign.assurance.validation.repeated import repeat, root_mean_square, standard_deviation
 from expdesign.assurance.validation.simulation import simulate
-from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.mechanics.elastostatics.maps import actuator_forces, cartesian_stiffness, geometric_stiffness
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.load import Payload, Wrench
 from expdesign.planning.criteria.targets import Targets
+from expdesign.planning.deflection_noise import DeflectionNoise
 from expdesign.planning.plan import Plan
 from research.laboratory import Laboratory
 from research.laboratory import Robot as LaboratoryRobot

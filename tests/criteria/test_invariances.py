@@ -6,7 +6,6 @@ import numpy as np
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.robots.bipod import Bipod
@@ -15,6 +14,7 @@ from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.targets import Targets
+from expdesign.planning.deflection_noise import DeflectionNoise
 from tests.cases import load_of, source_of, symmetric_hexapod
 from tests.oracle import Array
 

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.load import Wrench
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.targets import Targets
+from expdesign.planning.deflection_noise import DeflectionNoise
 from tests import oracle
 from tests.cases import ALL_ERRORS, ROBOTS, robot, setup
 from tests.oracle import Array

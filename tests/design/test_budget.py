@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import expdesign
-from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.errors import InputError
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.planning.budget import Budget, Structure, most_minutes, plan_minutes
 from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.deflection_noise import series_by_pose
 from expdesign.planning.front import Front
 from expdesign.planning.laboratory_sheet import Costs, ordered
 from expdesign.planning.optimality.exchange import Exchange

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.errors import InputError
 from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
+from expdesign.planning.deflection_noise import DeflectionNoise
 from expdesign.planning.plan import Plan, plan_frame, read_plan
 from tests.cases import ROBOTS, loads, setup
 

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.mechanics.elastostatics.maps import (
     actuator_forces,
     cartesian_compliance,
@@ -20,6 +19,7 @@ from expdesign.mechanics.loads.load import Wrench
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.targets import Targets
+from expdesign.planning.deflection_noise import DeflectionNoise
 from tests.cases import robot
 
 PAGE = (Path(__file__).parents[2] / "docs/theory.md").read_text(encoding="utf-8")

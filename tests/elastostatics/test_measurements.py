@@ -6,10 +6,10 @@ import pytest
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY
 from expdesign.chain.effects.legs.geometry import Correction, GeometricStiffness
-from expdesign.chain.linearised import KnownChain
 from expdesign.mechanics.elastostatics.maps import actuator_forces, cartesian_stiffness
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.planning.linearised import KnownChain
 from tests import oracle
 from tests.cases import ALL_ERRORS, ROBOTS, load_of, loads, robot, setup
 from tests.oracle import Array, central_difference

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from expdesign.chain.recordings.thermal_correction import ForwardKinematics
 from expdesign.errors import InputError
 from expdesign.mechanics.elastostatics.arm_calibration import regressor_for
+from expdesign.mechanics.robots.forward_kinematics import ForwardKinematics
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import known_criteria

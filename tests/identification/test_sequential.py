@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.references import reference_names
 from expdesign.planning.criteria.accuracy import expected_total
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.criteria.information import Information
+from expdesign.planning.deflection_noise import DeflectionNoise
 from expdesign.planning.plan import Plan, plan_frame
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem

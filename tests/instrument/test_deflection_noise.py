@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from expdesign.chain.instrument.deflection_noise import DeflectionNoise, reference_whitener, series_by_pose
 from expdesign.errors import InputError
+from expdesign.planning.deflection_noise import DeflectionNoise, reference_whitener, series_by_pose
 from tests import oracle
 from tests.cases import NOISES, ROBOTS, correlated
 

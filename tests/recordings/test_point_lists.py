@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from expdesign.chain.recordings.point_lists import read_point_sets
 from expdesign.errors import InputError
+from expdesign.estimation.preparation.point_lists import read_point_sets
 from expdesign.io.units import UNITS
 
 XYZ = [[0.1, -0.2, 0.3], [1e-3, 2.0, 0.0]]

@@ -7,16 +7,16 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.recordings.point_lists import MeasuredPoint, PointSet
-from expdesign.chain.recordings.registered_deflections import (
+from expdesign.errors import InputError
+from expdesign.estimation.preparation.point_lists import MeasuredPoint, PointSet
+from expdesign.estimation.preparation.registered_deflections import (
     InstrumentFrame,
     RegisteredDeflection,
     difference_variance,
     registered_deflection,
     suspicion,
 )
-from expdesign.chain.recordings.states import RecordedState
-from expdesign.errors import InputError
+from expdesign.estimation.preparation.states import RecordedState
 from tests.cases import symmetric_hexapod
 
 ROBOT = symmetric_hexapod(0.24, 0.17, 0.30, 0.03, 5.24e6)

@@ -8,24 +8,24 @@ import pytest
 
 import expdesign as xd
 from expdesign.app.api.inputs import RobotFile
-from expdesign.chain.instrument.deflection_noise import ReferencedNoise, series_by_pose
 from expdesign.chain.recordings.points import points_from_table
-from expdesign.chain.recordings.thermal_correction import (
-    ForwardKinematics,
+from expdesign.errors import InputError
+from expdesign.estimation.preparation.thermal_correction import (
     MeasuredPoses,
     correct_poses,
     deflections,
     measured_poses,
     repeatability,
 )
-from expdesign.errors import InputError
 from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.elastostatics.maps import observation_matrix
+from expdesign.mechanics.robots.forward_kinematics import ForwardKinematics
 from expdesign.mechanics.robots.hexapod import Hexapod
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.deflection_noise import ReferencedNoise, series_by_pose
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import protocol_frame

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.chain.instrument.deflection_noise import series_by_pose
+from expdesign.planning.deflection_noise import series_by_pose
 from expdesign.planning.laboratory_sheet import Costs, ordered
 from expdesign.planning.plan import Plan
 from expdesign.planning.schema import BudgetSection, ExperimentSection

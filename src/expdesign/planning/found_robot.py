@@ -15,12 +15,12 @@ from expdesign.chain.component import GEOMETRY
 from expdesign.chain.effect import Effect
 from expdesign.chain.effects.joints.geometry import ArmGeometricStiffness
 from expdesign.chain.effects.legs.geometry import Correction, GeometricStiffness
-from expdesign.chain.linearised import KnownChain
 from expdesign.chain.models.model_file import Model, model_from_document, model_of_robot
 from expdesign.io.kinds import kind_of
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import robot_from_document
+from expdesign.planning.linearised import KnownChain
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ is wanted.
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.instrument.deflection_noise import DeflectionNoise, ReferencedNoise
 from expdesign.chain.readings.registration import pose_covariance
 from expdesign.coordinates import Coordinates
 from expdesign.errors import InputError
@@ -16,6 +15,7 @@ from expdesign.mechanics.elastostatics.arm_calibration import regressor_for
 from expdesign.mechanics.elastostatics.calibration import Regressor
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.criteria.targets import body_axes
+from expdesign.planning.deflection_noise import DeflectionNoise, ReferencedNoise
 from expdesign.planning.schema import (
     DeflectionNoiseSection,
     ExperimentSection,

@@ -7,13 +7,13 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.chain.instrument.deflection_noise import DeflectionNoise, series_by_pose
 from expdesign.chain.recordings.columns import require_mass
 from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.chain.recordings.measured import read_test_rows
 from expdesign.errors import InputError
 from expdesign.io.table import Table
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.planning.deflection_noise import DeflectionNoise, series_by_pose
 from expdesign.planning.tips import named_tips
 
 

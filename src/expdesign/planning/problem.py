@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.chain.instrument.deflection_noise import DeflectionNoise
 from expdesign.copying import Copied
 from expdesign.errors import ExpdesignError, InputError, NotIdentifiableError
 from expdesign.estimation.compensation.target_loads import TargetLoads
@@ -20,6 +19,7 @@ from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import Criterion, known_criteria
 from expdesign.planning.criteria.information import Information
 from expdesign.planning.criteria.targets import Targets
+from expdesign.planning.deflection_noise import DeflectionNoise
 from expdesign.planning.found_robot import FoundRobot
 from expdesign.planning.laboratory_sheet import Costs
 from expdesign.planning.schema import SearchOptions

@@ -14,10 +14,10 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.instrument.deflection_noise import ReferencedNoise, series_by_pose
 from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.references import reference_names
 from expdesign.planning.budget import plan_minutes
+from expdesign.planning.deflection_noise import ReferencedNoise, series_by_pose
 from expdesign.planning.front import Front, farthest
 from expdesign.planning.optimality.certificate import LowerBound
 from expdesign.planning.plan import Plan, plan_columns, plan_frame

@@ -14,9 +14,9 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.coordinates import Coordinates
 from expdesign.mechanics.symbolic import BatchFunction
+from expdesign.planning.deflection_noise import series_by_pose
 from expdesign.planning.pose_settings import PoseSettings
 from expdesign.planning.variables import Choices, Grid, Interval, Quantity, Rows, Variable, variables_for
 

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.recordings.registered_deflections import RegisteredDeflection
-from expdesign.chain.recordings.thermal_correction import CorrectedDeflections, Repeatability
 from expdesign.counted import counted
+from expdesign.estimation.preparation.registered_deflections import RegisteredDeflection
+from expdesign.estimation.preparation.thermal_correction import CorrectedDeflections, Repeatability
 from expdesign.io.output import plain
 from expdesign.report import words
 from expdesign.report.said import REFUTED, Said

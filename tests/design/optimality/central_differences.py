@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.deflection_noise import series_by_pose
 from expdesign.planning.optimality.differentiated import Differentiated
 from expdesign.planning.problem import DesignProblem
 

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.deflection_noise import series_by_pose
 from expdesign.planning.optimality.certificate import Certificate, LowerBound
 from expdesign.planning.optimality.measurement_maps import MeasurementMaps
 from expdesign.planning.optimality.pool import Pool

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.deflection_noise import series_by_pose
 from expdesign.planning.front import hypervolume, non_dominated
 from expdesign.planning.optimality.kktpm import kktpm
 from expdesign.planning.optimality.objectives import Objectives, Pace, descended

@@ -12,7 +12,9 @@ from expdesign.app.api.result import RecordedTable, filled
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.points import order_in_time
 from expdesign.chain.recordings.reader import recordings_from_table
-from expdesign.chain.recordings.thermal_correction import (
+from expdesign.errors import InputError, NotIdentifiableError
+from expdesign.estimation.identify import identify
+from expdesign.estimation.preparation.thermal_correction import (
     CorrectedDeflections,
     Repeatability,
     correct_poses,
@@ -20,8 +22,6 @@ from expdesign.chain.recordings.thermal_correction import (
     measured_poses,
     repeatability,
 )
-from expdesign.errors import InputError, NotIdentifiableError
-from expdesign.estimation.identify import identify
 from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.report.recording_texts import corrected

@@ -16,17 +16,17 @@ from expdesign.app.api.result import PathLike, RecordedTable, filled
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.filled_in import reading_names, unloaded_rows
-from expdesign.chain.recordings.point_lists import PointSet, read_point_sets
 from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION
-from expdesign.chain.recordings.registered_deflections import (
+from expdesign.errors import ArgumentError, InputError
+from expdesign.estimation.preparation.point_lists import PointSet, read_point_sets
+from expdesign.estimation.preparation.registered_deflections import (
     InstrumentFrame,
     RegisteredDeflection,
     difference_variance,
     registered_deflection,
     suspicion,
 )
-from expdesign.chain.recordings.states import RecordedState, matched
-from expdesign.errors import ArgumentError, InputError
+from expdesign.estimation.preparation.states import RecordedState, matched
 from expdesign.io.table import Table
 from expdesign.io.units import Unit, unit_of
 from expdesign.mechanics.robots.orientation import rotation_matrix

@@ -13,12 +13,12 @@ import pandas as pd
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of, table_of
 from expdesign.app.api.result import FolderResult, PathLike, RowsResult
-from expdesign.chain.instrument.deflection_noise import ReferencedNoise
 from expdesign.chain.recordings.filled_in import reading_names
 from expdesign.errors import InputError
 from expdesign.io.excel import workbook
 from expdesign.io.output import csv_text
 from expdesign.io.tables_in_units import in_units
+from expdesign.planning.deflection_noise import ReferencedNoise
 from expdesign.planning.laboratory_sheet import Costs, Steps, in_plan_order, ordered
 from expdesign.planning.plan import Plan, plan_columns, read_plan
 from expdesign.planning.problem import DesignProblem

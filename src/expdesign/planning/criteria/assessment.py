@@ -16,12 +16,12 @@ from functools import cached_property
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.chain.instrument.deflection_noise import DeflectionNoise, reference_whitener
 from expdesign.estimation.load_errors import Estimator
 from expdesign.mechanics.differentiation import inverse_root, one_and_gram, plain
 from expdesign.mechanics.elastostatics.measurements import Measurements
 from expdesign.planning.criteria.information import RANK_TOLERANCE, Information
 from expdesign.planning.criteria.targets import Targets, TargetVariances
+from expdesign.planning.deflection_noise import DeflectionNoise, reference_whitener
 
 
 class Assessment(TargetVariances):

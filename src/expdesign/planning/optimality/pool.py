@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.chain.instrument.deflection_noise import series_by_pose
 from expdesign.mechanics.differentiation import gradient, independent, plain, sum_of_squares
 from expdesign.planning.criteria.information import Information
+from expdesign.planning.deflection_noise import series_by_pose
 from expdesign.planning.optimality.differentiated import to_variables
 from expdesign.planning.optimality.measurement_maps import CHUNK, LoadVariables, MeasurementMaps
 from expdesign.planning.optimality.series import Multisets, sizes

@@ -22,9 +22,9 @@ from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.readings.registration import motion_rows, registered
-from expdesign.chain.recordings.point_lists import MarkerFit, PointSet, marker_fit, near_names, require_own_names
-from expdesign.chain.recordings.states import RecordedState
 from expdesign.errors import InputError
+from expdesign.estimation.preparation.point_lists import MarkerFit, PointSet, marker_fit, near_names, require_own_names
+from expdesign.estimation.preparation.states import RecordedState
 
 SUSPICIOUS = 25.0
 """χ² of 3 degrees of freedom (exceeded once in 65,000) above which a point moved, or was taken for another."""

@@ -4,14 +4,8 @@ The references X_R^k show how the legs have grown, Δq^k = IK(X_R^k) − IK(X_R^
 corrected to FK(IK(X^k) − Δq^k). To first order that is X^k − T·(X_R^k − X_R^0) with T = J̌(X)·J̌(X_R)⁻¹, so that every
 result is a known linear combination of independent readings, and its covariance follows.
 
-Forward kinematics of parallel robots: the pose at given leg lengths, by Newton's method from a pose nearby.
-
-q(X + δX) = q(X) + ∂q/∂X·δX (thesis 1.13); from within the workspace it converges quadratically, and where it does not,
-the lengths belong to no pose near the start.
-
-Tables of absolute measured poses, with a reference pose before each of them (theory.md 9.H).
-
-The columns are those of recordings without deflections, and besides:
+Tables hold absolute measured poses with a reference pose before each. The columns are those of recordings without
+deflections, and besides:
 
     kind                      `reference` (always the same command, without load) or `pose`
     measured_x_m …            the pose as it was measured, in the coordinates of the commanded one
@@ -19,68 +13,17 @@ The columns are those of recordings without deflections, and besides:
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 
-import casadi as ca
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.recordings.measured import FARTHEST, KINDS, read_deviations
 from expdesign.chain.recordings.points import order_in_time, points_from_table, require_one_command
 from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.errors import ConvergenceError, InputError
+from expdesign.errors import InputError
 from expdesign.io.table import Table
+from expdesign.mechanics.robots.forward_kinematics import forward_kinematics
 from expdesign.mechanics.robots.parallel import ParallelRobot
-from expdesign.mechanics.symbolic import BatchFunction
-
-_TOLERANCE = 1e-14
-"""m of leg length; rounding of lengths below a metre is 1e-16."""
-_PASSES = 30
-
-
-class ForwardKinematics:
-    """X(q; g) of a parallel robot.
-
-    Args:
-        robot: the robot; its own geometry holds where none is given.
-    """
-
-    def __init__(self, robot: ParallelRobot) -> None:
-        self._robot = robot
-        pose, geometry = ca.SX.sym("X", robot.coordinates.n), ca.SX.sym("g", len(robot.geometry))
-        lengths = robot.actuator_lengths(pose, geometry)
-        self._rates = BatchFunction("rates", [pose, geometry], [lengths, ca.jacobian(lengths, pose)])
-
-    def pose(self, lengths: FloatArray, start: FloatArray, geometry: FloatArray | None = None) -> FloatArray:
-        """Poses (..., n) with the given leg lengths (m), near `start` (..., n).
-
-        Args:
-            lengths: shape (..., n_p).
-            start: poses nearby, shape (..., n).
-            geometry: joint coordinates in the order of `geometry_names` (m), shape (..., n_g); the robot's own if None.
-
-        Raises:
-            ConvergenceError: no pose near the start has these lengths.
-        """
-        coordinates = self._robot.geometry if geometry is None else geometry
-        batch = np.broadcast_shapes(lengths.shape[:-1], start.shape[:-1], coordinates.shape[:-1])
-        pose: FloatArray = np.broadcast_to(start, (*batch, start.shape[-1])).copy()
-        for _ in range(_PASSES):
-            reached, rates = self._rates(pose, coordinates)
-            missing = lengths - reached
-            if not np.isfinite(rates).all():
-                break
-            pose += np.linalg.solve(rates, missing[..., None])[..., 0]
-            if np.abs(missing).max() < _TOLERANCE * max(1.0, float(np.abs(lengths).max()) / 0.1):
-                return pose
-        what = "there is no pose with these leg lengths near the one that is expected"
-        raise ConvergenceError(what, remedy="Check the lengths, or the geometry in the robot file.")
-
-
-@lru_cache(maxsize=32)
-def forward_kinematics(robot: ParallelRobot) -> ForwardKinematics:
-    """The forward kinematics of a robot; its expressions are made once."""
-    return ForwardKinematics(robot)
 
 
 @dataclass(frozen=True)
@@ -162,15 +105,19 @@ class CorrectedPoses:
     own: FloatArray | None
     references: FloatArray | None
 
-    def covariance(self, first: FloatArray, second: FloatArray) -> FloatArray | None:
-        """Covariance of Σ_i first_i·X_i and Σ_i second_i·X_i over corrected poses; coefficients (N,), shape (n, n)."""
+    def covariances(self, combinations: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+        """Covariances of Σ_i a_i·X_i before and after the correction, for combinations a (M, N); (M, n, n) each."""
         if self.own is None or self.references is None:
             return None
-        total: FloatArray = np.einsum("i,i,iab->ab", first, second, self.own)
-        left = np.einsum("i,ik,iab->kab", first, self.weights, self.transfer)
-        right = np.einsum("i,ik,iab->kab", second, self.weights, self.transfer)
-        total += np.einsum("kab,kbc,kdc->ad", left, self.references, right)
-        return total
+        before: FloatArray = np.einsum("mi,iab->mab", combinations**2, self.own)
+        after = before.copy()
+        for index, combination in enumerate(combinations):
+            poses = np.flatnonzero(combination)
+            seen = np.flatnonzero(self.weights[poses].any(axis=0))
+            weights = combination[poses, None] * self.weights[np.ix_(poses, seen)]
+            through = np.einsum("ik,iab->kab", weights, self.transfer[poses])
+            after[index] += np.einsum("kab,kbc,kdc->ad", through, self.references[seen], through)
+        return before, after
 
 
 def correct_poses(robot: ParallelRobot, measured: MeasuredPoses, *, interpolate: bool = False) -> CorrectedPoses:
@@ -242,15 +189,9 @@ def deflections(measured: MeasuredPoses, corrected: CorrectedPoses) -> Corrected
             raise InputError(what, where=where, remedy="Measure every series without load first.")
         pairs += [(int(member), int(members[0])) for member in members[1:]]
     index, first = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
-    covariance = noise = None
-    if corrected.own is not None and corrected.references is not None:
-        noise = corrected.own[index] + corrected.own[first]
-        # The poses of a series have one command, and with it one T.
-        weights, transfer = corrected.weights[index] - corrected.weights[first], corrected.transfer[index]
-        shared = np.einsum("mk,kbc->mbc", weights**2, corrected.references)
-        covariance = noise + transfer @ shared @ transfer.swapaxes(-1, -2)
-    before, after = (poses[index] - poses[first] for poses in (corrected.before, corrected.after))
-    return CorrectedDeflections(index, before, after, covariance, noise)
+    differences = np.eye(len(series))[index] - np.eye(len(series))[first]
+    noise, covariance = corrected.covariances(differences) or (None, None)
+    return CorrectedDeflections(index, differences @ corrected.before, differences @ corrected.after, covariance, noise)
 
 
 @dataclass(frozen=True)
@@ -284,22 +225,16 @@ def repeatability(measured: MeasuredPoses, corrected: CorrectedPoses) -> Repeata
     if not members:
         return None
     freedom = sum(len(group) - 1 for group in members)
-    n = corrected.before.shape[1]
-    squares = np.zeros((2, n))
-    noise = np.zeros((2, n))
+    about_mean = np.eye(len(rows))
     for group in members:
-        for which, values in enumerate((corrected.before, corrected.after)):
-            squares[which] += ((values[group] - values[group].mean(axis=0)) ** 2).sum(axis=0)
-        if corrected.own is None or corrected.references is None:
-            continue
-        centring = np.eye(len(group)) - 1.0 / len(group)
-        noise[0] += np.einsum("i,iaa->a", np.diag(centring), corrected.own[group])
-        spread = np.einsum(
-            "iab,kbc,iac->ika", corrected.transfer[group], corrected.references, corrected.transfer[group]
-        )
-        # One command has one T: the references' part of the covariance of two rows i, j is Σ_k w_ik·w_jk·T·V_k·Tᵀ.
-        shared = np.einsum("ij,ik,jk,ika->a", centring, corrected.weights[group], corrected.weights[group], spread)
-        noise[1] += np.einsum("i,iaa->a", np.diag(centring), corrected.own[group]) + shared
-    rms = np.sqrt(squares / freedom)
-    expected = None if corrected.own is None else np.sqrt(noise / freedom)
-    return Repeatability(len(members), freedom, *rms, *((None, None) if expected is None else expected))
+        about_mean[np.ix_(group, group)] -= 1.0 / len(group)
+    about_mean = about_mean[np.concatenate(members)]
+
+    def rms(squares: FloatArray) -> FloatArray:
+        found: FloatArray = np.sqrt(squares.sum(axis=0) / freedom)
+        return found
+
+    covariances = corrected.covariances(about_mean)
+    noise = (None, None) if covariances is None else [rms(np.einsum("maa->ma", each)) for each in covariances]
+    scatter = (rms((about_mean @ poses) ** 2) for poses in (corrected.before, corrected.after))
+    return Repeatability(len(members), freedom, *scatter, *noise)

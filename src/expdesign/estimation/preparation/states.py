@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import BoolArray
-from expdesign.chain.recordings.point_lists import PointSet
 from expdesign.chain.recordings.points import order_in_time
 from expdesign.errors import InputError
+from expdesign.estimation.preparation.point_lists import PointSet
 from expdesign.io.table import Table
 
 _LOADED = re.compile(r"(?:loaded|load|row|measurement|m)?[ _-]*0*(\d+)", re.IGNORECASE)

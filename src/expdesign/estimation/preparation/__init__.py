@@ -1,0 +1,1 @@
+"""Measurements made ready: points registered to deflections, poses freed of thermal deflection."""
