@@ -163,17 +163,3 @@ class Declaration:
     beyond: Beyond = Beyond.GOES_ON
     linear: bool = True
     sizes: tuple[Size, ...] = ()
-
-
-@dataclass(frozen=True)
-class Named:
-    """The one form of an effect, unlike those of other effects of its physics."""
-
-    name: str
-
-    def __str__(self) -> str:
-        return self.name
-
-
-WITH_EXTENSION = Named("with extension")
-"""Form of an effect that depends on how far a sliding joint is extended."""

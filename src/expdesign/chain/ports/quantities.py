@@ -13,6 +13,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import moment_at, passive_joint_turns, sprung_twist, with_links_beyond
 from expdesign.chain.declaration import Input
+from expdesign.chain.forms import relaxed
 from expdesign.chain.row import Row, RowData
 from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
 from expdesign.mechanics.robots.robot import Robot
@@ -84,8 +85,8 @@ class Quantity:
             return stopped, ca.vertcat(force, stopped)
         if self.kind == "lag":
             force, (time, applied) = _seen("effort", row, robot)[self.index], self.setting
-            slow = state[1] + (state[0] - state[1]) * (1.0 - ca.exp(-(1.0 - applied) * row.interval / time))
-            slow = slow + (force - slow) * (1.0 - ca.exp(-applied * row.interval / time))
+            slow = relaxed(state[1], state[0], (1.0 - applied) * row.interval, time)
+            slow = relaxed(slow, force, applied * row.interval, time)
             return slow, ca.vertcat(force, slow)
         if self.kind == "latched":
             limit, planar = self.setting

@@ -13,7 +13,7 @@ from expdesign.chain.component import actuators_and_all
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Effect, Parameter, Values, When
-from expdesign.chain.forms import Acting, Form
+from expdesign.chain.forms import Acting, Form, carried, relaxed
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.mechanics.robots.robot import Robot
 
@@ -22,8 +22,8 @@ def _creeps(at: Acting, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
     """Δq gains s with τ_c·ds/dt = ratio·c·τ − s; the states are s/ratio and the force of the row before."""
     ratio, tau, applied = theta[0], theta[1], theta[2]
     crept, previous = at.state[0], at.state[1]
-    crept += (at.compliance * previous - crept) * (1.0 - ca.exp(-applied * at.row.interval / tau))
-    crept += (at.compliance * at.force - crept) * (1.0 - ca.exp(-(1.0 - applied) * at.row.interval / tau))
+    crept = relaxed(crept, at.compliance * previous, applied * at.row.interval, tau)
+    crept = relaxed(crept, at.compliance * at.force, (1.0 - applied) * at.row.interval, tau)
     return ratio * crept, ca.vertcat(crept, at.force)
 
 
@@ -86,8 +86,8 @@ _SHARES = (0.05, 0.1, 0.2, 0.4)
 
 def _stuck(at: Acting, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
     """The spring follows its force only when that has moved by more than F: a play operator."""
-    carried = ca.fmin(ca.fmax(at.state, at.force - theta[0]), at.force + theta[0])
-    return at.compliance * (carried - at.force), carried
+    follows = carried(at.state, at.force, theta[0])
+    return at.compliance * (follows - at.force), follows
 
 
 def _slipping(at: Acting, theta: ca.SX) -> tuple[ca.SX, ca.SX]:

@@ -16,7 +16,7 @@ from expdesign.chain.component import (
     sliding_joints,
     with_links_beyond,
 )
-from expdesign.chain.declaration import STRAIN_WAVE, WITH_EXTENSION, Declaration, Input, Size, Variant
+from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size, Variant
 from expdesign.chain.declared_effect import DeclaredEffect, Shows
 from expdesign.chain.effect import Parameter, Values
 from expdesign.chain.effects.legs.transmission import LegBacklash
@@ -119,6 +119,10 @@ def across(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
     return first, np.cross(axis, first)
 
 
+_EXTENDED = "with extension"
+"""Form of what depends on how far a sliding joint is extended."""
+
+
 class ExtensionCompliance(DeclaredEffect):
     """A telescope's guide yields more the farther it is extended.
 
@@ -144,7 +148,7 @@ class ExtensionCompliance(DeclaredEffect):
             ),
         ),
     )
-    forms = (WITH_EXTENSION,)
+    forms = (Form(name=_EXTENDED),)
 
     at = sliding_joints
     quantities = (
@@ -217,7 +221,7 @@ class ExtensionPlay(DeclaredEffect):
         ),
     )
     at = sliding_joints
-    forms = (Form(play, str(WITH_EXTENSION)),)
+    forms = (Form(play, _EXTENDED),)
     quantities = (Parameter("gap_m", 1e-5, low=0.0, high=0.1), Parameter("gap_change", 1e-5, low=-0.1, high=0.1))
     says = (
         "{subject} has {gap_m:1e6 .3g} µm of play drawn in, and {gap_change.best:1e6 +.3g} µm more for every metre of "

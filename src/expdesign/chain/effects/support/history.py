@@ -12,6 +12,7 @@ from expdesign.chain.declaration import Input, Size, Variant
 from expdesign.chain.effect import Parameter, When
 from expdesign.chain.effects.actuators.actuators import Creep, FrictionHysteresis
 from expdesign.chain.effects.support.statics import entries
+from expdesign.chain.forms import carried, relaxed
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import DRIVES, OBLIQUE, SupportEffect, SupportForm, shown_drives
@@ -26,8 +27,8 @@ def _held(form: SupportForm, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     """What is behind the friction moves with the load that it carries: a play operator of the change of load."""
     amounts, friction, azimuth = form.drive.split(theta)
     load = form.drive.load(wrench, azimuth)
-    carried = ca.fmin(ca.fmax(state[0], load - friction), load + friction)
-    return form.drive.twist(amounts * carried), carried
+    follows = carried(state[0], load, friction)
+    return form.drive.twist(amounts * follows), follows
 
 
 class SupportFriction(SupportEffect):
@@ -81,7 +82,7 @@ class SupportFriction(SupportEffect):
 
 def _creeps(form: SupportForm, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
     """ω gains C·s with τ·ds/dt = M − s; the load of a row acts since the row before."""
-    crept = state + (wrench[3:] - state) * (1.0 - ca.exp(-row.interval / theta[-1]))
+    crept = relaxed(state, wrench[3:], row.interval, theta[-1])
     return ca.vertcat(ca.SX.zeros(3), symmetric(theta[:6], 3) @ crept), crept
 
 
