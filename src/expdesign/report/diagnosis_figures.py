@@ -15,7 +15,7 @@ from expdesign.diagnosis.result import Diagnosis
 from expdesign.probabilities import probability_text
 from expdesign.report import words
 from expdesign.report.blocks import Block, DataTable, Figure, Shown, SideBySide, framed, number_of
-from expdesign.report.diagnosis_texts import in_prose
+from expdesign.report.diagnosis_texts import candidates, in_prose
 from expdesign.report.figures import axis, band, bars, chart, curve, level, points
 
 _CURVE_LINES = 6
@@ -65,13 +65,6 @@ def law_figure(result: Diagnosis, finding: LawFinding) -> Figure:
 
 
 def _places_table(result: Diagnosis) -> DataTable:
-    assert result.laws is not None
-    listed = [
-        (number, place)
-        for number, part in enumerate(result.laws.parts, start=1)
-        for place in part.places
-        if place.probability >= _LISTED
-    ]
     caption = (
         "Where each law may be. The evidence is that of all laws that the place could hold, beside the other laws; "
         "places whose probabilities are close cannot be told apart by these recordings."
@@ -82,11 +75,9 @@ def _places_table(result: Diagnosis) -> DataTable:
         "Log evidence": number_of("log_evidence", digits=4),
         "Probability": lambda row: probability_text(row.probability, 2),
     }
-    frame = pd.DataFrame(
-        [(number, place.component, place.log_evidence, place.probability) for number, place in listed],
-        columns=["law", "component", "log_evidence", "probability"],
-    )
-    return framed("places", caption, frame, shown)
+    listed = [place for place in candidates(result) if place["probability"] >= _LISTED]
+    columns = ["law", "component", "log_evidence", "probability"]
+    return framed("places", caption, pd.DataFrame(listed, columns=columns), shown)
 
 
 def added(result: Diagnosis) -> bool:

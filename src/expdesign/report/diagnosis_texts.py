@@ -93,7 +93,7 @@ def _finite(value: float) -> float | None:
     return float(value) if np.isfinite(value) and abs(value) < 1e299 else None
 
 
-def _candidates(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+def candidates(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     """Components with log evidence and probability, of every law by what it explains, most probable first."""
     if diagnosis.laws is None:
         return []
@@ -112,12 +112,12 @@ def _candidates(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
 def located(diagnosis: Diagnosis) -> list[str]:
     """Components that the mismatch points to, the most likely first."""
-    candidates = _candidates(diagnosis)
+    places = candidates(diagnosis)
     components = list(dict.fromkeys(finding.component for finding in diagnosis.findings))
     drawn = any(isinstance(finding, LawFinding) for finding in diagnosis.findings)
     if diagnosis.verdict == "unexplained" and not drawn:
         # Named physics that does not explain imitates something; where that is, laws of any form tell better.
-        components = [c["component"] for c in candidates[:1]] or components
+        components = [c["component"] for c in places[:1]] or components
     if drawn and diagnosis.laws is not None:
         # A law is drawn where it predicts best; where it is, the evidence says.
         parts = [part for part in diagnosis.laws.parts if part.places]
@@ -136,7 +136,7 @@ def _location(diagnosis: Diagnosis) -> dict[str, Any] | None:
         share = (location.components[0].explained - location.components[0].dimension) / excess
     return {
         "component": components[0] if len(components) == 1 else components,
-        "candidates": _candidates(diagnosis),
+        "candidates": candidates(diagnosis),
         "axes": list(location.axes),
         "region": location.region,
         "share": float(np.clip(share, 0.0, 1.0)),
