@@ -81,5 +81,5 @@ def test_residuals_are_drawn_over_what_varies_most(tmp_path: Path) -> None:
     found = varied(result, result.recordings.rows(result.fitted))
     assert list(found) == ["fy_N", "x_m"]
     content = xd.identify(ROBOT, tmp_path / "r.csv").page()
-    assert [one["title"] for one in content.data["residuals"]] == ["fy, N", "x, mm", "order of recording (sequence)"]
+    assert [one["title"] for one in content.data["residuals"]] == ["fy (N)", "x (mm)", "order of recording (sequence)"]
     assert np.ptp(content.data["residuals"][1]["values"]) == 100.0

@@ -108,17 +108,13 @@ def _effects_table(result: Diagnosis) -> DataTable:
     ]
     columns = ["physics", "component", "variant", "parameter", "value", "low", "high", "probability"]
 
-    def title(row: Any) -> str:
-        shown = words.parameter(row.parameter, row.value)
-        return f"{shown.title} ({shown.unit})" if shown.unit else shown.title
-
     def numbers(row: Any, *values: float) -> str:
         return " to ".join(words.number(words.parameter(row.parameter, row.value).factor * value) for value in values)
 
     shown: Shown = {
         "Physics": lambda row: physics_words(row.physics),
         "Component": "component",
-        "Parameter": title,
+        "Parameter": lambda row: words.parameter(row.parameter, row.value).heading,
         "Value": lambda row: numbers(row, row.value),
         "95 % interval": lambda row: numbers(row, row.low, row.high) if abs(row.high) < 1e299 else words.UNDETERMINED,
         "Probability": lambda row: probability_text(row.probability, 2),

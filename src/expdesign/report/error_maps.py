@@ -142,7 +142,7 @@ def map_views(problem: DesignProblem, maps: list[AccuracyMap]) -> list[dict[str,
             {
                 "target": one.target + 1,
                 "columns": [names[column] for column in one.axes],
-                "titles": [f"{column.title} ({column.unit})" for column in columns],
+                "titles": [column.heading for column in columns],
                 "factors": [column.factor for column in columns],
                 "grid": [np.round(values, 9) for values in (one.across, one.up)],
                 "at": pose[list(one.axes)],

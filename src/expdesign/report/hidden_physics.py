@@ -164,7 +164,7 @@ def hidden_table(
     shown: dict[str, str | Callable[[Any], str]] = {
         "Effect": lambda row: phrases[row.Index],
         "Component": lambda row: f"{row.component} ({row.variant})" if row.variant else row.component,
-        "Parameter": lambda row: _titled(words.parameter(row.parameter, row.hidden)),
+        "Parameter": lambda row: words.parameter(row.parameter, row.hidden).heading,
         "Hidden error": number_of("error"),
     }
     caption = (
@@ -186,10 +186,6 @@ def hidden_table(
         "Tolerance used up at": lambda row: _size(row, row.tolerance_used_up),
     }
     return framed("hidden-table", caption, frame, shown, tall=True)
-
-
-def _titled(parameter: words.Column) -> str:
-    return f"{parameter.title}, {parameter.unit}" if parameter.unit else parameter.title
 
 
 def _size(row: Any, value: float) -> str:

@@ -226,5 +226,4 @@ def residuals(result: Identification, train: Recordings) -> tuple[list[Block], d
 def _against(name: str, values: FloatArray) -> dict[str, Any]:
     """A coordinate as the figure shows it: title and values."""
     column = words.plan_column(name)
-    title = f"{column.title}, {column.unit}" if column.unit else column.title
-    return {"title": title, "values": [float(f"{value * column.factor:.6g}") for value in values]}
+    return {"title": column.heading, "values": [float(f"{value * column.factor:.6g}") for value in values]}

@@ -23,13 +23,10 @@ _UNITS = {
 _JOINT_ANGLE = re.compile(r"q\d+_rad")
 _NAMES = {"com": "centre of mass", "sequence": "no."}
 
-#: What a source of load error is called.
-SOURCES = {"com": "centre of mass", "mass": "mass", "direction": "direction", "wrench": "wrench"}
-
 
 def source(name: str) -> str:
     """What a source of load error is called."""
-    return SOURCES.get(name, name)
+    return _NAMES.get(name, name)
 
 
 UNDETERMINED = "not determined"
@@ -42,6 +39,11 @@ class Column:
     title: str
     unit: str
     factor: float
+
+    @property
+    def heading(self) -> str:
+        """The title with its unit, as a heading or an axis has it."""
+        return f"{self.title} ({self.unit})" if self.unit else self.title
 
 
 def number(value: float, digits: int = 3, scale: float = 0.0) -> str:
