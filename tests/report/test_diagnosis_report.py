@@ -82,7 +82,7 @@ def test_verdict_and_errors_are_there(kind: str) -> None:
     assert all(opening[other] not in shown for other in KINDS if other != kind)
     for value in (result.errors.test_before, result.errors.test_after):
         assert number(value) in shown
-    before_and_after = "Errors" if kind == "consistent" else "Before and after"
+    before_and_after = "Before and after" if result.findings else "Errors"
     for heading in (before_and_after, "Residuals", "What was considered", "Next steps"):
         assert heading in shown
     assert ("Where the mismatch is" in shown) == (kind != "consistent")
