@@ -11,6 +11,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component
 from expdesign.chain.declaration import ONLY, Variant
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.forms import Form
 from expdesign.chain.ports.features import FeatureBasis
 from expdesign.chain.ports.port import Channel, Port
 from expdesign.chain.ports.quantities import Quantity
@@ -38,17 +39,6 @@ def ports_of(robot: Robot) -> list[Port]:
     return [port for port in (cls(robot) for cls in port_classes().values()) if port.width > 0]
 
 
-@dataclass(frozen=True)
-class LawVariant:
-    """Which law of a model: its kind (`words.FORMS`) and its number, from 1."""
-
-    kind: str
-    number: int
-
-    def __str__(self) -> str:
-        return f"{self.kind} {self.number}"
-
-
 class _AtPort(Effect):
     """An effect whose every hook is that of a port; subclasses say what u is."""
 
@@ -56,9 +46,7 @@ class _AtPort(Effect):
 
     def __init__(self, robot: Robot, port: Port, component: Component, variant: Variant = ONLY) -> None:
         self.port = port
-        self.changes_geometry = any(
-            getattr(type(port), hook) is not getattr(Port, hook) for hook in ("geometry", "unloaded")
-        )
+        self.changes_geometry = self._acts("geometry") or self._acts("unloaded")
         super().__init__(robot, component, variant)
 
     @property
@@ -87,35 +75,39 @@ class _AtPort(Effect):
         return theta
 
     def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:
-        return self.port.geometry(geometry, self.always(theta)) if self._acts("geometry") else geometry
+        return self._added("geometry", geometry, self.always(theta)) if self._acts("geometry") else geometry
 
     def unloaded(self, pose: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        return self.port.unloaded(pose, row, self.always(theta)) if self._acts("unloaded") else pose
+        return self._added("unloaded", pose, row, self.always(theta)) if self._acts("unloaded") else pose
 
     def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        return self.port.load(wrench, row, self._u(row, theta)) if self._acts("load") else wrench
+        return self._added("load", wrench, row, self._u(row, theta)) if self._acts("load") else wrench
 
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
-        if not self._acts("actuator"):
-            return elongation, state
-        extra, following = self.extra(row, state, theta)
-        return self.port.actuator(elongation, row, extra), following
+        return self._remembered("actuator", elongation, row, state, theta)
 
     def structure_with_memory(
         self, deflection: ca.SX, wrench: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
-        if not self._acts("structure"):
-            return deflection, state
-        extra, following = self.extra(row, state, theta)
-        return self.port.structure(deflection, row, extra), following
+        return self._remembered("structure", deflection, row, state, theta)
 
     def reading(self, reading: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        return self.port.reading(reading, row, self._u(row, theta)) if self._acts("reading") else reading
+        return self._added("reading", reading, row, self._u(row, theta)) if self._acts("reading") else reading
 
-    def _acts(self, hook: str) -> bool:
-        return getattr(type(self.port), hook) is not getattr(Port, hook)
+    def _acts(self, link: str) -> bool:
+        return hasattr(self.port, link)
+
+    def _added(self, link: str, *given: Any) -> ca.SX:
+        found: ca.SX = getattr(self.port, link)(*given)
+        return found
+
+    def _remembered(self, link: str, value: ca.SX, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
+        if not self._acts(link):
+            return value, state
+        extra, following = self.extra(row, state, theta)
+        return self._added(link, value, row, extra), following
 
 
 class Injection(_AtPort):
@@ -178,7 +170,7 @@ class Law(_AtPort):
         self.form = form
         classes = port_classes()
         self._outputs = sorted({channel.output for channel in form.channels})
-        super().__init__(robot, classes[form.port](robot), form.component, LawVariant(form.kind, number))
+        super().__init__(robot, classes[form.port](robot), form.component, Form(name=f"{form.kind} {number}"))
 
     def describe(self) -> tuple[Parameter, ...]:
         form = self.form

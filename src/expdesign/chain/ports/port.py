@@ -12,12 +12,9 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-import casadi as ca
-
 from expdesign.chain.component import Component
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
-from expdesign.chain.row import Row
 from expdesign.mechanics.robots.robot import Robot
 
 
@@ -120,7 +117,11 @@ Names = Callable[[Robot], Sequence[str]]
 
 
 class Port(ABC):
-    """One kind of port of a robot. The hooks are those of `Effect`, with u in place of parameters.
+    """One kind of port of a robot, which adds u to the links of the chain of which it has a method.
+
+    These are named as those of `Effect`, take what is there, the row and u, and return what is there then:
+    `unloaded(pose, row, u)`, `load(wrench, row, u)`, `actuator(elongation, row, u)`, `structure(deflection, row, u)`
+    and `reading(reading, row, u)`; `geometry(geometry, u)` has no row.
 
     Attributes:
         name: identifies the port in model files.
@@ -151,27 +152,3 @@ class Port(ABC):
         channels = channels_of(terms, prior.inputs, alike=alike)
         rank = prior.rank if rank is None else rank
         return Entry(self.name, component, prior.form, channels, prior.kernel, prior.scales, rank)
-
-    def geometry(self, geometry: ca.SX, extra: ca.SX) -> ca.SX:
-        """See `Effect.geometry`."""
-        return geometry
-
-    def unloaded(self, pose: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
-        """See `Effect.unloaded`."""
-        return pose
-
-    def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
-        """See `Effect.load`."""
-        return wrench
-
-    def actuator(self, elongation: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
-        """See `Effect.actuator`."""
-        return elongation
-
-    def structure(self, deflection: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
-        """See `Effect.structure`."""
-        return deflection
-
-    def reading(self, reading: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
-        """See `Effect.reading`."""
-        return reading
