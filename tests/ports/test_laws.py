@@ -183,7 +183,7 @@ def test_a_law_written_as_data_predicts_the_same_number_for_number() -> None:
     for effect in fitted.chain.effects:
         assert isinstance(effect, Law)
         data = yaml.safe_load(yaml.safe_dump(form_data(effect.form)))
-        effects.append(Law(result.robot, form_of(data, effect.component), effect.variant.number))
+        effects.append(Law(result.robot, form_of(data, effect.component), effect.number))
     chain = Chain(result.robot, tuple(effects))
     assert [p.name for p in chain.parameters] == [p.name for p in fitted.chain.parameters]
     rows = row_data(result.recordings, result.robot)

@@ -127,7 +127,7 @@ def test_laws_of_a_support_come_back_from_a_model_file() -> None:
     points = column()
     chain, values = found().fit.chain, found().fit.values
     laws = [effect for effect in chain.effects if isinstance(effect, Law)]
-    again = tuple(Law(BODY, form_of(form_data(law.form), BASE), law.variant.number) for law in laws)
+    again = tuple(Law(BODY, form_of(form_data(law.form), BASE), law.number) for law in laws)
     rows = row_data(points, BODY)
     np.testing.assert_allclose(Chain(BODY, again).predict(rows, values), chain.predict(rows, values), atol=1e-15)
 

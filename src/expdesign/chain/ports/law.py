@@ -167,7 +167,7 @@ class Law(_AtPort):
     """
 
     def __init__(self, robot: Robot, form: LawForm, number: int = 1) -> None:
-        self.form = form
+        self.form, self.number = form, number
         classes = port_classes()
         self._outputs = sorted({channel.output for channel in form.channels})
         super().__init__(robot, classes[form.port](robot), form.component, Form(name=f"{form.kind} {number}"))

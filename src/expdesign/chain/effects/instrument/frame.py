@@ -12,6 +12,7 @@ from expdesign.chain.component import INSTRUMENT, Component, on_any
 from expdesign.chain.declaration import Beyond, Declaration, Input, Size, Variant, rounded
 from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Parameter, Values, When
+from expdesign.chain.forms import Form
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSITIONS, LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.support import measured_axes
@@ -21,11 +22,8 @@ from expdesign.mechanics.robots.robot import Robot
 _HOUR = 3600.0
 
 
-class FrameMotion(StrEnum):
-    """Whether the instrument turns as well."""
-
-    SHIFT = "shift"
-    SHIFT_AND_TURN = "shift and turn"
+_DRIFT = tuple(Parameter(f"drift_{axis}_m_per_h", 1e-4) for axis in "xyz")
+_TURNING = tuple(Parameter(f"drift_r{axis}_rad_per_h", 1e-5) for axis in "xyz")
 
 
 class InstrumentDrift(DeclaredEffect):
@@ -51,19 +49,14 @@ class InstrumentDrift(DeclaredEffect):
         ),
     )
     measurands = (POSITIONS,)
-    forms = tuple(FrameMotion)
+    forms = (Form(name="shift", parameters=_DRIFT), Form(name="shift and turn", parameters=(*_DRIFT, *_TURNING)))
     at = on_any(INSTRUMENT)
     when: ClassVar[When] = lambda robot, points: points.timed
-
-    def describe(self) -> tuple[Parameter, ...]:
-        shift = [Parameter(f"drift_{axis}_m_per_h", 1e-4) for axis in "xyz"]
-        turn = [Parameter(f"drift_r{axis}_rad_per_h", 1e-5) for axis in "xyz"]
-        return tuple(shift if self.variant is FrameMotion.SHIFT else shift + turn)
 
     def reading(self, reading: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         hours = row.clock / _HOUR
         moved = reading + theta[:3] * hours
-        return moved if self.variant is FrameMotion.SHIFT else moved + ca.cross(theta[3:6] * hours, reading)
+        return moved if theta.shape[0] == len(_DRIFT) else moved + ca.cross(theta[3:6] * hours, reading)
 
     def sentence(self, values: Values) -> str:
         shift = {name: value for name, value in values.items() if name.endswith("_m_per_h")}

@@ -1,7 +1,6 @@
 """Bearings and guides of an arm's joints: they yield off the joint's axis, and have play."""
 
 from dataclasses import replace
-from enum import StrEnum
 
 import casadi as ca
 import numpy as np
@@ -26,11 +25,13 @@ from expdesign.chain.row import Row
 from expdesign.mechanics.robots.robot import Robot
 
 
-class OffAxes(StrEnum):
-    """Whether the bearing is the same across all directions."""
+def _lateral(*names: str) -> tuple[Parameter, ...]:
+    return tuple(Parameter(f"{name}_rad_per_Nm", 1e-6, low=0.0, high=1.0) for name in names)
 
-    ALL = ""
-    TWO = "two directions"
+
+_ALIKE = Form(parameters=_lateral("lateral"))
+"""The bearing is the same across all directions."""
+_TWO = Form(name="two directions", parameters=_lateral("lateral_1", "lateral_2"))
 
 
 class JointCompliance(DeclaredEffect):
@@ -63,7 +64,7 @@ class JointCompliance(DeclaredEffect):
             ),
         ),
     )
-    forms = tuple(OffAxes)
+    forms = (_ALIKE, _TWO)
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
@@ -72,19 +73,12 @@ class JointCompliance(DeclaredEffect):
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        return [
-            (component, form)
-            for component in cls.components(robot)
-            for form in ((OffAxes.ALL,) if component.several else OffAxes)
-        ]
+        return [place for place in super().shown(robot, points) if not place[0].several or place[1] == _ALIKE]
 
     def describe(self) -> tuple[Parameter, ...]:
-        if self.variant is OffAxes.TWO:
-            return tuple(Parameter(f"lateral_{i}_rad_per_Nm", 1e-6, low=0.0, high=1.0) for i in (1, 2))
-        if self.component.several:
-            names = (f"joint_{joint.number}_lateral_rad_per_Nm" for joint in each_joint(self.robot))
-            return tuple(Parameter(name, 1e-6, low=0.0, high=1.0) for name in names)
-        return (Parameter("lateral_rad_per_Nm", 1e-6, low=0.0, high=1.0),)
+        if not self.component.several or self.variant == _TWO:
+            return super().describe()
+        return _lateral(*(f"joint_{joint.number}_lateral" for joint in each_joint(self.robot)))
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         if not self.component.several:
@@ -99,7 +93,7 @@ class JointCompliance(DeclaredEffect):
         load = with_links_beyond(self.robot, wrench, row, joint + 1)
         first, second = across(robot.tree.joints[joint].axis)
         compliances = one * ca.SX(np.outer(first, first)) + other * ca.SX(np.outer(second, second))
-        if self.robot.units[joint] == "m" and self.variant is OffAxes.ALL:
+        if self.robot.units[joint] == "m" and self.variant == _ALIKE:
             compliances = one * ca.SX.eye(3)
         turn = frame @ compliances @ frame.T @ moment_at(load, row, point)
         return at_tip(self.robot, joint, ca.SX.zeros(3), turn, row, point)
@@ -152,7 +146,7 @@ class ExtensionCompliance(DeclaredEffect):
 
     at = sliding_joints
     quantities = (
-        Parameter("lateral_rad_per_Nm", 1e-6, low=0.0, high=1.0),
+        *_lateral("lateral"),
         Parameter("lateral_change_rad_per_Nm_m", 1e-6, low=-1.0, high=1.0),
     )
     says = (

@@ -1,7 +1,7 @@
 """Errors of the load: of its centre of mass, its direction, its mass or scale, its sensor, and a tool nobody stated."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import ClassVar
 
@@ -283,17 +283,6 @@ _LIGHTEST = 1e-9
 """kg; a centre of less is not told."""
 
 
-@dataclass(frozen=True)
-class Tip:
-    """The tip that has the tool, where a robot has several."""
-
-    number: int
-    name: str
-
-    def __str__(self) -> str:
-        return self.name
-
-
 class UnknownTool(DeclaredEffect):
     """A tool or a payload of unknown mass and centre rides on the tip in every row.
 
@@ -321,7 +310,7 @@ class UnknownTool(DeclaredEffect):
     @classmethod
     def variants(cls, robot: Robot) -> Sequence[Variant]:
         tips = robot.links.tree.tips if robot.jointed else ()
-        return [Tip(number, name) for number, name in enumerate(tips)] if len(tips) > 1 else [ONLY]
+        return [Form(name=name) for name in tips] if len(tips) > 1 else [ONLY]
 
     at = on(lambda robot: robot.coordinates.centre_of_mass, PLATFORM)
     together = True
@@ -332,22 +321,24 @@ class UnknownTool(DeclaredEffect):
 
     def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         weight = ca.vertcat(theta[0] * row.gravity, moment(row.rotation @ theta[1:], row.gravity))
-        if not isinstance(self.variant, Tip):
-            return wrench + weight
-        return wrench + self.robot.links.tree.looked_at(row.pose)[self.variant.number] * weight
+        return wrench + (weight if self.form is None else self._own_row(row, self.form) * weight)
+
+    def _own_row(self, row: Row, tip: Form) -> ca.SX:
+        """1 in rows of the tip that has the tool, of several, and 0 in others."""
+        tree = self.robot.links.tree
+        return tree.looked_at(row.pose)[tree.tips.index(tip.name)]
 
     def own_weight_change(self, row: Row, theta: ca.SX) -> ca.SX:
         """In rows of other tips the tool weighs as a part of the robot."""
-        if not isinstance(self.variant, Tip):
+        if self.form is None:
             return super().own_weight_change(row, theta)
         tree = self.robot.links.tree
         q = ca.SX.sym("q", len(self.robot.configuration))
-        pose = tree.forward(q)[self.variant.name]
+        pose = tree.forward(q)[self.form.name]
         # The first moments are no functions of q: their sum with the mass is m·p, of which gravity makes the torque.
         potential = ca.dot(row.gravity, theta[0] * pose[:3, 3] + pose[:3, :3] @ theta[1:])
         torque = ca.gradient(potential, q)[: len(self.robot.stiffness)]
-        elsewhere = 1.0 - tree.looked_at(row.pose)[self.variant.number]
-        return elsewhere * ca.substitute(torque, q, row.pose)
+        return (1.0 - self._own_row(row, self.form)) * ca.substitute(torque, q, row.pose)
 
     def reported(self, theta: ca.SX) -> dict[str, ca.SX]:
         mass = ca.if_else(ca.fabs(theta[0]) > _LIGHTEST, theta[0], _LIGHTEST)
@@ -356,6 +347,6 @@ class UnknownTool(DeclaredEffect):
 
     def sentence(self, values: Values) -> str:
         centre = ", ".join(f"{1e3 * values[name][0]:.0f}" for name in values if name.startswith("tool_com"))
-        tip = "the tip `{variant}`" if isinstance(self.variant, Tip) else "the tip"
+        tip = "the tip `{variant}`" if self.form is not None else "the tip"
         rides = f"rides on {tip}, its centre of mass at ({centre}) mm in its axes."
         return self.said(f"A tool of {{tool_mass_kg:.3g}} kg that nothing accounts for {rides}", values)
