@@ -65,29 +65,22 @@ def all_configurations(
         f"Bars of the {unit} per criterion and configuration; the tables below hold the numbers.",
         y=axis(unit, rangemode="tozero"), filename="configurations", barmode="group", showlegend=True,
     )  # fmt: skip
-    rows: list[list[str]] = []
-    table: list[list[object]] = []
-    for criterion in dict.fromkeys(name for one in judgements for name in one.problem.criteria):
-        cells = []
-        for judgement, found in zip(judgements, correlations, strict=True):
-            if criterion not in judgement.problem.criteria:
-                cells += [np.nan, np.nan]
-                continue
-            design = next(i for i, one in enumerate(judgement.contenders) if one.name == criterion)
-            over = next((one for one in found if (one.criterion, one.over) == (criterion, "random designs")), None)
-            cells += [float(judgement.attained_ratio[design]), np.nan if over is None else over.coefficient]
-        table.append([criterion, *cells])
-        texts = [words.number(v) if i % 2 == 0 else signed(v) for i, v in enumerate(cells)]
-        rows.append([words.criterion(criterion), *texts])
-    columns = [f"{name}: {head}" for name in names for head in ("error / best", "rank correlation")]
+    criteria = list(dict.fromkeys(name for one in judgements for name in one.problem.criteria))
+    columns: dict[str, list[float]] = {}
+    for name, judgement, found in zip(names, judgements, correlations, strict=True):
+        ratios = dict(zip(judgement.frame()["design"], judgement.attained_ratio.tolist(), strict=True))
+        over = {one.criterion: one.coefficient for one in found if one.over == "random designs"}
+        columns[f"{name}: error / best"] = [ratios.get(one, np.nan) for one in criteria]
+        columns[f"{name}: rank correlation"] = [over.get(one, np.nan) for one in criteria]
+    frame = pd.DataFrame({"criterion": criteria, **columns})
+    cells = [[words.number(v) if k % 2 == 0 else signed(v) for v in one] for k, one in enumerate(columns.values())]
+    rows = [list(row) for row in zip(map(words.criterion, criteria), *cells, strict=True)]
     caption = (
         "For every criterion: how many times the best design's error its own design leaves, and its rank correlation "
         "with the attained accuracy over random designs."
     )
-    frame = pd.DataFrame(table, columns=["criterion", *columns])
-    return PageSection(
-        "several", "All configurations", [figure, table_of("criteria", caption, ["Criterion", *columns], rows, frame)]
-    )
+    table = table_of("criteria", caption, ["Criterion", *columns], rows, frame)
+    return PageSection("several", "All configurations", [figure, table])
 
 
 def accuracy_figure(index: int, judgement: Judgement) -> Figure:

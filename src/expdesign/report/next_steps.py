@@ -8,48 +8,48 @@ _STEPS = {
     "evaluate": (
         "Judge the plan once more, or one that you have changed. plan.csv beside this page holds the recommended "
         "design; the plan of any other design is downloaded above.",
-        "evaluate {config} {plan}",
+        "expdesign evaluate {config} {plan}",
     ),
     "simulate": (
         "Rehearse: make recordings from the model with noise, and try the steps below on them.",
-        "simulate {config} {plan} --out rehearsal.csv",
+        "expdesign simulate {config} {plan} --out rehearsal.csv",
     ),
     "sheet": (
         "Make a sheet for the laboratory: the rows in an order that saves changes, with room for readings.",
-        "sheet {config} {plan} --out sheet",
+        "expdesign sheet {config} {plan} --out sheet",
     ),
     "check": (
         "Measure. Fill in sheet/sheet.xlsx, or a copy of plan.csv with what was measured in the columns {columns} "
         "(those that the instrument gives), saved as recordings.csv. Check the file before leaving the laboratory.",
-        "check {recordings} --robot {robot}",
+        "expdesign check {recordings} --robot {robot}",
     ),
     "identify": (
         "Identify the stiffness of the actuators, with confidence intervals, and see whether the targets are within "
         "their tolerances.",
-        "identify {robot} {recordings} --targets {config} --out identified",
+        "expdesign identify {robot} {recordings} --targets {config} --out identified",
     ),
     "identify poses": (
         "Measure the poses of plan.csv against the commanded ones, and identify the {noun}.",
-        "identify {robot} poses.csv --out identified",
+        "expdesign identify {robot} poses.csv --out identified",
     ),
     "diagnose": (
         "Find out which physics the model lacks.",
-        "diagnose {robot} {recordings}{at_targets} --out diagnosed",
+        "expdesign diagnose {robot} {recordings}{at_targets} --out diagnosed",
     ),
     "predict": (
         "Predict deflections: here at the recorded commands and loads, or at those of any other table.",
-        "predict {model} {recordings} --out predicted.csv",
+        "expdesign predict {model} {recordings} --out predicted.csv",
     ),
     "compensate": (
         "Find commands that reach the targets under load.",
-        "compensate {model} {targets} --out commands.csv",
+        "expdesign compensate {model} {targets} --out commands.csv",
     ),
     "verify": (
         "Measure at these commands (fill in commands.csv, saved as check.csv), and certify what is attained.",
-        "verify {model} check.csv --config {config} --out verified",
+        "expdesign verify {model} check.csv --config {config} --out verified",
     ),
-    "next": ("If the accuracy is not enough, measure on.", "next {config} {recordings} --out plan-next.csv"),
-    "run": ("Look for a better plan.", "run {config} --out results/mine"),
+    "next": ("If the accuracy is not enough, measure on.", "expdesign next {config} {recordings} --out plan-next.csv"),
+    "run": ("Look for a better plan.", "expdesign run {config} --out results/mine"),
 }
 _UNNAMED = {
     "robot": "ROBOT.yaml", "config": "CONFIG.yaml", "recordings": "recordings.csv", "targets": "targets.csv",
@@ -72,6 +72,5 @@ def next_steps(*names: str, **given: str) -> PageSection:
     steps = []
     for name in names:
         sentence, command = _STEPS.get(name, (name, ""))
-        words = f"expdesign {command}".format(**_UNNAMED | paths) if command else ""
-        steps.append((sentence.format(**given) if command else sentence, words))
+        steps.append((sentence.format(**given) if command else sentence, command.format(**_UNNAMED | paths)))
     return PageSection("next", "Next steps", [NextSteps(steps)])

@@ -160,15 +160,14 @@ def sweep_runs(document: YamlDocument) -> list[SweepRun]:
     """
     require_kind(document, "sweep")
     sweep = validate(SweepSection, document)
-    base = _base(sweep)
     runs, robots, tried = [], _Robots(), set[str]()
+    base = _base(sweep, robots)
     for number, values in enumerate(_combinations(sweep), start=1):
         described = ", ".join(f"{key} = {text_of(value)}" for key, value in values.items())
         source = f"{document.source}, run {number} ({described})"
         content = copy.deepcopy(base)
         for key, value in values.items():
-            _put(content, key, _here(key, value, document.folder), robots, source)
-        content["robot"] = robots.content(content.get("robot"), source)
+            _put(content, key, _here(key, value, document.folder, robots, source), source)
         part = YamlDocument(source, Path(), content)
         config = resolved_config(part, robots.robot(content["robot"], source))
         fresh = {f"{key} = {text_of(value)}" for key, value in values.items()} - tried
@@ -197,8 +196,8 @@ def text_of(value: Any) -> str:
     return value if isinstance(value, str) else json.dumps(value)
 
 
-def _base(sweep: SweepSection) -> dict[str, Any]:
-    """The configuration that is varied, its paths made independent of where it lies."""
+def _base(sweep: SweepSection, robots: "_Robots") -> dict[str, Any]:
+    """The configuration that is varied, its robot read in and its paths made independent of where it lies."""
     if isinstance(sweep.config, str):
         path = sweep.document.file(sweep.config)
         if not path.is_file():
@@ -212,8 +211,8 @@ def _base(sweep: SweepSection) -> dict[str, Any]:
     content = copy.deepcopy(found.content)
     for key in ("robot", "experiment.poses.candidates"):
         value = _get(content, key)
-        if isinstance(value, str):
-            _put(content, key, str(found.folder / value), _Robots(), found.source)
+        if value is not None:
+            _put(content, key, _here(key, value, found.folder, robots, found.source), found.source)
     return content
 
 
@@ -236,15 +235,12 @@ class _Robots:
     """Robots by their files and by their content, each read once."""
 
     def __init__(self) -> None:
-        self._contents: dict[str, Any] = {}
+        self._contents: dict[Path, Any] = {}
         self._robots: dict[str, Robot] = {}
 
-    def content(self, robot: Any, source: str) -> Any:
-        """The mapping of a robot, or of the file that it lies in."""
-        if not isinstance(robot, str):
-            return robot
-        if robot not in self._contents:
-            path = Path(robot)
+    def content(self, path: Path, source: str) -> Any:
+        """The mapping in the file of a robot."""
+        if path not in self._contents:
             if not path.is_file():
                 remedy = "Paths are relative to the file in which they stand."
                 raise InputError(f"there is no file {path}", where=f"{source}, robot", remedy=remedy)
@@ -252,8 +248,8 @@ class _Robots:
             content = document.content
             if isinstance(content, dict) and isinstance(content.get("urdf"), str):
                 content = content | {"urdf": str((document.folder / content["urdf"]).resolve())}
-            self._contents[robot] = content
-        return copy.deepcopy(self._contents[robot])
+            self._contents[path] = content
+        return self._contents[path]
 
     def robot(self, content: Any, source: str) -> Robot:
         """The robot that a mapping describes."""
@@ -263,9 +259,11 @@ class _Robots:
         return self._robots[key]
 
 
-def _here(key: str, value: Any, folder: Path) -> Any:
-    """A value of the sweep file; paths in it are relative to that file."""
-    return str(folder / value) if key in ("robot", "experiment.poses.candidates") and isinstance(value, str) else value
+def _here(key: str, value: Any, folder: Path, robots: _Robots, source: str) -> Any:
+    """A value of a file in a folder: a robot is read in, and another path is the same from everywhere."""
+    if key == "robot" and isinstance(value, str):
+        return robots.content(folder / value, source)
+    return str(folder / value) if key == "experiment.poses.candidates" and isinstance(value, str) else value
 
 
 def _keys(key: str) -> list[str | int]:
@@ -283,8 +281,8 @@ def _get(content: Any, key: str) -> Any:
     return content
 
 
-def _put(content: dict[str, Any], key: str, value: Any, robots: _Robots, source: str) -> None:
-    """Set what stands at a dotted key; mappings on the way that are missing are made, and files are read in."""
+def _put(content: dict[str, Any], key: str, value: Any, source: str) -> None:
+    """Set what stands at a dotted key; mappings on the way that are missing are made."""
     *way, last = _keys(key)
     place: Any = content
     for depth, part in enumerate([*way, last]):
@@ -298,6 +296,4 @@ def _put(content: dict[str, Any], key: str, value: Any, robots: _Robots, source:
         if depth == len(way):
             place[part] = copy.deepcopy(value)
             return
-        if part == "robot" and depth == 0:
-            place[part] = robots.content(place.get(part), source)
         place = place[part] if isinstance(place, list) and isinstance(part, int) else place.setdefault(part, {})
