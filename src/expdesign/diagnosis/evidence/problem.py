@@ -149,6 +149,7 @@ class Problem:
         self._listed = len(self.atoms)
         self._refuted: set[int] = set()
         self._seen: dict[tuple[object, ...], list[Chosen]] = {}
+        self._seen_names: dict[tuple[object, ...], list[Chosen]] = {}
         self.start = self._chosen(names.base if names else None, (), base)
 
     @property
@@ -176,22 +177,34 @@ class Problem:
         prices = self.prices + (0.0 if beside.nameless else self.options.nameless) * self._nameless
         return Proposal(gains - (prices if only is None else prices[only]), variances)
 
-    def trials(self, current: Chosen) -> list[Chosen]:
+    def trials(self, current: Chosen, *, named: bool = False) -> list[Chosen]:
         """Effects that promise something, and components that come near, each with its laws beside what is there.
 
         They are remembered, since ends are weighed again.
+
+        Args:
+            current: what is there.
+            named: whether effects are asked for alone.
         """
         key = current.key
+        if key not in self._seen_names:
+            some = None if current.laws else range(self._first)
+            self._seen_names[key] = self._named(current, self.propose(current, some), -np.inf) if self.names else []
+        names = self._seen_names[key]
+        if named:
+            return names
         if key not in self._seen:
-            proposal = self.propose(current)
-            trials = self._named(current, proposal, -np.inf)
-            least = max([self.options.alarm, *(trial.evidence - current.evidence for trial in trials)])
-            if self._dictionary is not None and self._most(current) - self.options.nameless > least:
-                self._look_up(self._dictionary())
-                proposal = self.propose(current)
-            laws = [self._at(current, component, proposal) for component in self._near(proposal)]
-            self._seen[key] = [*laws, *trials]
+            least = max([self.options.alarm, *(trial.evidence - current.evidence for trial in names)])
+            open_to_laws = self.names is None or current.laws or self._most(current) - self.options.nameless > least
+            self._seen[key] = [*(self._laws(current) if open_to_laws else ()), *names]
         return self._seen[key]
+
+    def _laws(self, current: Chosen) -> list[Chosen]:
+        """With the laws of one component that comes near, each."""
+        if self._dictionary is not None:
+            self._look_up(self._dictionary())
+        proposal = self.propose(current)
+        return [self._at(current, component, proposal) for component in self._near(proposal)]
 
     def report(self, stage: Stage, detail: str) -> None:
         """Report progress."""
@@ -262,10 +275,11 @@ class Problem:
     def _most(self, current: Chosen) -> float:
         """Log evidence that one parameter would gain which took away all that exceeds the noise; ∞ of unknown noise.
 
-        One that takes away q in χ² gains ½·(q − ln q).
+        One that takes away q in χ² gains ½·(q − ln q). The noise is that of M − p readings, and as much as it scatters.
         """
         state = current.state
-        excess = max(state.scatter - state.freedom - 2.0 * current.mistakes.worth, 1.0)
+        noise = state.freedom + float(np.sqrt(2.0 * state.freedom))
+        excess = max(state.scatter - noise - 2.0 * current.mistakes.worth, 1.0)
         return 0.5 * (excess - float(np.log(excess))) if state.known_noise else float("inf")
 
     def _look_up(self, dictionary: Dictionary) -> None:

@@ -139,7 +139,7 @@ class Search:
     def _completed(self, current: Chosen, most: int, *, named: bool = False) -> Chosen:
         """With further effects, and laws of further components if not `named` alone, as long as they are worth it."""
         while True:
-            trials = [trial for trial in self._grown(current, most) if not (named and trial.laws)]
+            trials = self._grown(current, most, named=named)
             if not trials:
                 return current
             grown = max(trials, key=lambda trial: trial.evidence)
@@ -150,12 +150,12 @@ class Search:
                 return current
             current = self._pruned(grown if grown.laws else self._swapped(grown, named=named))
 
-    def _grown(self, current: Chosen, most: int) -> list[Chosen]:
+    def _grown(self, current: Chosen, most: int, *, named: bool = False) -> list[Chosen]:
         """Trials with one more effect, or with the laws of one more component."""
         if current.count >= most:
             return []
         self.problem.report(Stage.EFFECTS, f"{current.count + 1}")
-        return self.problem.trials(current)
+        return self.problem.trials(current, named=named)
 
     def _exchanged(self, current: Chosen) -> Chosen:
         """What is at one component at a time replaced where another explains and predicts better beside the others."""
