@@ -15,7 +15,7 @@ from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.findings import findings, reported
 from expdesign.diagnosis.held_out import held_out
 from expdesign.diagnosis.library import candidates, library
-from expdesign.diagnosis.names import LawsBeside, Names
+from expdesign.diagnosis.names import Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.posterior import standing
 from expdesign.estimation.fit import Data, Fit, fit
@@ -62,7 +62,7 @@ def test_models_beside_laws_are_not_among_those_of_named_effects() -> None:
     """A diagnosis that is ended compares misfits, and a law beside a model takes its share of them."""
     names = search_of(simulated(NAME, PLAY, parameters=[1.5e-5])).known_names
     direction = np.ones((names.sample.readings, 1))
-    beside = names.model((), [], names.base, LawsBeside((0,), (direction,), (1.0,)))
+    beside = names.model((), [], names.base, [(0, direction, 1.0)])
     assert beside is not names.base
     assert names.models == [names.base]
 

@@ -1,8 +1,8 @@
 """The diagnosis of a machine with many small errors, or of what a body stands on: by groups of effects and laws.
 
 To name causes one at a time is right where few things are wrong. Where ten are a little wrong it stops early, and what
-it has named by then imitates the rest. Which of the two the recordings call for is decided by left-out blocks: if one
-or two groups of effects predict them nearly as well as all together do, causes are named one at a time.
+it has named by then imitates the rest. Which of the two the recordings call for is decided by left-out blocks: where
+one or two groups predict them nearly as well as all together do, these have to predict better than named effects.
 """
 
 from dataclasses import dataclass, replace
@@ -20,7 +20,6 @@ from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.result import ONE_AT_A_TIME, TOGETHER, Diagnosis, Method
 from expdesign.diagnosis.stages import Stage
-from expdesign.diagnosis.statement import dispersion
 
 
 @dataclass(frozen=True)
@@ -41,19 +40,8 @@ class ByGroups:
 
     @property
     def alone(self) -> bool:
-        """Whether single causes need not be looked for.
-
-        Of what a body stands on: where what the groups leave is no noise, and not their fault. A named law that changes
-        too fast for laws of limited rank leaves remainders that do not depend on the row before; where rows are alike,
-        something is missing that no law of the load, its history or time can stand for.
-        """
-        if self.groups is None:
-            return False
-        if not self.frame.robot.on_support:
-            return True
-        sample = self.frame.names.sample
-        alike = dispersion(self.groups.fit.residuals, sample).correlation > OPTIONS.correlated
-        return self.groups.noise > OPTIONS.predicts and alike
+        """Whether single causes need not be looked for, since more than two groups are needed."""
+        return self.groups is not None and not self.groups.few
 
     def beats(self, named: LeftOut) -> bool:
         """Whether left-out blocks are predicted better than by named effects."""
@@ -96,14 +84,7 @@ def by_groups(frame: Frame) -> ByGroups:
     if found is None:
         return one_at_a_time("no group of effects is worth its evidence")
     judged = _errors(found, frame)
-    if frame.judged.any() and judged.test_after > OPTIONS.refutes * max(found.after, found.noise):
-        # Large laws that cancel each other where they were seen do not do so elsewhere.
-        lasting = grouped(robot, sample, base, library.lasting)
-        if lasting is not None and (errors_of := _errors(lasting, frame)).test_after < judged.test_after:
-            found, judged = lasting, errors_of
     errors = f"left-out blocks: {found.before:.3g} standard deviations without effects, {found.after:.3g} with groups"
-    if many and found.few:
-        return one_at_a_time(f"one or two groups of effects do nearly what all do together ({errors})")
     if OPTIONS.clearly * found.after > found.before or judged.test_after >= judged.test_before:
         return one_at_a_time(f"groups of effects predict no better ({errors})")
     several = (

@@ -20,7 +20,7 @@ from expdesign.chain.component import Component
 from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.sight import Sight
 from expdesign.diagnosis.confirmation import Stability, named_without_tenths, shares_of
-from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, last_part, readings_of
+from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
 from expdesign.diagnosis.evidence.columns import Dense
 from expdesign.diagnosis.evidence.dictionary import Atom, law_of
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
@@ -138,29 +138,7 @@ class _Problem:
         # The prior is that of as many laws as a dictionary has.
         alarm = max(OPTIONS.alarm + min(float(np.log(len(atoms))) - OPTIONS.overlap, 0.0), 1.0)
         options = replace(OPTIONS, alarm=alarm, most=len(atoms), slight=0.0)
-        return self._lasting(Search(Problem(self.present, atoms, self.blocks, options=options)).run(guarded=True))
-
-    def _lasting(self, chosen: Chosen) -> Chosen:
-        """Without groups of time or memory without which the last rows are predicted clearly better from those before.
-
-        Between rows that it has seen anything smooth predicts; what goes on with time is judged by what came later.
-        """
-        last, first = (readings_of(rows, self.sample) for rows in last_part(self.sample, OPTIONS.groups))
-        if not (last.any() and first.any()):
-            return chosen
-
-        def error(state: Present) -> float:
-            return rms(state.readings[last] - state.design[last] @ state.of_rows(first).weights)
-
-        while True:
-            going_on = [k for k, index in enumerate(chosen.laws) if self.groups[index].goes_on]
-            states = [chosen.state.without(k).refitted() for k in going_on]
-            errors = [error(state) for state in states]
-            if OPTIONS.clearly * min(errors, default=np.inf) >= error(chosen.state):
-                return chosen
-            best = int(np.argmin(errors))
-            laws = tuple(index for k, index in enumerate(chosen.laws) if k != going_on[best])
-            chosen = replace(chosen, laws=laws, state=states[best])
+        return Search(Problem(self.present, atoms, self.blocks, options=options)).run(guarded=True)
 
 
 class _Model:
@@ -173,27 +151,24 @@ class _Model:
         self.factors = np.sqrt(np.array(state.variances))
         self.noise = float(np.sqrt(state.noise_variance))
         self.laws: list[list[Law]] = []
-        starts, first = [], len(problem.base.values)
-        for group, factor in zip(self.chosen, self.factors, strict=True):
-            weights = state.weights[first : first + group.width]
-            first += group.width
-            own: list[Law] = []
-            offset = 0
-            for atom in group.atoms:
-                width, number = atom.width, sum(map(len, self.laws)) + len(own) + 1
-                scaled = weights[offset : offset + width] * group.scales[offset]
-                variance = (self.noise * factor * group.scales[offset]) ** 2
-                law, values = law_of(atom, variance, scaled, sight, robot, number)
-                own.append(law)
-                starts.append(values)
-                offset += width
-            self.laws.append(own)
+        starts = []
+        for k, (group, factor) in enumerate(zip(self.chosen, self.factors, strict=True)):
+            scaled = np.split(state.weights_of(k) * group.scales, np.cumsum([atom.width for atom in group.atoms])[:-1])
+            variance, first = (self.noise * factor * group.scales[0]) ** 2, sum(map(len, self.laws)) + 1
+            parts = zip(group.atoms, scaled, strict=False)
+            links = [law_of(atom, variance, w, sight, robot, n) for n, (atom, w) in enumerate(parts, start=first)]
+            self.laws.append([law for law, _ in links])
+            starts += [values for _, values in links]
         named = list(dict.fromkeys(effect for group in self.chosen for effect, _ in group.members))
         effects = [*named, *(law for own in self.laws for law in own)]
         self.chain = problem.sample.chain(robot, effects)
-        self.start = np.concatenate([problem.base.values, *(e.neutral() for e in named), *starts])
+        start = np.concatenate([problem.base.values, *(e.neutral() for e in named), *starts])
         self.columns = self._columns()
-        self._start_of_names(state)
+        start[: len(problem.base.values)] += state.weights[: len(problem.base.values)]
+        for k, (group, columns) in enumerate(zip(self.chosen, self.columns, strict=True)):
+            if group.members:
+                start[columns] += group.scales * state.weights_of(k)
+        self.start = np.clip(start, *self.chain.bounds())
 
     def _columns(self) -> list[IntArray]:
         """Parameters of the chain that every group has."""
@@ -207,15 +182,6 @@ class _Model:
             ).astype(int)
             for group, own in zip(self.chosen, self.laws, strict=True)
         ]
-
-    def _start_of_names(self, state: Present) -> None:
-        first = len(self.problem.base.values)
-        self.start[:first] += state.weights[:first]
-        for group, columns in zip(self.chosen, self.columns, strict=True):
-            if group.members:
-                self.start[columns] += group.scales * state.weights[first : first + group.width]
-            first += group.width
-        self.start = np.clip(self.start, *self.chain.bounds())
 
     def prior(self) -> tuple[FloatArray, FloatArray]:
         """Mean and standard deviation of all parameters, (p,) each."""
@@ -336,12 +302,8 @@ def _few_suffice(state: Present, blocks: IntArray) -> bool:
     current = state.alone
     for _ in range(min(2, len(state.laws))):
         trials = [current.beside(law, size) for law, size in zip(state.laws, state.variances, strict=True)]
-        errors = [rms(trial.left_out(blocks)) for trial in trials]
-        best = int(np.argmin(errors))
-        if errors[best] <= goal:
-            return True
-        current = trials[best]
-    return False
+        current = min(trials, key=lambda trial: rms(trial.left_out(blocks)))
+    return rms(current.left_out(blocks)) <= goal
 
 
 def _atom(component: Component, directions: FloatArray) -> Atom:

@@ -1,6 +1,6 @@
 """Error on recordings that were not fitted: the rows marked `test`, or cross-validation blocked by series."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -51,16 +51,8 @@ class HeldOut:
 
     def divided_by(self, level: float) -> "HeldOut":
         """The same errors in units of another noise level, given as a multiple of the present one."""
-        return replace(
-            self,
-            train_before=self.train_before / level,
-            train_after=self.train_after / level,
-            test_before=self.test_before / level,
-            test_after=self.test_after / level,
-            test_surprise=self.test_surprise / level,
-            later_before=self.later_before / level,
-            later_after=self.later_after / level,
-        )
+        errors = [one.name for one in fields(self) if one.name not in ("how", "coverage")]
+        return replace(self, **{name: getattr(self, name) / level for name in errors})
 
 
 def held_out(

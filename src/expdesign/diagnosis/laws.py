@@ -103,28 +103,21 @@ def fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
     # Sizes of laws are in units of the noise, as the fit takes it; the covariance gets that of the readings.
     variance, noise = state.noise_variance, float(np.sqrt(state.noise_variance))
     where_of = {c: places(search.weighed(chosen, c)) for c in chosen.components}
-    weights, first = state.weights, state.base.shape[1] + sum(law.shape[1] for law in state.laws[: len(model.effects)])
-    effects: list[Effect] = [*model.effects]
-    values = [model.fit.values]
-    for index, size in zip(chosen.laws, state.variances[len(effects) :], strict=True):
-        atom = search.problem.atoms[index]
-        own = weights[first : first + atom.width]
-        first += atom.width
-        law, begun = law_of(atom, size, own, sight, robot, len(effects) + 1)
-        effects.append(law)
-        values.append(begun)
+    links = [
+        law_of(search.problem.atoms[index], state.variances[k], state.weights_of(k), sight, robot, k + 1)
+        for k, index in enumerate(chosen.laws, start=len(model.effects))
+    ]
+    effects: list[Effect] = [*model.effects, *(law for law, _ in links)]
     chain = sample.chain(robot, effects)
-    result = relinearised(fit(chain, sample, np.concatenate(values), enough=1e-2), sample)
-    left_out = LeftOut(
-        start.left_out(search.problem.blocks) / noise,
-        state.left_out(search.problem.blocks) / noise,
-        search.problem.blocks,
-    )
+    begun = np.concatenate([model.fit.values, *(values for _, values in links)])
+    result = relinearised(fit(chain, sample, begun, enough=1e-2), sample)
+    blocks = search.problem.blocks
+    left_out = LeftOut(start.left_out(blocks) / noise, state.left_out(blocks) / noise, blocks)
     done = as_matrix(result.sensitivities)[sample.kept] @ deviations_from_none(result)
-    inflation, remaining = left_out.widened(
-        state.left_out_variances(search.problem.blocks) / variance, (done**2).sum(axis=1)
-    )
-    result = replace(_widened(result, inflation, remaining, variance), inflation=inflation * variance)
+    inflation, remaining = left_out.widened(state.left_out_variances(blocks) / variance, (done**2).sum(axis=1))
+    # The covariance is k·s²·C, and beside it is the share q of all that is not exact.
+    result = with_share(result.known_as(result.estimable.scaled(inflation * variance)), remaining * variance)
+    result = replace(result, inflation=inflation * variance)
     parts, shares = [], state.shares.tolist()
     for position, (effect, part, share) in enumerate(zip(effects, chain.slices, shares, strict=True)):
         where = where_of[effect.component]
@@ -136,8 +129,3 @@ def fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
             parts.append(FoundLaw(effect, where, share, model.candidates[position]))
     parts.sort(key=lambda item: -item.share)
     return Laws(tuple(parts), result, left_out, names, inflation, noise)
-
-
-def _widened(result: Fit, inflation: float, remaining: float, variance: float) -> Fit:
-    """The fit with covariance k·s²·C, and beside it the share q of all that is not exact."""
-    return with_share(result.known_as(result.estimable.scaled(inflation * variance)), remaining * variance)

@@ -102,22 +102,8 @@ class Log:
         self.entries.append(entry)
 
 
-@dataclass(frozen=True)
-class LawsBeside:
-    """Laws beside named effects, of which a fit of these knows the sizes alone.
-
-    Attributes:
-        numbers: of the laws.
-        directions: of each, shape (M, f_k).
-        variances: σ_k², in variances of the noise.
-    """
-
-    numbers: tuple[int, ...] = ()
-    directions: tuple[FloatArray, ...] = ()
-    variances: tuple[float, ...] = ()
-
-
-NO_LAWS = LawsBeside()
+Beside = tuple[int, FloatArray, float]
+"""A law beside named effects, of which a fit of these knows the size alone: number, directions (M, f) and σ²."""
 
 
 class Names:
@@ -256,7 +242,7 @@ class Names:
         chosen: Sequence[Candidate],
         parts: Sequence[FloatArray],
         near: NamedModel | None = None,
-        laws: LawsBeside = NO_LAWS,
+        laws: Sequence[Beside] = (),
     ) -> NamedModel:
         """The fit of some effects.
 
@@ -268,7 +254,7 @@ class Names:
         """
         order = sorted(range(len(chosen)), key=lambda i: chosen[i].effect.key)
         own = tuple(chosen[i] for i in order)
-        key = (tuple(c.effect.key for c in own), *laws.numbers)
+        key = (tuple(c.effect.key for c in own), *(number for number, _, _ in laws))
         if key in self._models:
             self._models[key] = self._models.pop(key)  # asked for last
         else:
@@ -341,15 +327,16 @@ class Names:
         chosen: tuple[Candidate, ...],
         parts: Sequence[FloatArray],
         near: NamedModel | None,
-        laws: LawsBeside,
+        laws: Sequence[Beside],
     ) -> NamedModel:
         names = tuple(c.effect.key for c in chosen)
         if names not in self._chains:
             self._chains[names] = self.sample.chain(self.robot, [c.effect for c in chosen])
         chain = self._chains[names]
         sample = self.sample
-        if laws.numbers:
-            sample = replace(sample, shared=SharedNoise.of_laws(laws.directions, laws.variances))
+        if laws:
+            _, directions, variances = zip(*laws, strict=True)
+            sample = replace(sample, shared=SharedNoise.of_laws(directions, variances))
         own = near.fit.values[: chain.base] if near is not None else chain.start()[: chain.base]
         result = fit(
             chain,
@@ -362,7 +349,7 @@ class Names:
             self.sample, result, result.residuals, result.sensitivities, known_noise=self.known_noise
         ).refitted()
         model = NamedModel(chosen, result, -2.0 * (state.log_evidence - self.price_of(chosen)))
-        if not laws.numbers:
+        if not laws:
             self._states[id(model)] = model, state
         return model
 

@@ -20,7 +20,7 @@ from expdesign.diagnosis.evidence.refinement import refined
 from expdesign.diagnosis.evidence.screen import Screen
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.library import Candidate
-from expdesign.diagnosis.names import LawsBeside, NamedModel, Names, hierarchical
+from expdesign.diagnosis.names import NamedModel, Names, hierarchical
 from expdesign.diagnosis.options import OPTIONS, DiagnosisOptions
 from expdesign.diagnosis.outliers import Mistakes
 from expdesign.diagnosis.stages import Stage
@@ -211,9 +211,9 @@ class Problem:
         if self.names is not None:
             self.names.report(stage, detail)
 
-    def singles(self, rest: Chosen, loss: float) -> list[Chosen]:
-        """With one effect or one law more that may bring what the one taken away brought."""
-        proposal = self.propose(rest)
+    def singles(self, rest: Chosen, loss: float, *, named: bool = False) -> list[Chosen]:
+        """With one effect, or one law if not `named` alone, more that may bring what the one taken away brought."""
+        proposal = self.propose(rest, range(self._first) if named else None)
         trials = [one for one in self._named(rest, proposal, self.options.near * loss) if hierarchical(one.effects)]
         gains = proposal.gains[self._first :]
         if gains.size:
@@ -377,7 +377,7 @@ class Problem:
         staying = [candidate for candidate in chosen if candidate.effect.key not in starts]
         known = dict(zip((c.effect.key for c in staying), self.names.parts(current.model, staying), strict=True))
         parts = [(known | starts)[candidate.effect.key] for candidate in chosen]
-        laws = LawsBeside(current.laws, directions, sizes)
+        laws = tuple(zip(current.laws, directions, sizes, strict=True))
         model = self.names.model(chosen, parts, current.model, laws)
         state = self.names.state(model)
         for law, size in zip(directions, sizes, strict=True):

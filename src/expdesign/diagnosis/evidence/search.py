@@ -82,16 +82,16 @@ class Search:
         if others:
             yield self._finished(preferred(others))
 
-    def replacements(self, chosen: Chosen, position: int) -> list[Chosen]:
-        """With other effects, or another law, in the place of one, where these promise enough to be tried."""
+    def replacements(self, chosen: Chosen, position: int, *, named: bool = False) -> list[Chosen]:
+        """With other effects, or another law if not `named`, in the place of one, where these promise enough."""
         rest = self.problem.without(chosen, position)
-        return self.problem.singles(rest, chosen.evidence - rest.evidence)
+        return self.problem.singles(rest, chosen.evidence - rest.evidence, named=named)
 
     def alternatives(self, model: NamedModel) -> list[list[NamedModel]]:
         """For each effect of a model, the models in which another place or physics stands in for it."""
         chosen = self.problem.of_model(model)
-        found = [self.replacements(chosen, position) for position in range(len(model.candidates))]
-        return [[other.named for other in others if other.named and not other.laws] for others in found]
+        found = [self.replacements(chosen, position, named=True) for position in range(len(model.candidates))]
+        return [[other.model for other in others] for others in found]
 
     def weighed(self, chosen: Chosen, component: Component) -> dict[Component, float]:
         """Gain of log evidence by every component, by all that is there together, in the place of a chosen one.
@@ -173,8 +173,8 @@ class Search:
         """
         position = 0
         while position < current.count and current.count > 1:
-            others = [one for one in self.replacements(current, position) if one.key != current.key]
-            others = [one for one in others if not (named and one.laws)]
+            others = self.replacements(current, position, named=named)
+            others = [one for one in others if one.key != current.key]
             best = max(others, key=lambda one: one.evidence, default=current)
             margin = self.options.alarm if set(best.laws) - set(current.laws) else _TIE
             position += 1

@@ -123,11 +123,15 @@ class Present:
         """Mean (f,) and covariance (f, f) of the weights of one law, the latter in variances of the noise."""
         inverse, _ = dtrtri(self.lower, lower=1)
         own = inverse[:, self._part(index)]
-        return self.weights[self._part(index)], own.T @ own
+        return self.weights_of(index), own.T @ own
+
+    def weights_of(self, index: int) -> FloatArray:
+        """Posterior mean of the weights of one law, shape (f,)."""
+        return self.weights[self._part(index)]
 
     def moved(self, index: int) -> FloatArray:
         """What one law does to the readings, shape (M,)."""
-        found: FloatArray = self.laws[index] @ self.weights[self._part(index)]
+        found: FloatArray = self.laws[index] @ self.weights_of(index)
         return found
 
     @property
