@@ -5,9 +5,9 @@ single columns. Physics of one part seldom is one law: a plate that bends in thr
 platform's mount, and judged one by one an instrument that reads wrong in two of them comes first. So laws are added at
 one component until no more of it is worth its evidence, for every component that comes near.
 
-From the best beginnings the search goes on to further effects and components; what lost its worth is left out, single
-ones are exchanged, and of the ends the one is chosen that predicts left-out blocks best, within 5 % the one with the
-largest evidence.
+From the best beginnings, and from what names can do alone, the search goes on to further effects and components; what
+lost its worth is left out, single ones are exchanged, and of the ends the one is chosen that predicts left-out blocks
+best, within 5 % the one with the largest evidence. What has no name pays for that (`DiagnosisOptions.nameless`).
 """
 
 from collections.abc import Callable, Iterator, Sequence

@@ -81,8 +81,8 @@ class Present:
 
     @cached_property
     def projected(self) -> FloatArray:
-        """P·y, shape (M,)."""
-        return self.readings - self.factor @ self.reduced
+        """P·y = y − H·w with the posterior means w of c and all weights, shape (M,)."""
+        return self.readings - self.design @ self.weights
 
     @cached_property
     def scatter(self) -> float:
@@ -141,7 +141,8 @@ class Present:
         P₀ is P without laws. P₀·Σ_k Φ_k·w_k = P₀y − Py, so that shares add up to 1, whichever laws stand in for each
         other; a negative one compensates another law.
         """
-        taken = np.array([self.alone.projected @ self.moved(index) for index in range(len(self.laws))])
+        without = self.alone.projected
+        taken = np.array([without @ self.moved(index) for index in range(len(self.laws))])
         found: FloatArray = taken / max(float(taken.sum()), 1e-300)
         return found
 
