@@ -45,7 +45,8 @@ def diagnosed_stiffness(result: "Diagnosis") -> pd.DataFrame:
     estimate = fit.values[part] * robot.compliance
     half = NORMAL_95 * np.sqrt(np.diag(fit.covariance)[part]) * robot.compliance
     interval = Intervals(estimate, estimate - half, estimate + half).inverse()
-    springs = 1.0 / (result.base.values[part] * robot.compliance)
+    with np.errstate(divide="ignore"):  # a compliance of 0 is a spring without end
+        springs = 1.0 / (result.base.values[part] * robot.compliance)
     columns = {"stiffness": interval.estimate, "low": interval.low, "high": interval.high, "springs_alone": springs}
     return pd.DataFrame({"actuator": robot.actuators, **columns, "robot_file": robot.stiffness})
 
