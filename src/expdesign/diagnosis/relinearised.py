@@ -9,6 +9,7 @@ repeated about its own estimate until both chains agree.
 import numpy as np
 
 from expdesign.arrays import FloatArray, rms
+from expdesign.chain.chain import Chain
 from expdesign.chain.declaration import LOOSELY
 from expdesign.chain.identified import ChainBeside
 from expdesign.diagnosis.options import OPTIONS
@@ -17,35 +18,61 @@ from expdesign.estimation.fit import Data, Fit, fit, summarise
 AGREES = 1e-2
 """RMS of the difference between both chains in the rows that were fitted, in standard deviations of a reading."""
 _PASSES = 12
+_SHORTEST = 1e-3
+"""Part of a step that is made at least."""
 
 Prior = tuple[FloatArray, FloatArray]
 """Mean and standard deviation of all parameters, shape (p,) each."""
 
 
-def difference(found: Fit, sample: Data) -> float:
-    """How far the exact chain is from what the fit says of the rows that count, RMS in standard deviations."""
-    if not isinstance(found.chain, ChainBeside):
-        return 0.0
-    linear, exact = (sample.residuals(chain, found.values) for chain in (found.chain, found.chain.exact))
-    return rms(exact - linear, sample.counts)
+def difference(found: Fit, sample: Data, exact: Chain) -> float:
+    """How far an exact chain is from what the fit says of the rows that count, RMS in standard deviations."""
+    linear, true = (sample.residuals(chain, found.values) for chain in (found.chain, exact))
+    return rms(true - linear, sample.counts)
 
 
 def relinearised(found: Fit, sample: Data, prior: Prior | None = None) -> Fit:
     """The fit to the rows that count, linear about its own estimate; as it is where its chain is exact.
+
+    Whole steps lead there from far away. Where they swing about instead, every step goes as far as the exact chain fits
+    better.
 
     Args:
         found: the fit from which the passes start.
         sample: rows that count.
         prior: see `fit`; what is known of the parameters, and `proper` of the rest, if left out.
     """
-    for _ in range(_PASSES):
-        if difference(found, sample) <= AGREES or not isinstance(found.chain, ChainBeside):
-            break
-        chain = found.chain.about(found.values)
-        held = prior or proper(fit(chain, sample, found.values, enough=OPTIONS.settled))
-        nearest = fit(chain, sample, found.values, held, enough=OPTIONS.settled)
-        found = nearest if prior else _without_sizes(nearest, sample)
-    return found
+    if not isinstance(found.chain, ChainBeside):
+        return found
+    exact = found.chain.exact
+    for shortest in (1.0, _SHORTEST):
+        nearest, part = found, 1.0
+        for _ in range(_PASSES):
+            if part == 1.0 and difference(nearest, sample, exact) <= AGREES:
+                return nearest
+            nearest, part = _pass(nearest, sample, exact, prior, shortest)
+    return nearest
+
+
+def _pass(found: Fit, sample: Data, exact: Chain, prior: Prior | None, shortest: float) -> tuple[Fit, float]:
+    """The fit linear about the present estimate, and the part of the step there that was made, `shortest` at least."""
+    assert isinstance(found.chain, ChainBeside)
+    chain = found.chain.about(found.values)
+    held = prior or proper(fit(chain, sample, found.values, enough=OPTIONS.settled))
+    nearest = fit(chain, sample, found.values, held, enough=OPTIONS.settled)
+    before, step, part = _misfit(exact, sample, found.values, held), nearest.values - found.values, 1.0
+    while part > shortest and _misfit(exact, sample, nearest.values, held) > before:
+        part *= 0.5
+        values = found.values + part * step
+        nearest = summarise(chain.about(values), sample, values, held)
+    return (nearest if prior else _without_sizes(nearest, sample)), part
+
+
+def _misfit(exact: Chain, sample: Data, values: FloatArray, prior: Prior | None) -> float:
+    """Squared residuals of the exact chain in the rows that count, and how far the prior is away."""
+    left = sample.residuals(exact, values)[sample.counts]
+    away = 0.0 if prior is None else (((values - prior[0]) / prior[1]) ** 2).sum()
+    return float((left**2).sum() + away)
 
 
 def _without_sizes(found: Fit, sample: Data) -> Fit:
