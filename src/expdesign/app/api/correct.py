@@ -10,8 +10,10 @@ import pandas as pd
 from expdesign.app.api.inputs import RobotInput, TableInput, load_robot, named_arguments, purpose_of, table_of
 from expdesign.app.api.result import RecordedTable, filled
 from expdesign.arrays import FloatArray
+from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.points import order_in_time
 from expdesign.chain.recordings.reader import recordings_from_table
+from expdesign.chain.recordings.references import reference_names
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.estimation.identify import identify
 from expdesign.estimation.preparation.thermal_correction import (
@@ -87,7 +89,8 @@ def correct(robot: RobotInput, poses: TableInput, *, interpolate: bool = False) 
     dropped = [*(f"measured_{name}" for name in names), *(f"corrected_{name}" for name in names), "kind"]
     text = kept.iloc[found.index].reset_index(drop=True).drop(columns=dropped)
     return CorrectionResult(
-        _recordings(text, here, found.after, found.covariance),
+        # Deflections of a series are counted from its one unloaded pose.
+        _recordings(text, here, found.after, found.covariance).assign(**{REFERENCE: reference_names(text["series"])}),
         kept,
         found,
         repeatability(measured, corrected),

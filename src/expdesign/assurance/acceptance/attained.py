@@ -27,6 +27,9 @@ from expdesign.estimation.goodness import StatementOfFit, WorstRow
 from expdesign.mechanics.robots.orientation import rotations_of
 from expdesign.mechanics.robots.robot import Robot
 
+UNLOADED = 1e-9
+"""m, rad: how far the unloaded robot may be from where it is commanded where it is to be there."""
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -100,6 +103,7 @@ def compare(model: Model, check: CheckMeasurement, deviations: FloatArray, loads
         loads: what the rows carry.
 
     Raises:
+        InputError: deflections were measured, and the model says where the unloaded robot stands.
         NotIdentifiableError: a prediction depends on parameters that were not determined.
     """
     robot = model.chain.robot
@@ -108,8 +112,10 @@ def compare(model: Model, check: CheckMeasurement, deviations: FloatArray, loads
         noise, known = noise_covariance(deviations, None), _model_covariance(chain, model, aimed, check, loads)
         found = Comparison(check.readings, predicted[:, check.axes], noise, known)
         return found if check.frame == "base" else found.turned(instrument_of(model)[1])
-    chain = chain_of(model, platform=True)
+    chain = chain_of(model, platform=True, from_command=True)
     motions = loads.motions(chain, model, check.points)
+    if not check.absolute:
+        _require_as_commanded(model, check, motions, loads)
     away = _command_errors(robot, check)[:, check.axes]
     platform = motions[:, check.axes]
     if check.absolute or not model.chain.reading.linear:
@@ -127,9 +133,26 @@ def compare(model: Model, check: CheckMeasurement, deviations: FloatArray, loads
     )
 
 
+def _require_as_commanded(model: Model, check: CheckMeasurement, motions: FloatArray, loads: TargetLoads) -> None:
+    """Raise where the model puts the unloaded robot elsewhere than where it was commanded, which no deflection shows.
+
+    `motions` (N, n) are those from the command.
+    """
+    robot = model.chain.robot
+    if robot.jointed:
+        elsewhere = any(effect.changes_geometry for effect in model.chain.effects)
+    else:
+        deflections = loads.motions(chain_of(model, platform=True), model, check.points)
+        elsewhere = bool((np.abs(motions - deflections) > UNLOADED).any())
+    if elsewhere:
+        what = "by the model the unloaded robot is not where it is commanded, and deflections do not show where it is"
+        remedy = f"Measure the attained poses: columns measured_{robot.coordinates.pose[0]} ..."
+        raise InputError(what, where=check.points.source, remedy=remedy)
+
+
 def attained_at(model: Model, check: CheckMeasurement, loads: TargetLoads) -> AttainedUncertainty:
     """How well the model knows the poses that its commands attain, as `compensate` states it."""
-    points = moved(check.points, check.targets)
+    points = moved(check.points, check.targets, model.chain.robot)
     if check.poses is None:
         return AttainedUncertainty.at(chain_of(model, platform=True, from_command=True), model, points, loads)
     aimed = at_targets(model, _aims(model, points, check, check.poses), check.frame)

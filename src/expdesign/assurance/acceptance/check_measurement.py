@@ -18,6 +18,7 @@ from expdesign.chain.recordings.points import order_in_time, points_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import ArgumentError, InputError
+from expdesign.estimation.compensation.prediction import moved
 from expdesign.io.table import Table
 from expdesign.mechanics.robots.orientation import rotations_of
 from expdesign.mechanics.robots.robot import Robot
@@ -76,13 +77,13 @@ def read_check_measurement(table: Table, robot: Robot, frame: Frame = "base") ->
     order = order_in_time(table)
     targets = table.numbers(names)[order]
     commands = table.numbers(robot.configuration)[order]
-    # The load acts where the platform shall be: its wrench is taken at the target, as it was for the command.
+    # Loads are stated where the platform shall be, as they were for the command.
     there = table.frame.copy()
     for name, target in zip(robot.configuration, names, strict=True):
         there[name] = there[target]
     if robot.jointed:  # what was measured is read below, and is no reading of a marker
         there = there.drop(columns=[name for name in there if str(name).startswith("measured_")])
-    points = replace(points_from_table(replace(table, frame=there), robot), configurations=commands)
+    points = moved(points_from_table(replace(table, frame=there), robot), commands, robot)
     axes, readings, absolute = _readings(table, robot, targets, order)
     wanted = _wanted(table, robot, order) if absolute and robot.jointed else None
     if frame == "instrument":

@@ -85,7 +85,7 @@ def compensate(model: Model, targets: LoadedPoints, loads: TargetLoads | None = 
     commands = wanted
     residual = float("inf")
     for iteration in range(1, _ITERATIONS + 1):
-        deflections = loads.motions(chain, model, moved(targets, commands))
+        deflections = loads.motions(chain, model, moved(targets, commands, robot))
         errors = np.abs(commands + deflections - wanted).max(axis=1)
         if not np.isfinite(errors).all():
             raise _not_converged(targets, errors, iteration)

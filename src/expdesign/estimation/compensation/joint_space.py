@@ -66,7 +66,7 @@ def joint_commands(model: Model, targets: ArmTargets, loads: TargetLoads) -> Joi
     previous = np.full(len(points), np.inf)
     iterations = 0
     for iteration in range(1, _ITERATIONS + 1):
-        reached = loads.motions(chain, model, moved(aimed, commands))
+        reached = loads.motions(chain, model, moved(aimed, commands, robot))
         iterations = iteration
         twist = np.hstack([targets.positions - reached[:, :3], -reached[:, 3:]])
         if not np.isfinite(twist).all():

@@ -13,6 +13,7 @@ from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import DEFLECTIONS, LoadedPoints, Measurand
 from expdesign.chain.row import row_data
 from expdesign.io.table import Table
+from expdesign.mechanics.loads.load import Payload
 from expdesign.mechanics.robots.robot import Robot
 
 
@@ -128,6 +129,15 @@ def in_file_order(points: LoadedPoints, *arrays: FloatArray) -> tuple[FloatArray
     return tuple(array[order] for array in arrays)
 
 
-def moved(points: LoadedPoints, configurations: FloatArray) -> LoadedPoints:
-    """The same loads at other commands (N, n_q)."""
-    return replace(points, configurations=configurations)
+def moved(points: LoadedPoints, configurations: FloatArray, robot: Robot) -> LoadedPoints:
+    """The same loads at other commands (N, n_q): the moment of a payload follows from how it hangs there."""
+    there = replace(points, configurations=configurations)
+    if points.payload is None:
+        return there
+    loads = np.concatenate([points.payload, points.gravity], axis=1)
+    before, after = (
+        Payload(robot.coordinates).wrenches(robot.jacobians(q).rotation, loads)
+        for q in (points.configurations, configurations)
+    )
+    turned = after - before
+    return replace(there, wrenches=points.wrenches + turned, absolute=points.absolute + turned)
