@@ -84,6 +84,7 @@ def test_a_diagnosis(calibration: str) -> None:
     assert identified is not None
     np.testing.assert_allclose(accepted.budget.standard, identified.budget.standard, rtol=0.1)
     assert accepted.verdict == "pass"
+    assert accepted.budget.drawing is not None
     # Readings are as uncertain in these frames as before.
     fit = found.result.predictive.fit
     before = widened(fit, found.result.widening).estimable.deviations(fit.sensitivities)

@@ -1,6 +1,7 @@
 """A geometric calibration from the plan to the prediction, by the commands and by the API."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 import yaml
 
 import expdesign as xd
+from expdesign.errors import InputError
 from tests.commands.calls import ROBOT, call
 
 CONFIG = Path(__file__).parents[2] / "configs" / "hexapod-geometric.yaml"
@@ -58,3 +60,22 @@ def test_simulated_poses_of_a_found_robot_have_its_geometry(plan: pd.DataFrame) 
     predicted = xd.predict(model, plan.assign(kind="pose")).frame
     names = [f"measured_{name}" for name in POSE]
     np.testing.assert_allclose(exact[names], predicted[names], atol=1e-12)
+
+
+def test_poses_at_commands_are_predicted_and_deflections_refused(plan: pd.DataFrame) -> None:
+    """What is attained at commands that make up for the geometry lies at the targets, which no deflection shows."""
+    found = xd.identify(ROBOT, xd.simulate(CONFIG, plan, seed=2).text).model
+    values = found.values.copy()
+    values[-42:] += 2e-4 * np.random.default_rng(4).normal(size=42)
+    model = replace(found, values=values)
+    commands = xd.compensate(model, plan.head(6).assign(mass_kg=1.0, com_x_m=0.0, com_y_m=0.0, com_z_m=0.1)).frame
+    targets = commands[[f"target_{name}" for name in POSE]].to_numpy()
+    assert np.abs(commands[POSE].to_numpy() - targets).max() > 2e-5
+    size = np.array([2e-6] * 3 + [6e-6] * 3)
+    poses, deflections = commands.copy(), commands.copy()
+    poses[[f"s{name}" for name in POSE]] = deflections[[f"s{name}" for name in POSE]] = size
+    poses[[f"measured_{name}" for name in POSE]] = targets + size * np.random.default_rng(3).normal(size=targets.shape)
+    deflections[["dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad"]] = 1e-6
+    assert xd.verify(model, poses, config=CONFIG).result.consistent
+    with pytest.raises(InputError, match="deflections do not show where it is"):
+        xd.verify(model, deflections, config=CONFIG)

@@ -48,7 +48,7 @@ def test_the_predicted_pose_under_load_is_the_target(name: str) -> None:
     model = model_of(Chain(made.robot), values, 1e-4 * np.eye(len(values)))
     targets = made.recordings(made.exact)
     found = compensate(model, targets)
-    prediction = predict(model, moved(targets, found.commands))
+    prediction = predict(model, moved(targets, found.commands, made.robot))
     np.testing.assert_allclose(found.commands + prediction.deflections, made.poses, atol=1e-13)
     np.testing.assert_allclose(found.deviations, predict(model, targets).deviations, rtol=1e-12)
     assert found.residual <= 1e-13
@@ -73,7 +73,7 @@ def test_effects_are_compensated_as_the_platform_moves(physics: str, component: 
     model = model_of(chain, values)
     targets = made.recordings(made.exact)
     found = compensate(model, targets)
-    motion = predict(model, moved(targets, found.commands), platform=True)
+    motion = predict(model, moved(targets, found.commands, made.robot), platform=True)
     np.testing.assert_allclose(found.commands + motion.deflections, made.poses, atol=1e-13)
 
 

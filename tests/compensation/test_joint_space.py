@@ -1,5 +1,6 @@
 """Commands of arms: the tip ends where the unloaded arm would stand, with no more motion than that takes."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effects.joints.bearings import JointCompliance
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.points import points_from_table
-from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
 from expdesign.chain.row import row_data
 from expdesign.errors import ConvergenceError, SingularConfigurationError
 from expdesign.estimation.compensation.compensate import compensate
@@ -34,11 +35,13 @@ def model_of(robot: SerialRobot, *effects: tuple[type[JointCompliance], str, lis
     return Model(chain, values, 0.01 * np.eye(len(values)), {}, Path(), "model.yaml")
 
 
-def errors_after(model: Model, targets: Recordings, commands: Array) -> tuple[Array, Array]:
-    """Position and turn from the target to the tip that the model predicts at the commands."""
+def errors_after(
+    model: Model, targets: Recordings, commands: Array, there: LoadedPoints | None = None
+) -> tuple[Array, Array]:
+    """Position and turn from the target to the tip that the model predicts at the commands, which `there` holds."""
     robot = model.chain.robot
     assert isinstance(robot, SerialRobot)
-    deflection = model.chain.predict(row_data(moved(targets, commands), robot), model.values)
+    deflection = model.chain.predict(row_data(there or moved(targets, commands, robot), robot), model.values)
     position = robot.position(commands) + deflection[:, :3] - robot.position(targets.configurations)
     turn = robot.jacobians(commands).rotation @ robot.jacobians(targets.configurations).rotation.swapaxes(-1, -2)
     return position, (Rotation.from_rotvec(deflection[:, 3:]) * Rotation.from_matrix(turn)).as_rotvec()
@@ -53,6 +56,22 @@ def test_the_whole_deflection_is_undone_also_what_the_joints_do_not_make() -> No
     assert np.abs(turn).max() < 1e-7  # a deflection turns to second order
     assert np.abs(found.commands - targets.configurations).max() > 1e-3
     assert (found.deviations > 0.0).all()
+
+
+def test_what_hangs_on_a_soft_arm_hangs_as_the_command_turns_it() -> None:
+    """Commands in a table with the same payload: it is read anew, and predicted to be where it was wanted."""
+    model = model_of(ARM)
+    values = model.values.copy()
+    values[: model.chain.compliances] = 30.0
+    model = replace(model, values=values)
+    rows = arm_rows(ARM, series=6, loads=1).assign(com_x_m=0.1, com_z_m=0.3)
+    targets = read(rows, ARM)
+    commands = compensate(model, targets).commands
+    again = rows.copy()
+    again.loc[rows["sequence"].argsort(), list(ARM.configuration)] = commands
+    position, _ = errors_after(model, targets, commands, points_from_table(table_of(again), ARM))
+    assert np.abs(commands - targets.configurations).max() > 5e-3
+    assert np.abs(position).max() < 1e-9
 
 
 def test_a_redundant_arm_moves_no_more_than_it_must() -> None:
@@ -97,7 +116,7 @@ def test_a_hand_that_five_of_eight_joints_move_keeps_the_position(tmp_path: Path
     model = model_of(torso)
     before = np.linalg.norm(model.chain.predict(row_data(points, torso), model.values)[:, :3], axis=1)
     commands = compensate(model, points).commands
-    reached = model.chain.predict(row_data(moved(points, commands), torso), model.values)[:, :3]
+    reached = model.chain.predict(row_data(moved(points, commands, torso), torso), model.values)[:, :3]
     position = torso.position(commands) + reached - torso.position(points.configurations)
     assert (np.linalg.norm(position, axis=1) < 0.05 * before).all()
 

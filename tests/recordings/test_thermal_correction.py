@@ -205,6 +205,8 @@ def test_from_plan_to_identification(tmp_path: Path) -> None:
     assert result.residuals is not None
     before, after = result.residuals
     assert after[2] < 0.5 * before[2]
+    # The rows of a series are counted from one unloaded pose, whose noise they have in common.
+    assert result.frame.groupby("series")["reference"].nunique().eq(1).all()
     identified = xd.identify(robot_file, out).result
     assert identified.goodness.p_value is not None
     assert identified.goodness.p_value > 0.001

@@ -34,12 +34,15 @@ class Identified:
         values: its parameters, shape (p,).
         deviations: of all parameters before anything was measured, as the calibration sized them, shape (p,).
         minimal: parameters of the chain that its rows tell apart, and combinations of them which the others are.
+        drawing: what no reading shows and the drawing alone says: steps of the parameters, one standard deviation each,
+            shape (p, d); None for nothing.
     """
 
     chain: Chain
     values: FloatArray
     deviations: FloatArray
     minimal: MinimalSet | None = None
+    drawing: FloatArray | None = None
     _known: list[tuple[RowData, FloatArray]] = field(default_factory=list, init=False, repr=False)
 
     @property

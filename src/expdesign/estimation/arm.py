@@ -167,7 +167,7 @@ def identified_by(calibration: ArmCalibration, recordings: Recordings) -> Identi
     chain, rows = calibration.fit.chain, recordings.rows(calibration.fitted)
     deviations = np.broadcast_to(calibration.noise.deviations[:1], rows.deflections.shape)
     data = Data(rows, row_data(rows, chain.robot), Whitening(deviations), reading=chain.reading)
-    found = Identified(chain, calibration.fit.values, calibration.sizes, calibration.minimal)
+    found = Identified(chain, calibration.fit.values, calibration.sizes, calibration.minimal, calibration.drawing)
     knowledge = found.beside().knowledge()
     return replace(found, values=fit(chain, data, chain.start(), knowledge).values)
 

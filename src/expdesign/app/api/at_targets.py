@@ -16,6 +16,7 @@ from expdesign.assurance.acceptance.hidden_risk import decided_by, left_out_by
 from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.model_error.recorded import Shown
 from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden
+from expdesign.chain.identified import ChainBeside
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.load_errors import load_columns
@@ -101,7 +102,11 @@ class AtTargets:
             whitening = whitening.weighing(load_columns(result.loads.effects, result.loads.weights) if weighs else None)
         degrees = float("inf") if result.noise.known else float(max(result.after.dof, 1))
         loads = _moved(result.loads, known)
-        model = FittedModel(known.seen_by(counts), recorded, whitening.rows(counts), degrees, loads)
+        chain, drawing = result.predictive.fit.chain, None
+        if isinstance(chain, ChainBeside) and chain.identified.drawing is not None:
+            drawing = np.zeros((len(known.values), chain.identified.drawing.shape[1]))
+            drawing[: chain.base] = chain.identified.drawing
+        model = FittedModel(known.seen_by(counts), recorded, whitening.rows(counts), degrees, loads, drawing)
         remedy = "record what separates the explanations, or look at the place that is named"
         return cls(problem, model, result.refuted, remedy)
 
