@@ -88,9 +88,10 @@ def correct(robot: RobotInput, poses: TableInput, *, interpolate: bool = False) 
     kept = filled(kept, (f"corrected_{name}" for name in names), corrected.after)
     dropped = [*(f"measured_{name}" for name in names), *(f"corrected_{name}" for name in names), "kind"]
     text = kept.iloc[found.index].reset_index(drop=True).drop(columns=dropped)
+    # Deflections of a series are counted from its one unloaded pose.
+    shared = reference_names(text["series"].to_numpy(dtype=np.int64))
     return CorrectionResult(
-        # Deflections of a series are counted from its one unloaded pose.
-        _recordings(text, here, found.after, found.covariance).assign(**{REFERENCE: reference_names(text["series"])}),
+        _recordings(text, here, found.after, found.covariance).assign(**{REFERENCE: shared}),
         kept,
         found,
         repeatability(measured, corrected),
