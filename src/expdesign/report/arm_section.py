@@ -172,7 +172,7 @@ _CORRECTIONS = (
 )
 _FILES = (
     "`robot.urdf` has the corrected origins, and links `identified_…` where instrument and markers are; the model file "
-    "carries the same with its covariance. What a URDF has no place for (springs, `--further` physics) is in the model "
+    "carries the same with its covariance. What a URDF has no place for (springs, further physics) is in the model "
     "file alone."
 )
 
