@@ -37,6 +37,14 @@ def test_a_group_in_which_nothing_is_wrong_stays_at_the_drawing() -> None:
     assert any(line.startswith("Size of the errors by group") for line in right.lines)
 
 
+def test_what_the_others_show_says_nothing_of_a_joint_that_carries_nothing() -> None:
+    """Joint 1 stands upright: gravity does not turn it, and its compliance is known as well as it was drawn."""
+    found = identified(ZEROS)
+    upright, loaded = np.sqrt(np.diag(found.model.covariance))[:2]
+    assert loaded < 0.2
+    assert upright == pytest.approx(3.0, rel=0.05)
+
+
 def test_a_held_group_is_as_drawn_and_says_so() -> None:
     found = identified(ZEROS, "lengths", "angles")
     frame = found.geometry

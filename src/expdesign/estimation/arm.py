@@ -55,6 +55,9 @@ from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.mechanics.minimal_set import MinimalSet
 from expdesign.mechanics.robots.robot import Robot
 
+_HIDDEN = 0.3
+"""Standard deviations by which a parameter moves all readings together, at its size beforehand, that do not show it."""
+
 
 @dataclass(frozen=True)
 class ArmCalibration:
@@ -130,7 +133,9 @@ def calibrate(
     beforehand[minimal.kept] = priors.deviations(found.solution.factors)
     levels = {GROUPS.index(name): factor for name, factor in zip(groups, found.solution.factors, strict=True)}
     factors = np.array([levels.get(kind, 1.0) for kind in kinds.tolist()])
-    fit = _fit(problem, found)
+    hidden = _among(minimal.kept[_hidden(found)], len(sizes))
+    factors = np.where(hidden, np.maximum(factors, 1.0), factors)
+    fit = _fit(problem, found, factors)
     labels = labels_of(chain)
     told = (np.sqrt(np.diag(fit.covariance)) <= options.determined * beforehand) & _among(minimal.kept, len(sizes))
     typical = np.where(np.isfinite(sizes), sizes, 1e-3)
@@ -219,8 +224,21 @@ def _start(chain: Chain, calibration: Calibration) -> FloatArray:
     return start
 
 
-def _fit(problem: ArmProblem, found: Settled) -> Fit:
-    """The fit with the covariance of what was identified; what stays as drawn has none."""
+def _hidden(found: Settled) -> BoolArray:
+    """Parameters, of those that are fitted, that no reading shows at their size beforehand.
+
+    What others of their group show says nothing of them: they are known as well as they were drawn.
+    """
+    deviation, moved = found.solution.priors.deviation, np.linalg.norm(found.solution.slopes, axis=0)
+    hidden: BoolArray = np.isfinite(deviation) & (moved * np.where(np.isfinite(deviation), deviation, 0.0) < _HIDDEN)
+    return hidden
+
+
+def _fit(problem: ArmProblem, found: Settled, factors: FloatArray) -> Fit:
+    """The fit with the covariance of what was identified; what stays as drawn has none.
+
+    `factors` are on the sizes of all parameters beforehand (p,).
+    """
     chain, train, live = problem.chain, problem.train, problem.live
     values = found.start.copy()
     values[live] = found.solution.values
@@ -233,9 +251,10 @@ def _fit(problem: ArmProblem, found: Settled) -> Fit:
     spreads = np.full(len(values), np.inf)
     spreads[live] = priors.deviation
     spreads[frames] = chain.reading.released(spreads[frames])
-    priors = replace(priors, deviation=spreads[live])
+    grouped = np.where(priors.group >= 0, factors[live], 1.0)
+    priors = replace(priors, deviation=spreads[live] * grouped, group=np.full(len(live), -1))
     covariance = np.zeros((len(values), len(values)))
-    covariance[np.ix_(live, live)] = priors.covariance(found.solution.factors, found.solution.slopes)
+    covariance[np.ix_(live, live)] = priors.covariance(np.ones(0), found.solution.slopes)
     return Fit(
         chain=chain,
         values=values,
