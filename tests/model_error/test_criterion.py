@@ -112,7 +112,9 @@ def test_evaluate_names_what_is_hidden(tmp_path: Path) -> None:
 
 
 def test_consistent_recordings_say_what_may_still_be_hidden(tmp_path: Path) -> None:
-    path = written(tmp_path, {"model_error": {"physics": ["leg_coupling", "leg_backlash"]}}, measurements=5)
+    # Errors of the loads have the size that the recordings show, and a plan those that are declared.
+    exact = {"model_error": {"physics": ["leg_coupling", "leg_backlash"]}, "experiment.load_error": ...}
+    path = written(tmp_path, exact, measurements=5)
     here = read_problem(path)
     designs = starting_designs(here, 1, np.random.default_rng(1))[0]
     configurations, loads = here.space.decode(designs)

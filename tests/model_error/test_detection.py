@@ -4,6 +4,7 @@ An experiment is simulated by the effect alone on the measurement chain, with fi
 directions; the base model is fitted to its noisy readings, and the remaining residuals are tested.
 """
 
+import itertools
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -147,7 +148,9 @@ def check(name: str, physics: tuple[str, ...] | None, count: int) -> list[tuple[
         values, _ = just_noticed(index)
         return finite_over_first_order(meir, meir.physics[index], values, configurations[0], loads[0]) <= LINEAR
 
-    for index in worst_entries(meir, found.squares[0], found.visible[0], linear)[:count]:
+    sizes = np.array([np.linalg.norm(found.sizes[0, slice(*ends)]) for ends in itertools.pairwise(start)])
+    at_prior_size = found.visible[0] / np.maximum(sizes, 1e-300) ** 2
+    for index in worst_entries(meir, found.squares[0], at_prior_size, linear)[:count]:
         entry, columns = meir.physics[index], slice(start[index], start[index + 1])
         values, noticed = just_noticed(index)
         rate, mean, deviation = simulate(case, entry, values, configurations[0], loads[0], seed=index)
@@ -164,7 +167,9 @@ def check(name: str, physics: tuple[str, ...] | None, count: int) -> list[tuple[
 
 @pytest.mark.parametrize("name", list(QUICK))
 def test_just_noticed_and_the_error_it_then_makes(name: str) -> None:
-    for key, rate, away in check(name, QUICK[name], 2):
+    results = check(name, QUICK[name], 2)
+    assert results
+    for key, rate, away in results:
         assert abs(rate - 0.8) <= 0.03, (key, rate)
         assert away <= 3.5, (key, away)
 
