@@ -13,7 +13,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from multiprocessing.connection import wait as wait_for
 from typing import Any, TypeVar
@@ -68,7 +68,8 @@ def results(
             except BrokenExecutor:  # what was running or waiting is lost with it
                 ended += 1
             except BaseException:
-                executor.shutdown(wait=False, cancel_futures=True)
+                with suppress(Exception):  # a cluster whose scheduler is gone cannot be told to stop
+                    executor.shutdown(wait=False, cancel_futures=True)
                 raise
         if ended == MOST_ATTEMPTS:
             what = f"worker processes ended {MOST_ATTEMPTS} times while they did the same work"
