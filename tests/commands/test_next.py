@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from expdesign.estimation.goodness import StatementOfFit
+from expdesign.report.design_texts import next_said
 from tests.commands.calls import CONFIG, Printed, call, plan_file, recordings_file
 
 
@@ -34,6 +36,15 @@ def test_the_plan_goes_on_where_the_recordings_end(tmp_path: Path, capsys: Print
     pd.concat([pd.read_csv(plan_file(tmp_path)).drop(columns="note"), plan]).to_csv(both, index=False)
     assert call("evaluate", CONFIG, both, "--json") == 0
     np.testing.assert_allclose(json.loads(capsys.readouterr().out)["total"], two, rtol=1e-3)
+
+
+def test_of_recordings_that_refute_the_model_nothing_is_enough() -> None:
+    """Errors that are expected hold for a model that is right."""
+    totals = np.array([0.1, 0.09])
+    for chi2, enough in ((40.0, True), (4000.0, False)):
+        lines = next_said(totals, StatementOfFit.of_chi2(chi2, 40), None, None).statements
+        assert any("no further measurement is needed" in line for line in lines) == enough
+        assert any("as if the base model were right" in line for line in lines) != enough
 
 
 def test_it_stops_at_the_accuracy(tmp_path: Path, capsys: Printed) -> None:

@@ -124,11 +124,15 @@ def next_said(totals: FloatArray, fit: StatementOfFit | None, undetermined: str 
         accuracy: expected error, in tolerances, at which it was to stop, or None.
     """
     lines, count, wanted = [], len(totals) - 1, 1.0 if accuracy is None else accuracy
-    if fit is not None and fit.refuted:
-        lines.append(f"{fit.sentence()} More of them will not help until `expdesign diagnose` has found why.")
+    refuted = fit is not None and fit.refuted
+    if fit is not None and refuted:
+        lines += [
+            f"{fit.sentence()} More of them will not help until `expdesign diagnose` has found why.",
+            "What follows is as if the base model were right.",
+        ]
     if undetermined is not None:
         lines.append(f"so far: {undetermined}")
-    if totals[0] <= wanted:
+    if totals[0] <= wanted and not refuted:
         lines.append(f"already within {wanted:g} tolerances: no further measurement is needed")
     for index, total in enumerate(totals):
         when = f"with {index} more" if index else "expected total error now"
