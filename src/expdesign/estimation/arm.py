@@ -79,6 +79,7 @@ class ArmCalibration:
         accuracy: before and after.
         left: what the fit leaves of the fitted rows.
         levels: sizes of the groups of errors, by evidence.
+        mean_square: of the residuals as a robust loss weighs them; None where all count alike.
         drawing: standard deviations of what no reading shows and the drawing alone says, as steps of all parameters of
             the chain, shape (p, d).
     """
@@ -98,6 +99,7 @@ class ArmCalibration:
     accuracy: Accuracies
     left: LeftOver
     levels: list[Level]
+    mean_square: float | None
     drawing: FloatArray
 
 
@@ -159,6 +161,7 @@ def calibrate(
         accuracy=_accuracy(errors, recordings, problem, found, options),
         left=left_over(of_fitted, train.axes, fit.residuals, train.deflections[:, :3]),
         levels=levels_of(sizes, kinds, minimal.kept, found.solution),
+        mean_square=None if options.loss == "squares" else found.mean_square,
         drawing=minimal.unseen(len(sizes)) * np.where(np.isfinite(sizes), sizes * factors, 0.0)[minimal.dropped],
     )
 

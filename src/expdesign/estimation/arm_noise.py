@@ -86,12 +86,14 @@ class Settled:
     Attributes:
         start: of all parameters, those outside `live` as they stay.
         effective: deviations divided by the roots of robust weights, shape (N, k).
+        mean_square: of the weighted residuals, over its mean at normal noise.
     """
 
     solution: Sized
     start: FloatArray
     noise: NoiseLevel
     effective: FloatArray
+    mean_square: float
     dof: float
     stated: tuple[float, int, float] | None
     remarks: list[Remark]
@@ -131,7 +133,7 @@ class ArmNoise:
         if not (beyond or generous):
             noise = NoiseLevel(deviations, "recordings")
             effective = deviations / np.sqrt(weights)[:, None]
-            return Settled(found, start, noise, effective, freedom, judged, [])
+            return Settled(found, start, noise, effective, total / freedom, freedom, judged, [])
         whole = start.copy()
         whole[self.problem.live] = found.values
         ratio = np.sqrt(squares / np.maximum(dof, 1.0))
@@ -188,7 +190,9 @@ class ArmNoise:
             )
         noise = NoiseLevel(deviations, "residuals", groups)
         effective = deviations / np.sqrt(weights)[:, None]
-        return Settled(found, start, noise, effective, float(dof.sum()), judged, list(remarks))
+        squares, _ = self._by_kind(found, deviations, weights)
+        mean_square = float(squares.sum() / dof.sum())
+        return Settled(found, start, noise, effective, mean_square, float(dof.sum()), judged, list(remarks))
 
     @property
     def _kinds(self) -> list[tuple[str, IntArray]]:

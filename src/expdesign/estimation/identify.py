@@ -333,10 +333,16 @@ def _of_arm(robot: Robot, recordings: Recordings, found: ArmCalibration, calibra
         mean_square = fit.chi2 / max(fit.dof, 1)
         chi2 = fit.chi2 if noise.known else None
         goodness = StatementOfFit(chi2, fit.dof, p_value, origin=noise.origin, mean_square=mean_square)
+    if found.mean_square is not None:  # a row that a robust loss sets aside says nothing of the noise of the others
+        goodness = replace(goodness, mean_square=found.mean_square)
+        if noise.known and found.stated is not None:
+            chi2, dof, p_value = found.stated
+            worst = None if goodness.worst is None else replace(goodness.worst, without=None)
+            goodness = replace(goodness, chi2=chi2, dof=dof, p_value=p_value, worst=worst)
     beyond = found.stated is not None and not noise.known and found.stated[2] < FIT.refuted
     goodness = replace(goodness, left=found.left, exceeded=found.stated if beyond else None)
-    dof = np.full(len(fit.values), np.inf if noise.known else float(max(fit.dof, 1)))
-    known, held_out = Uncertainty(fit.estimable, dof), found.held_out
+    freedom = np.full(len(fit.values), np.inf if noise.known else float(max(fit.dof, 1)))
+    known, held_out = Uncertainty(fit.estimable, freedom), found.held_out
     outcome = _Outcome(fit, noise, whitening, goodness, known)
     return _identification(
         recordings, found.fitted, outcome, held_out, found.remarks, calibration=calibration, arm=found
