@@ -135,8 +135,8 @@ def identified(result: Identification, at_targets: Said | None = None) -> Said:
     """
     goodness, further = result.goodness, at_targets or Said("", [])
     summary = f"{counted(len(result.robot.actuators), 'actuator')} of {result.robot.name}"
-    if goodness.p_value is not None:
-        summary += f", chi2 {goodness.chi2 or 0.0:.4g} for {goodness.dof}, p = {goodness.p_value:.3g}"
+    if goodness.chi2 is not None and goodness.p_value is not None:
+        summary += f", chi2 {goodness.chi2:.4g} for {goodness.dof}, p = {goodness.p_value:.3g}"
     first = sentences(each for each in result.suspicions if isinstance(each, BeyondManufacture))
     doubts = [each for each in result.suspicions if not isinstance(each, BeyondManufacture)]
     # What is said of the recordings where they are read is not said again.
