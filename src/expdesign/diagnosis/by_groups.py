@@ -84,6 +84,11 @@ def by_groups(frame: Frame) -> ByGroups:
     if found is None:
         return one_at_a_time("no group of effects is worth its evidence")
     judged = _errors(found, frame)
+    if frame.judged.any() and judged.test_after > OPTIONS.refutes * max(found.after, found.noise):
+        # Large laws that cancel each other where they were seen do not do so elsewhere.
+        lasting = grouped(robot, sample, base, library.lasting)
+        if lasting is not None and (errors_of := _errors(lasting, frame)).test_after < judged.test_after:
+            found, judged = lasting, errors_of
     errors = f"left-out blocks: {found.before:.3g} standard deviations without effects, {found.after:.3g} with groups"
     if OPTIONS.clearly * found.after > found.before or judged.test_after >= judged.test_before:
         return one_at_a_time(f"groups of effects predict no better ({errors})")

@@ -51,6 +51,12 @@ class Group:
         return _end(_entry(self.atoms[0])) if self.atoms else None
 
     @property
+    def goes_on(self) -> bool:
+        """Whether it depends on time or remembers, so that it goes on after the last row."""
+        seen = [quantity for atom in self.atoms for quantity in _entry(atom).quantities]
+        return any(quantity.states or quantity.drifts or quantity.kind == "settling" for quantity in seen)
+
+    @property
     def kind(self) -> tuple[Component, str]:
         """What people would call it; laws of guides that end elsewhere are of one kind."""
         return self.component, self.form or self.name
@@ -67,6 +73,11 @@ class GroupLibrary:
 
     groups: tuple[Group, ...]
     sight: Sight
+
+    @property
+    def lasting(self) -> "GroupLibrary":
+        """The same without laws of time and memory."""
+        return replace(self, groups=tuple(group for group in self.groups if not group.goes_on))
 
 
 def groups_of(robot: Robot, sample: Data, base: Fit, library: Sequence[Candidate]) -> GroupLibrary:
