@@ -8,7 +8,7 @@ import pytest
 
 from expdesign.diagnosis import by_groups as module
 from expdesign.diagnosis.by_groups import by_groups
-from expdesign.diagnosis.diagnose import framed
+from expdesign.diagnosis.frame import framed
 from expdesign.diagnosis.group_library import GroupLibrary
 from expdesign.diagnosis.held_out import HeldOut
 from tests.chain.bodies import BODY

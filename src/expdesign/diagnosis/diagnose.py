@@ -165,7 +165,9 @@ def _diagnosed(frame: Frame) -> Diagnosis:
 
 
 def _likeliest(frame: Frame, ends: Iterator[Chosen], reason: str) -> Diagnosis:
-    """The likeliest end of the search that explains the recordings, or predicts what was not fitted; else names alone.
+    """The likeliest end of the search that explains the recordings, else laws that predict, else names.
+
+    Laws that leave more than the noise imitate something, and stand behind names that explain.
 
     Args:
         frame: what is diagnosed.
@@ -173,20 +175,23 @@ def _likeliest(frame: Frame, ends: Iterator[Chosen], reason: str) -> Diagnosis:
         reason: to name effects one at a time.
     """
     unexplained: list[Diagnosis] = []
+    imitating: list[Diagnosis] = []
     refuted: list[Laws] = []
     for end in ends:
         if end.laws:
             laws = fitted(frame.names, frame.search, frame.dictionary.sight, end)
-            found = _with_laws(frame, laws)
+            found, others = _with_laws(frame, laws), imitating
             refuted.append(laws)
         else:
-            found = _with_names_alone(frame, end.model, reason)
-            unexplained.append(found)
-        if found is not None and (end.laws or found.verdict != "unexplained"):
+            found, others = _with_names_alone(frame, end.model, reason), unexplained
+        if found is not None and found.verdict != "unexplained":
             return found
+        others += [] if found is None else [found]
     result = unexplained[0] if unexplained else _with_names_alone(frame, _best_of_names(frame.names), reason)
     if result.verdict != "unexplained":
         return result
+    if imitating:
+        return imitating[0]
     caveats = (*result.caveats, *not_sought(frame.sample))
     return replace(result, laws=refuted[0].doubted if refuted else None, caveats=caveats)
 
