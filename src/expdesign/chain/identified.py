@@ -98,6 +98,12 @@ class ChainBeside(Chain):
         """The chain that is not linear in what was identified, with the same parameters."""
         return Chain(self.robot, (*self.identified.chain.effects, *self.effects), reading=self.reading)
 
+    @property
+    def drawing(self) -> FloatArray | None:
+        """What the drawing alone says (`Identified.drawing`), in steps of all parameters (p, d)."""
+        steps = self.identified.drawing
+        return None if steps is None else np.pad(steps, ((0, len(self.parameters) - len(steps)), (0, 0)))
+
     def about(self, values: FloatArray) -> "ChainBeside":
         """The same chain, linear about other values of its parameters (p,)."""
         return replace(self.identified, values=values[: self.base]).beside(self.effects)

@@ -102,10 +102,8 @@ class AtTargets:
             whitening = whitening.weighing(load_columns(result.loads.effects, result.loads.weights) if weighs else None)
         degrees = float("inf") if result.noise.known else float(max(result.after.dof, 1))
         loads = _moved(result.loads, known)
-        chain, drawing = result.predictive.fit.chain, None
-        if isinstance(chain, ChainBeside) and chain.identified.drawing is not None:
-            drawing = np.zeros((len(known.values), chain.identified.drawing.shape[1]))
-            drawing[: chain.base] = chain.identified.drawing
+        chain = result.predictive.fit.chain
+        drawing = chain.drawing if isinstance(chain, ChainBeside) else None
         model = FittedModel(known.seen_by(counts), recorded, whitening.rows(counts), degrees, loads, drawing)
         remedy = "record what separates the explanations, or look at the place that is named"
         return cls(problem, model, result.refuted, remedy)

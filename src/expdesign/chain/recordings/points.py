@@ -166,11 +166,16 @@ def _wrenches(
     if payload is None:
         assert given is not None
         return given
-    rotation = robot.jacobians(configurations).rotation
-    weights = Payload(coordinates).wrenches(rotation, np.concatenate([payload, gravity], axis=1))
+    weights = hanging(robot, configurations, payload, gravity)
     if given is not None:
         _no_contradiction(table, robot, given, weights, order)
     return weights
+
+
+def hanging(robot: Robot, configurations: FloatArray, payload: FloatArray, gravity: FloatArray) -> FloatArray:
+    """Wrenches (N, n) of payloads (N, 1 + d) in gravity (N, d) as they hang at configurations (N, n_q)."""
+    rotation = robot.jacobians(configurations).rotation
+    return Payload(robot.coordinates).wrenches(rotation, np.concatenate([payload, gravity], axis=1))
 
 
 def require_load(table: Table, coordinates: Coordinates) -> None:

@@ -10,10 +10,10 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.models.estimable import SEQUENCE
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import MarkerPosition
+from expdesign.chain.recordings.points import hanging
 from expdesign.chain.recordings.recordings import DEFLECTIONS, LoadedPoints, Measurand
 from expdesign.chain.row import row_data
 from expdesign.io.table import Table
-from expdesign.mechanics.loads.load import Payload
 from expdesign.mechanics.robots.robot import Robot
 
 
@@ -134,10 +134,6 @@ def moved(points: LoadedPoints, configurations: FloatArray, robot: Robot) -> Loa
     there = replace(points, configurations=configurations)
     if points.payload is None:
         return there
-    loads = np.concatenate([points.payload, points.gravity], axis=1)
-    before, after = (
-        Payload(robot.coordinates).wrenches(robot.jacobians(q).rotation, loads)
-        for q in (points.configurations, configurations)
-    )
+    before, after = (hanging(robot, q, points.payload, points.gravity) for q in (points.configurations, configurations))
     turned = after - before
     return replace(there, wrenches=points.wrenches + turned, absolute=points.absolute + turned)
