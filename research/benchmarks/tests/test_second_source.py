@@ -14,12 +14,15 @@ import research.benchmarks.concealed.second_source as source
 pytest.importorskip("mujoco", reason="the second source needs the extra second-source")
 pytest.importorskip("openseespy", reason="the second source needs the extra second-source")
 pytest.importorskip("Pynite", reason="the second source needs the extra second-source")
+from research.benchmarks.concealed.arms import base_deflections
+from research.benchmarks.concealed.campaigns import DEFLECTION, JOINTS, POSE, WRENCH, base_matrices
 from research.benchmarks.concealed.case import kept_cases, write_questions, write_truth
+from research.benchmarks.concealed.concealment import orders
+from research.benchmarks.concealed.hexapods import draw_hexapod, posture
 from research.benchmarks.concealed.second_source import arms, frames, leg_kinds, pynite_frames, structure_kinds
-from research.benchmarks.concealed.second_source.campaigns import DEFLECTION, JOINTS, POSE, WRENCH, base_matrices
-from research.benchmarks.concealed.second_source.cases import HEXAPOD_KINDS, KINDS, draw_case, orders
-from research.benchmarks.concealed.second_source.hexapods import draw_hexapod, posture
+from research.benchmarks.concealed.second_source.cases import HEXAPOD_KINDS, KINDS, draw_case
 
+COMMON = {"arms", "campaigns", "case", "concealment", "hexapods"}
 HEXAPOD = draw_hexapod(np.random.default_rng(5))
 LOAD = np.array([60.0, -40.0, -220.0, 6.0, -4.0, 3.0])
 
@@ -157,15 +160,17 @@ def arm_rows(*loads: np.ndarray) -> pd.DataFrame:
 
 def test_a_healthy_arm_is_the_base_model() -> None:
     table = arm_rows(FORCE, 0 * FORCE)
-    _, matrices = arms.base_deflections(ARM, table)
-    found = arms.deflections(arms.Stand(ARM), table)
+    _, matrices = base_deflections(arms.Stand(ARM), table)
+    found = arms.states(arms.Stand(ARM), table).deflections()
     np.testing.assert_allclose(found[0], (matrices @ (1 / ARM.stiffness))[0], rtol=0.03, atol=1e-6)
     np.testing.assert_allclose(found[1], 0.0, atol=1e-12)
 
 
 def test_an_arm_that_tilts_turns_about_its_foot() -> None:
     tilted = arms.Stand(ARM, arms.Parts(tilt=(2e5, 3e5, 4e5)))
-    change = arms.deflections(tilted, arm_rows(FORCE)) - arms.deflections(arms.Stand(ARM), arm_rows(FORCE))
+    change = (
+        arms.states(tilted, arm_rows(FORCE)).deflections() - arms.states(arms.Stand(ARM), arm_rows(FORCE)).deflections()
+    )
     place, _, _ = arms.Stand(ARM).rigid(COMMAND)
     moment = (FORCE[3:] + np.cross(place, FORCE[:3])) / [2e5, 3e5, 4e5]
     np.testing.assert_allclose(change[0, 3:], moment, rtol=0.02, atol=2e-7)
@@ -217,7 +222,7 @@ def test_healthy_cases_hide_nothing() -> None:
 
 
 def test_every_kind_has_its_turn() -> None:
-    drawn = [kind for kind, bare in orders(len(KINDS), 6, seed=3) if not bare]
+    drawn = [kind for kind, bare in orders(KINDS, len(KINDS), 6, seed=3) if not bare]
     assert sorted(drawn) == sorted(KINDS)
     assert set(HEXAPOD_KINDS) < set(KINDS)
     assert len(KINDS) >= 12
@@ -225,10 +230,11 @@ def test_every_kind_has_its_turn() -> None:
 
 def test_it_shares_no_code_with_the_laboratory_nor_with_the_program() -> None:
     """What makes cases imports neither; only `run` uses the first source's asking and judging."""
-    for path in Path(source.__path__[0]).glob("*.py"):
+    folder = Path(source.__path__[0])
+    for path in (*folder.glob("*.py"), *(folder.parent / f"{name}.py" for name in COMMON)):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             names += [str(node.module)] if isinstance(node, ast.ImportFrom) else []
             assert not [name for name in names if name.startswith(("research.laboratory", "expdesign"))], path
             if path.name != "run.py" and isinstance(node, ast.ImportFrom) and node.level > 1:
-                assert node.module == "case", path
+                assert node.module in COMMON, path

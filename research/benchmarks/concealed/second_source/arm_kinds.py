@@ -3,64 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
-import pandas as pd
 
-from .arms import Arm, Hose, Parts, Spring, Stand, load_of
-from .campaigns import JOINTS, PAYLOAD, WRENCH, Campaign, Wishes
-from .hexapods import Array
-from .kinds import Concealed, Kind, chosen_leg
+from ..arms import Arm, torques
+from ..campaigns import JOINTS, Campaign, Wishes
+from ..concealment import Concealed, Kind, chosen_leg
+from .arms import Hose, Parts, Spring, Stand
 
-_LEVELS = (1.0, 0.5, -0.5, -1.0)
+LOW = np.array([-1.4, -0.8, 0.4, -1.3, -1.3, -1.5])  # rad, of the joints in campaigns
+HIGH = np.array([1.4, 0.7, 1.9, 1.3, 1.3, 1.5])
 _SLACK = 1e-2  # stiffness of a joint within its play, against that of the joint
 
 
-def draw_campaign(arm: Arm, wishes: Wishes, rng: np.random.Generator) -> Campaign:
-    """Loads at configurations; with `wishes.loads` payload also several masses, seen by one of three markers a row."""
-    count = max(wishes.series, int(rng.integers(14, 23)))
-    held = max(4, round(count * rng.uniform(0.2, 0.3)))
-    low, high = np.array([-1.4, -0.8, 0.4, -1.3, -1.3, -1.5]), np.array([1.4, 0.7, 1.9, 1.3, 1.3, 1.5])
-    commands = rng.uniform(low, high, (count - held, 6)).round(4)
-    series = [(command, _steps(wishes, rng), False) for command in commands]
-    for _ in range(held):
-        one, other = rng.choice(count - held, 2, replace=False)
-        between = (commands[one] + rng.uniform(0.2, 0.8) * (commands[other] - commands[one])).round(4)
-        series.insert(int(rng.integers(1, len(series))), (between, series[one][1], True))
-    columns, blocks, aside = PAYLOAD if wishes.loads == "payload" else WRENCH, [], []
-    for number, (command, loads, later) in enumerate(series, start=1):
-        block = pd.DataFrame(np.tile(command, (len(loads), 1)), columns=list(JOINTS))
-        block.insert(0, "series", number)
-        block[list(columns)] = loads.round(4) + 0.0
-        blocks.append(block)
-        aside += [later] * len(loads)
-    rows = pd.concat(blocks, ignore_index=True)
-    rows.insert(0, "sequence", np.arange(1, len(rows) + 1))
-    if wishes.loads == "payload":
-        rows["marker"] = [("red", "green", "blue")[index % 3] for index in range(len(rows))]
-        std = np.array([float(f"{rng.uniform(1.5e-5, 4e-5):.2g}")] * 3)
-    else:
-        places, angles = (float(f"{rng.uniform(*ends):.2g}") for ends in ((8e-6, 2e-5), (1.2e-5, 3.5e-5)))
-        std = np.array([places] * 3 + [angles] * 3)
-    return Campaign(rows, np.array(aside), std)
-
-
-def _steps(wishes: Wishes, rng: np.random.Generator) -> Array:
-    if wishes.loads == "payload":
-        centre = np.array([*(0.05 * rng.normal(size=2)), rng.uniform(0.03, 0.12)])
-        return np.array([[mass, *(centre if mass else 0.0 * centre)] for mass in (0.0, 2.0, 5.0)] * 2)
-    return np.outer(_LEVELS, rng.normal(size=6) * [24, 24, 32, 4, 4, 4])
-
-
-def torques(arm: Arm, rows: pd.DataFrame) -> Array:
-    """Torques of the joints under the loads alone (rows × 6, N m)."""
-    stand, found = Stand(arm), []
-    for _, row in rows.iterrows():
-        _, rotation, jacobian = stand.rigid(row[list(JOINTS)].to_numpy(dtype=float))
-        found.append(jacobian.T @ load_of(row, rotation))
-    return np.array(found)
-
-
 def _backlash(arm: Arm, campaign: Campaign, rng: np.random.Generator) -> Concealed[Parts]:
-    joint, most = chosen_leg(torques(arm, campaign.rows), rng, reversing=True)
+    joint, most = chosen_leg(torques(Stand(arm), campaign.rows), rng, reversing=True)
     stiffness = float(arm.stiffness[joint])
 
     def of_size(size: float) -> Parts:
@@ -72,7 +27,7 @@ def _backlash(arm: Arm, campaign: Campaign, rng: np.random.Generator) -> Conceal
 
 def _gear(arm: Arm, campaign: Campaign, rng: np.random.Generator) -> Concealed[Parts]:
     """A strain-wave gear: soft about zero torque, stiffer beyond two knees."""
-    joint, most = chosen_leg(torques(arm, campaign.rows), rng)
+    joint, most = chosen_leg(torques(Stand(arm), campaign.rows), rng)
     stiffness, knee = float(arm.stiffness[joint]), float(rng.uniform(0.1, 0.3))
 
     def of_size(size: float) -> Parts:
@@ -87,7 +42,7 @@ def _gear(arm: Arm, campaign: Campaign, rng: np.random.Generator) -> Concealed[P
 
 def _stop(arm: Arm, campaign: Campaign, rng: np.random.Generator) -> Concealed[Parts]:
     """A long buffer or spring that a joint rests against over a part of its range: positions show its push."""
-    joint, _ = chosen_leg(torques(arm, campaign.rows), rng)
+    joint, _ = chosen_leg(torques(Stand(arm), campaign.rows), rng)
     at = float(np.quantile(campaign.rows[JOINTS[joint]], rng.uniform(0.4, 0.65)))
 
     def of_size(size: float) -> Parts:

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.spatial.transform import Rotation
 
-from .campaigns import GRAVITY, JOINTS, PAYLOAD, POSITION, WRENCH
+from ..arms import Arm, Link, States, load_of, words
+from ..campaigns import GRAVITY, JOINTS
+from ..hexapods import Array
 from .frames import EngineError
-from .hexapods import Array
 
 _STEP, _TOLERANCE, _ITERATIONS = 1e-7, 1e-8, 60  # rad, N m
 
@@ -27,48 +27,6 @@ def engine() -> Any:
     import mujoco  # noqa: PLC0415 - an extra
 
     return mujoco
-
-
-@dataclass(frozen=True)
-class Link:
-    """A link and the joint that moves it: place in the parent (m), axis, mass (kg), its centre (m)."""
-
-    place: tuple[float, float, float]
-    axis: tuple[int, int, int]
-    mass: float
-    centre: tuple[float, float, float]
-
-
-@dataclass(frozen=True)
-class Arm:
-    """What the drawing says (links, flange, stiffness of joints) and the joints' true stiffness (6, N m/rad)."""
-
-    links: tuple[Link, ...]
-    flange: tuple[float, float, float]
-    stiffness: Array
-    drawn_stiffness: Array
-
-    def file(self) -> dict[str, Any]:
-        """The robot file's mapping."""
-        names = {"name": "arm of six axes", "kind": "serial", "urdf": "arm.urdf", "base_link": "base"}
-        return names | {"tip_link": "flange", "actuator_stiffness": self.drawn_stiffness.tolist()}
-
-    def urdf(self) -> str:
-        """The same arm for those who know no springs."""
-        text = '<robot name="arm"><link name="base"/>'
-        for number, link in enumerate(self.links, start=1):
-            parent = "base" if number == 1 else f"link_{number - 1}"
-            text += (
-                f'<link name="link_{number}"><inertial><origin xyz="{_words(link.centre)}" rpy="0 0 0"/>'
-                f'<mass value="{link.mass:.6g}"/><inertia ixx="0.05" ixy="0" ixz="0" iyy="0.05" iyz="0" izz="0.05"/>'
-                f'</inertial></link><joint name="joint_{number}" type="revolute"><origin xyz="{_words(link.place)}" '
-                f'rpy="0 0 0"/><parent link="{parent}"/><child link="link_{number}"/><axis xyz="{_words(link.axis)}"/>'
-                '<limit lower="-6.28" upper="6.28" effort="500" velocity="3"/></joint>'
-            )
-        return text + (
-            f'<link name="flange"/><joint name="mount" type="fixed"><origin xyz="{_words(self.flange)}" rpy="0 0 0"/>'
-            '<parent link="link_6"/><child link="flange"/></joint></robot>\n'
-        )
 
 
 @dataclass(frozen=True)
@@ -103,10 +61,6 @@ class Parts:
     bends: dict[int, float] = field(default_factory=dict)
     tilt: tuple[float, float, float] | None = None
     tool: tuple[float, tuple[float, float, float]] | None = None
-
-
-def _words(values: tuple[float, ...] | Array) -> str:
-    return " ".join(f"{value:.9g}" for value in values)
 
 
 def draw_arm(rng: np.random.Generator) -> Arm:
@@ -150,7 +104,7 @@ class Stand:
         sites: dict[int, str] = dict.fromkeys(range(7), "")
         for number, hose in enumerate(parts.hoses):
             for end, (holder, point) in enumerate(zip(hose.links, hose.points, strict=True)):
-                sites[holder] += f'<site name="hose_{number}_{end}" pos="{_words(point)}"/>'
+                sites[holder] += f'<site name="hose_{number}_{end}" pos="{words(point)}"/>'
         text += sites[0] + '<body name="stand"><inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/>'
         for axis, stiffness in zip(("1 0 0", "0 1 0", "0 0 1"), parts.tilt or (), strict=False):
             text += f'<joint type="hinge" axis="{axis}" stiffness="{stiffness:.12g}"/>'
@@ -158,7 +112,7 @@ class Stand:
         for number, link in enumerate(self.arm.links, start=1):
             place = np.array(link.place)
             if number - 1 in parts.bends:  # the middle of the link before this joint
-                text += f'<body pos="{_words(place / 2)}"><inertial pos="0 0 0" mass="1e-6" '
+                text += f'<body pos="{words(place / 2)}"><inertial pos="0 0 0" mass="1e-6" '
                 text += 'diaginertia="1e-6 1e-6 1e-6"/>'
                 stiffness = parts.bends[number - 1]
                 for axis in ("1 0 0", "0 1 0"):
@@ -166,17 +120,17 @@ class Stand:
                 place, depth = place / 2, depth + 1
             stiffness = parts.own.get(number - 1, float(self.arm.stiffness[number - 1]))
             text += (
-                f'<body name="link_{number}" pos="{_words(place)}"><inertial pos="{_words(link.centre)}" '
+                f'<body name="link_{number}" pos="{words(place)}"><inertial pos="{words(link.centre)}" '
                 f'mass="{link.mass:.9g}" diaginertia="0.05 0.05 0.05"/>'
-                f'<joint name="joint_{number}" type="hinge" axis="{_words(link.axis)}" stiffness="{stiffness:.12g}"/>'
+                f'<joint name="joint_{number}" type="hinge" axis="{words(link.axis)}" stiffness="{stiffness:.12g}"/>'
                 f"{sites[number]}"
             )
             depth += 1
-        text += f'<site name="flange" pos="{_words(self.arm.flange)}"/>'
+        text += f'<site name="flange" pos="{words(self.arm.flange)}"/>'
         if parts.tool:
             centre = np.array(self.arm.flange) + parts.tool[1]
             text += (
-                f'<body name="tool" pos="{_words(centre)}"><inertial pos="0 0 0" mass="{parts.tool[0]:.9g}" '
+                f'<body name="tool" pos="{words(centre)}"><inertial pos="0 0 0" mass="{parts.tool[0]:.9g}" '
                 'diaginertia="1e-3 1e-3 1e-3"/></body>'
             )
         text += "</body>" * depth + "</worldbody><tendon>"
@@ -256,59 +210,11 @@ class Stand:
         raise EngineError("the arm finds no equilibrium")
 
 
-def load_of(row: pd.Series, rotation: Array) -> Array:
-    """Assumed wrench on the flange (base axes) of a row with a wrench or a payload."""
-    if "fx_N" in row:
-        return np.asarray(row[list(WRENCH)].to_numpy(dtype=float))
-    mass, *centre = (float(value) for value in row[list(PAYLOAD)])
-    force = np.array([0.0, 0.0, -GRAVITY * mass])
-    return np.concatenate([force, np.cross(rotation @ centre, force)])
-
-
-def deflections(stand: Stand, rows: pd.DataFrame) -> Array:
-    """Noise-free deflections of the flange against the unloaded arm at the same command (rows × 6; m, rad)."""
-    found = np.zeros((len(rows), 6))
-    for index, (_, row) in enumerate(rows.iterrows()):
-        command = row[list(JOINTS)].to_numpy(dtype=float)
-        place, rotation = stand.stand(command, np.zeros(6))
-        wrench = load_of(row, rotation)
-        moved, turned = stand.stand(command, wrench)
-        found[index] = [*(moved - place), *Rotation.from_matrix(turned @ rotation.T).as_rotvec()]
-    return found
-
-
-def positions(stand: Stand, rows: pd.DataFrame, markers: dict[str, Array], instrument: tuple[Array, Array]) -> Array:
-    """Noise-free positions of the rows' markers in the instrument's frame (rows × 3, m), payloads on the flange."""
-    found = np.zeros((len(rows), 3))
-    for index, (_, row) in enumerate(rows.iterrows()):
-        command = row[list(JOINTS)].to_numpy(dtype=float)
-        place, rotation = stand.stand(command, np.zeros(6))
-        place, rotation = stand.stand(command, load_of(row, rotation))
-        found[index] = instrument[1].T @ (place + rotation @ markers[str(row["marker"])] - instrument[0])
-    return found
-
-
-def base_deflections(arm: Arm, rows: pd.DataFrame) -> tuple[Array, Array]:
-    """The base model of deflections: what it says without any compliance (0), and per compliance (rows × 6 × 6)."""
-    stand, found = Stand(arm), []
+def states(stand: Stand, rows: pd.DataFrame) -> States:
+    """Where the flange stands in each row, without and with its load."""
+    bare, loaded = [], []
     for _, row in rows.iterrows():
-        _, rotation, jacobian = stand.rigid(row[list(JOINTS)].to_numpy(dtype=float))
-        found.append(jacobian * (jacobian.T @ load_of(row, rotation)))
-    return np.zeros((len(rows), 6)), np.array(found)
-
-
-def base_positions(
-    arm: Arm, rows: pd.DataFrame, markers: dict[str, Array], instrument: tuple[Array, Array]
-) -> tuple[Array, Array]:
-    """Likewise of markers' positions: the rigid arm's, and per compliance under load and own weight (rows × 3 × 6)."""
-    stand, rigid, found = Stand(arm), np.zeros((len(rows), 3)), []
-    for index, (_, row) in enumerate(rows.iterrows()):
-        place, rotation, jacobian = stand.rigid(row[list(JOINTS)].to_numpy(dtype=float))
-        marker = place + rotation @ markers[str(row["marker"])]
-        torque = jacobian.T @ load_of(row, rotation) - stand.weight()
-        rigid[index] = instrument[1].T @ (marker - instrument[0])
-        found.append(instrument[1].T @ (stand.jacobian(marker)[:3] * torque))
-    return rigid, np.array(found)
-
-
-__all__ = ["POSITION", "Arm", "Hose", "Parts", "Spring", "Stand", "deflections", "draw_arm", "positions"]
+        command = row[list(JOINTS)].to_numpy(dtype=float)
+        bare.append(stand.stand(command, np.zeros(6)))
+        loaded.append(stand.stand(command, load_of(row, bare[-1][1])))
+    return States.of(bare, loaded)

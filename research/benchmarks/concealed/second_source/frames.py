@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .campaigns import POSE, wrenches
-from .hexapods import Array, Hexapod, Posture, posture
+from ..campaigns import POSE, wrenches
+from ..hexapods import Array, Hexapod, Posture, posture
 
 MICRO = 1e6  # µm per m
 CENTRE = 100

@@ -8,10 +8,10 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 
-from .campaigns import POSE, Campaign, Wishes, base_matrices, wrenches
+from ..campaigns import Campaign, Wishes, base_matrices, leg_forces
+from ..concealment import Concealed, Kind, chosen_leg
+from ..hexapods import Array, Hexapod
 from .frames import MICRO, RIGID_SPRING, SLACK, Model, Structure
-from .hexapods import Array, Hexapod, posture
-from .kinds import Concealed, Kind, chosen_leg
 
 LARGE = 1e12  # N, a strength that is never reached
 Law = Callable[[Model, float, float], int]
@@ -32,22 +32,13 @@ class LegsOf(Structure):
             super().leg(model, leg)
 
 
-def leg_forces(hexapod: Hexapod, campaign: Campaign) -> Array:
-    """Forces of the legs under the assumed loads (rows × 6, N; a leg that is pushed longer pulls: positive)."""
-    found = []
-    each = zip(campaign.rows[list(POSE)].to_numpy(dtype=float), wrenches(hexapod, campaign.rows), strict=True)
-    for pose, wrench in each:
-        found.append(np.linalg.solve(posture(hexapod, pose).inverse_jacobian.T, wrench))
-    return np.array(found)
-
-
 def _one(
     names: tuple[str, ...], low: float, high: float, law: Callable[..., Law], steps: int, reversing: bool = False
 ) -> Callable[..., Concealed[Structure]]:
     """A law of one leg; `law(size, largest force, rng)` must draw the same whatever the size."""
 
     def conceal(hexapod: Hexapod, campaign: Campaign, rng: np.random.Generator) -> Concealed[Structure]:
-        leg, most = chosen_leg(leg_forces(hexapod, campaign), rng, reversing)
+        leg, most = chosen_leg(leg_forces(hexapod, campaign.rows), rng, reversing)
         seed, stretch = int(rng.integers(2**31)), most / float(hexapod.stiffness[leg])
 
         def of_size(size: float) -> Structure:
@@ -144,7 +135,7 @@ def flag(size: float, most: float, stretch: float, rng: np.random.Generator) -> 
 def _creep(hexapod: Hexapod, campaign: Campaign, rng: np.random.Generator) -> Concealed[Structure]:
     """A viscous member in one leg or in all: a standard linear solid whose long-term stiffness is the leg's."""
     every = rng.random() < 0.35
-    leg, _ = chosen_leg(leg_forces(hexapod, campaign), rng)
+    leg, _ = chosen_leg(leg_forces(hexapod, campaign.rows), rng)
     spans = campaign.rows.groupby("series")["time_s"].agg(np.ptp)
     delay = float(spans.median()) / rng.uniform(1.0, 4.0)
 
@@ -195,7 +186,7 @@ class CrookedLeg(Structure):
 
 
 def _crooked(hexapod: Hexapod, campaign: Campaign, rng: np.random.Generator) -> Concealed[Structure]:
-    leg, most = chosen_leg(leg_forces(hexapod, campaign), rng)
+    leg, most = chosen_leg(leg_forces(hexapod, campaign.rows), rng)
     critical, sideways = most * rng.uniform(2.5, 6.0), float(rng.uniform(0, 2 * np.pi))
     length = float(np.linalg.norm(hexapod.home))
 
@@ -231,7 +222,7 @@ class ClampedLegs(Structure):
 
 
 def _clamped(hexapod: Hexapod, campaign: Campaign, rng: np.random.Generator) -> Concealed[Structure]:
-    leg, _ = chosen_leg(leg_forces(hexapod, campaign), rng)
+    leg, _ = chosen_leg(leg_forces(hexapod, campaign.rows), rng)
     legs = tuple(range(6)) if rng.random() < 0.5 else (leg,)
     parts = ("all legs",) if len(legs) == 6 else (f"leg {leg + 1}",)
     return Concealed(parts, ("passive_joint_stiffness",), 1e-4, 1.0, lambda size: ClampedLegs(hexapod, legs, size))
@@ -263,7 +254,7 @@ class StickingEnds(ClampedLegs):
 
 
 def _sticking(hexapod: Hexapod, campaign: Campaign, rng: np.random.Generator) -> Concealed[Structure]:
-    leg, _ = chosen_leg(leg_forces(hexapod, campaign), rng)
+    leg, _ = chosen_leg(leg_forces(hexapod, campaign.rows), rng)
     legs, part = ((leg,), f"leg {leg + 1}") if rng.random() < 0.5 else (tuple(range(6)), "all legs")
     moved = base_matrices(hexapod, campaign.rows) @ (1.0 / hexapod.stiffness)
     turned = float(np.abs(moved[:, 3:]).max())

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .campaigns import POSE
+from ..campaigns import POSE
+from ..hexapods import Array, Hexapod, Posture, posture
 from .frames import Structure
-from .hexapods import Array, Hexapod, Posture, posture
 
 MICRO = 1e6  # µm per m: lengths in µm, forces in N, as in `frames`
 _AXES = ("FX", "FY", "FZ", "MX", "MY", "MZ")

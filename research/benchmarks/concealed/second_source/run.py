@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..case import Case, generate
+from ..concealment import orders
 from ..pipeline import arguments, conduct
-from .cases import KINDS, draw_case, orders
+from .cases import KINDS, draw_case
 
 
 def main() -> None:
@@ -23,7 +24,7 @@ def main() -> None:
 
     def draw(seed: int) -> Iterator[Case]:
         """One by one, since an engine is one to a process."""
-        wanted = orders(chosen.count, chosen.healthy, seed, tuple(chosen.only))
+        wanted = orders(KINDS, chosen.count, chosen.healthy, seed, tuple(chosen.only))
         return generate(draw_case, wanted[: chosen.limit], seed)
 
     conduct(chosen, draw, "The second source", "-second-source", every=True)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from ..campaigns import PAYLOAD, POSE, Campaign, Wishes, leg_forces, wrenches
+from ..concealment import Concealed, Kind, chosen_leg
+from ..hexapods import Array, Hexapod, posture
 from . import pynite_frames
-from .campaigns import PAYLOAD, POSE, Campaign, Wishes, wrenches
 from .frames import SLACK, Model, Structure
-from .hexapods import Array, Hexapod, posture
-from .kinds import Concealed, Kind, chosen_leg
-from .leg_kinds import LARGE, leg_forces
+from .leg_kinds import LARGE
 
 
 class BeamPlatform(Structure):
@@ -66,7 +66,7 @@ class LooseBracket(Structure):
 
 def _loose_bracket(hexapod: Hexapod, campaign: Campaign, rng: np.random.Generator) -> Concealed[Structure]:
     foot, stiff = int(rng.integers(3)), 25.0 * float(hexapod.stiffness.mean())
-    stretch = np.abs(leg_forces(hexapod, campaign)).max() / hexapod.stiffness.mean()
+    stretch = np.abs(leg_forces(hexapod, campaign.rows)).max() / hexapod.stiffness.mean()
     parts = ("base", f"leg {2 * foot + 1}", f"leg {2 * foot + 2}")
     names = ("leg_backlash", "joint_backlash", "base_compliance", "leg_coupling")
     return Concealed(parts, names, 0.01, 3.0, lambda size: LooseBracket(hexapod, foot, size * float(stretch), stiff))
@@ -117,7 +117,7 @@ class TautCable(Structure):
 
 
 def _taut_cable(hexapod: Hexapod, campaign: Campaign, rng: np.random.Generator) -> Concealed[Structure]:
-    _, most = chosen_leg(leg_forces(hexapod, campaign), rng)
+    _, most = chosen_leg(leg_forces(hexapod, campaign.rows), rng)
     reach, angle = float(np.hypot(*hexapod.base[0, :2])), float(rng.uniform(0, 2 * np.pi))
     anchor = np.array([1.5 * reach * np.cos(angle), 1.5 * reach * np.sin(angle), hexapod.home[2] * rng.uniform(0, 0.7)])
     eye = np.array([0.5 * reach * np.cos(angle + 0.6), 0.5 * reach * np.sin(angle + 0.6), 0.0])

@@ -86,6 +86,48 @@ def draw_campaign(hexapod: Hexapod, wishes: Wishes, rng: np.random.Generator) ->
     return Campaign(rows, np.array(aside), _noise(hexapod, rows, wishes.precise, rng))
 
 
+def draw_arm_campaign(low: Array, high: Array, wishes: Wishes, rng: np.random.Generator) -> Campaign:
+    """Loads at configurations between two ends of the joints (rad), or payloads seen by one of three markers a row.
+
+    Payloads stand on the flange where `wishes.loads` is payload.
+    """
+    count = max(wishes.series, int(rng.integers(14, 23)))
+    held = max(4, round(count * rng.uniform(0.2, 0.3)))
+    commands = rng.uniform(low, high, (count - held, 6)).round(4)
+    series = [(command, _arm_steps(wishes, rng), False) for command in commands]
+    for _ in range(held):
+        one, other = rng.choice(count - held, 2, replace=False)
+        between = (commands[one] + rng.uniform(0.2, 0.8) * (commands[other] - commands[one])).round(4)
+        series.insert(int(rng.integers(1, len(series))), (between, series[one][1], True))
+    columns, blocks, aside = PAYLOAD if wishes.loads == "payload" else WRENCH, [], []
+    for number, (command, loads, later) in enumerate(series, start=1):
+        block = pd.DataFrame(np.tile(command, (len(loads), 1)), columns=list(JOINTS))
+        block.insert(0, "series", number)
+        block[list(columns)] = loads.round(4) + 0.0
+        blocks.append(block)
+        aside += [later] * len(loads)
+    rows = pd.concat(blocks, ignore_index=True)
+    rows.insert(0, "sequence", np.arange(1, len(rows) + 1))
+    if wishes.path == "hold" or wishes.temperature:
+        add_times(rows, wishes, rng)
+    finer = 4.0 if wishes.precise else 1.0
+    if wishes.loads == "payload":
+        rows["marker"] = [("red", "green", "blue")[index % 3] for index in range(len(rows))]
+        std = np.array([float(f"{rng.uniform(1.5e-5, 4e-5):.2g}")] * 3)
+    else:
+        places, angles = (float(f"{rng.uniform(*ends):.2g}") for ends in ((8e-6, 2e-5), (1.2e-5, 3.5e-5)))
+        std = np.array([places] * 3 + [angles] * 3) / finer
+    return Campaign(rows, np.array(aside), std)
+
+
+def _arm_steps(wishes: Wishes, rng: np.random.Generator) -> Array:
+    if wishes.loads == "payload":
+        centre = np.array([*(0.05 * rng.normal(size=2)), rng.uniform(0.03, 0.12)])
+        return np.array([[mass, *(centre if mass else 0.0 * centre)] for mass in (0.0, 2.0, 5.0)] * 2)
+    levels = _levels(wishes, rng) if wishes.path != "any" else [1.0, 0.5, -0.5, -1.0]
+    return np.outer(levels, rng.normal(size=6) * [24, 24, 32, 4, 4, 4])
+
+
 def _levels(wishes: Wishes, rng: np.random.Generator) -> list[float]:
     """Loads of a series as shares of its largest one; the first is none where friction or time matter."""
     if wishes.path == "stairs":
@@ -136,6 +178,15 @@ def wrenches(hexapod: Hexapod, rows: pd.DataFrame) -> Array:
 
 def _poses(rows: pd.DataFrame) -> Array:
     return np.asarray(rows[list(POSE)].to_numpy(dtype=float))
+
+
+def leg_forces(hexapod: Hexapod, rows: pd.DataFrame) -> Array:
+    """Forces of the legs under the assumed loads (rows × 6, N; a leg that is pushed longer pulls: positive)."""
+    found = []
+    each = zip(_poses(rows), wrenches(hexapod, rows), strict=True)
+    for pose, wrench in each:
+        found.append(np.linalg.solve(posture(hexapod, pose).inverse_jacobian.T, wrench))
+    return np.array(found)
 
 
 def base_matrices(hexapod: Hexapod, rows: pd.DataFrame) -> Array:
