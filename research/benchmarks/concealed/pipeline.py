@@ -12,13 +12,16 @@ import shlex
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import numpy as np
+
 from research.benchmarks.single_thread import single_threaded
 
-from .case import Case, fresh_seed, kept_cases, write_questions, write_truth
+from .case import Case, fresh_seed, generate, kept_cases, write_questions, write_truth
+from .concealment import orders
 from .judgement import Judged, judge
 from .program import Program
 from .score import frame, markdown
@@ -96,6 +99,28 @@ def conduct(
         (results / f"{stem}.md").write_text(text, encoding="utf-8")
         frame(judged).to_csv(results / f"{stem}.csv", index=False)
         print(results / f"{stem}.md")
+
+
+def conduct_kinds(
+    description: str | None,
+    kinds: tuple[str, ...],
+    draw_case: Callable[[tuple[str, bool], np.random.Generator], Case],
+    title: str,
+    ending: str,
+) -> None:
+    """A round of a source whose cases are kinds in turn, and healthy ones: its options, and what `conduct` does."""
+    parser = arguments(description, jobs=1)
+    parser.add_argument("--count", type=int, default=40, help="cases in which something is hidden")
+    parser.add_argument("--healthy", type=int, default=8, help="cases in which nothing is")
+    parser.add_argument("--only", action="append", default=[], choices=kinds, help="kinds")
+    chosen = parser.parse_args()
+
+    def draw(seed: int) -> Iterator[Case]:
+        """One by one, since an engine may be one to a process."""
+        wanted = orders(kinds, chosen.count, chosen.healthy, seed, tuple(chosen.only))
+        return generate(draw_case, wanted[: chosen.limit], seed)
+
+    conduct(chosen, draw, title, ending, every=True)
 
 
 def examine(program: Program, cases: Sequence[Case], jobs: int) -> list[Judged]:

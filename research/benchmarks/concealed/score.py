@@ -46,6 +46,7 @@ ASKED = (
     Asked("outside the library", OUTSIDE, 0.80),
     Asked("physics left out of the library", ("left_out",), 0.75),
     Asked("second source", ("second_source",), 0.90, 0.6, 0.7),
+    Asked("third source", ("third_source",), 0.90, 0.5, 0.75),
 )
 
 

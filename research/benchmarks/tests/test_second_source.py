@@ -1,28 +1,19 @@
-"""The second source: its engines against closed formulas, cases that are what they claim, truths that stay apart."""
+"""The second source: its engines against closed formulas; what it conceals is what it claims."""
 
 from __future__ import annotations
-
-import ast
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-import research.benchmarks.concealed.second_source as source
-
 pytest.importorskip("mujoco", reason="the second source needs the extra second-source")
 pytest.importorskip("openseespy", reason="the second source needs the extra second-source")
 pytest.importorskip("Pynite", reason="the second source needs the extra second-source")
 from research.benchmarks.concealed.arms import base_deflections
-from research.benchmarks.concealed.campaigns import DEFLECTION, JOINTS, POSE, WRENCH, base_matrices
-from research.benchmarks.concealed.case import kept_cases, write_questions, write_truth
-from research.benchmarks.concealed.concealment import orders
+from research.benchmarks.concealed.campaigns import JOINTS, POSE, WRENCH, base_matrices
 from research.benchmarks.concealed.hexapods import draw_hexapod, posture
 from research.benchmarks.concealed.second_source import arms, frames, leg_kinds, pynite_frames, structure_kinds
-from research.benchmarks.concealed.second_source.cases import HEXAPOD_KINDS, KINDS, draw_case
 
-COMMON = {"arms", "campaigns", "case", "concealment", "hexapods"}
 HEXAPOD = draw_hexapod(np.random.default_rng(5))
 LOAD = np.array([60.0, -40.0, -220.0, 6.0, -4.0, 3.0])
 
@@ -186,55 +177,3 @@ def test_a_buffer_pushes_a_joint_that_rests_against_it() -> None:
         moved, _ = arms.Stand(ARM, parts).stand(COMMAND, FORCE)
         back = acts * stiffness * (COMMAND[joint] - low) / (ARM.stiffness[joint] + stiffness)
         np.testing.assert_allclose(moved - place, -jacobian[:3, joint] * back, rtol=0.02, atol=3e-6)
-
-
-@pytest.mark.parametrize("kind", ["leg_gap", "leg_warm", "undeclared_tool", "wrong_centre_of_mass"])
-def test_a_case_repeats_by_its_seed_and_keeps_its_truth_apart(kind: str, tmp_path: Path) -> None:
-    case, again = (draw_case((kind, False), np.random.default_rng([1, 4])) for _ in range(2))
-    pd.testing.assert_frame_equal(case.recordings, again.recordings)
-    assert case.truth == again.truth
-    assert 1.8 <= case.truth["mismatch_in_std"] <= 11.0
-    assert 0.15 <= (case.recordings["split"] == "test").mean() <= 0.35
-    case.truth["case"] = "case-001"
-    write_questions(case, tmp_path / "cases" / "case-001")
-    write_truth(case, tmp_path / "truth" / "case-001")
-    shown = "".join(path.read_text(encoding="utf-8") for path in (tmp_path / "cases").rglob("*.*"))
-    assert not [word for word in ("true_", "base_m", kind, "mismatch", "parts") if word in shown]
-    readings = [name[5:] for name in case.later if str(name).startswith("true_")]
-    held = case.recordings[case.recordings["split"] == "test"]
-    for name in readings:  # held-out rows show what was read, never what it would have been without noise
-        assert (held[name].to_numpy() != case.later[f"true_{name}"].to_numpy()).all()
-    (kept,) = kept_cases(tmp_path)
-    assert kept.robot == case.robot
-    assert kept.files == case.files
-    pd.testing.assert_frame_equal(kept.later, case.later)
-
-
-def test_healthy_cases_hide_nothing() -> None:
-    case = draw_case(("leg_contact", True), np.random.default_rng(8))
-    assert case.truth["effects"] == []
-    error = (
-        case.later[[f"true_{n}" for n in DEFLECTION]].to_numpy()
-        - case.later[[f"base_{n}" for n in DEFLECTION]].to_numpy()
-    )
-    std = case.later[[f"s{n[1:]}" for n in DEFLECTION]].to_numpy()
-    assert np.sqrt(np.mean((error / std) ** 2)) < 0.8
-
-
-def test_every_kind_has_its_turn() -> None:
-    drawn = [kind for kind, bare in orders(KINDS, len(KINDS), 6, seed=3) if not bare]
-    assert sorted(drawn) == sorted(KINDS)
-    assert set(HEXAPOD_KINDS) < set(KINDS)
-    assert len(KINDS) >= 12
-
-
-def test_it_shares_no_code_with_the_laboratory_nor_with_the_program() -> None:
-    """What makes cases imports neither; only `run` uses the first source's asking and judging."""
-    folder = Path(source.__path__[0])
-    for path in (*folder.glob("*.py"), *(folder.parent / f"{name}.py" for name in COMMON)):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-            names += [str(node.module)] if isinstance(node, ast.ImportFrom) else []
-            assert not [name for name in names if name.startswith(("research.laboratory", "expdesign"))], path
-            if path.name != "run.py" and isinstance(node, ast.ImportFrom) and node.level > 1:
-                assert node.module in COMMON, path

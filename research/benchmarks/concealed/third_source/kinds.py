@@ -1,7 +1,7 @@
 """What the third source conceals, as data: words, literature, machine, right places, sizes and ranges.
 
-Written before the program was asked about any of them. `{n}` in a place is the number of the leg, foot or joint that is
-drawn, `{before}` that of the body before the joint.
+Written before the program was asked about any of them. In places `{n}` is the number of the leg or joint that is
+drawn, `{next}` the one after it, `{before}` the body before the joint, `{which}` the leg or the base, as drawn.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Kind:
 
 
 _LEG, _JOINT, _BASE = ("leg {n}",), ("joint {n}",), ("base",)
-_FOOT = ("base", "leg {n}", "leg {n + 1}")
+_FOOT = ("base", "leg {n}", "leg {next}")
 _SPRING, _SLIP = "leg_nonlinear_stiffness", "friction_hysteresis"
 
 KINDS: dict[str, Kind] = {
@@ -44,7 +44,7 @@ KINDS: dict[str, Kind] = {
         "Palmgren 1959; Harris, Kotzalas: Advanced Concepts of Bearing Technology, 2006: F ∝ (a+x)^1.5 − (a−x)^1.5",
         _LEG,
         (_SPRING,),
-        ("deflection at the largest force over the leg's stretch", 0.02, 6.0),
+        ("deflection at the largest force over the leg's stretch", 0.02, 3.0),
         {"unloads_at": (0.15, 0.7)},
         Wishes("wrench", reversing=True, precise=True),
     ),
@@ -116,6 +116,7 @@ KINDS: dict[str, Kind] = {
         ("platform_compliance",),
         ("w of a leg's joint under its force over the leg's stretch", 3e-3, 10.0),
         {"hub": (0.15, 0.3), "overhang": (1.05, 1.25)},
+        Wishes(precise=True),
     ),
     "plate_base": Kind(
         HEXAPOD,
@@ -144,7 +145,7 @@ KINDS: dict[str, Kind] = {
         ("passive_joint_stiffness",),
         ("axial stiffness over that of the legs together", 3e-3, 0.6),
         {"diameter": (0.5, 0.9), "aside": (0.0, 0.3)},
-        Wishes("wrench"),
+        Wishes("wrench", precise=True),
     ),
     "crossed_gauge": Kind(
         HEXAPOD,
@@ -152,8 +153,9 @@ KINDS: dict[str, Kind] = {
         "makers' sheets of inductive gauges: cross-sensitivity",
         ("instrument",),
         (),
-        ("share", 0.005, 0.8),
+        ("share", 0.003, 0.4),
         {"from": (0.0, 1.0), "to": (0.0, 1.0)},
+        Wishes(precise=True),
     ),
     "lagging_gauge": Kind(
         HEXAPOD,
@@ -161,7 +163,7 @@ KINDS: dict[str, Kind] = {
         "makers' sheets of inductive gauges: zero shift with temperature; Newton's law of cooling",
         ("instrument", "environment"),
         ("thermal_drift",),
-        ("standard deviations per kelvin", 0.05, 60.0),
+        ("standard deviations per kelvin", 0.05, 120.0),
         {"lag_s": (200.0, 1500.0), "axis": (0.0, 1.0)},
         Wishes(path="hold", temperature=True),
     ),
@@ -171,9 +173,9 @@ KINDS: dict[str, Kind] = {
         "VDI/VDE 2638; Bicchi, A criterion for optimal design of multi-axis force sensors, Rob. Auton. Syst. 10, 1992",
         ("payload", "environment"),
         ("payload_com_offset",),
-        ("share of the largest", 0.003, 0.8),
+        ("share of the largest", 0.003, 0.4),
         {"from": (0.0, 1.0), "to": (0.0, 1.0)},
-        Wishes("wrench"),
+        Wishes("wrench", precise=True),
     ),
     "strain_wave": Kind(
         ARM,
@@ -191,9 +193,9 @@ KINDS: dict[str, Kind] = {
         "ISO 6336-1; Cai, Hayashi, ASME J. Mech. Des. 116, 1994: stiffness over a tooth period",
         _JOINT,
         ("joint_compliance",),
-        ("compliance of the mesh over the joint's", 0.02, 6.0),
+        ("compliance of the mesh over the joint's", 0.02, 3.0),
         {"teeth": (9.0, 20.0), "ratio": (1.3, 1.7), "phase": (0.0, 1.0)},
-        Wishes(series=30),
+        Wishes(series=30, precise=True),
     ),
     "turning_bearing": Kind(
         ARM,
@@ -211,9 +213,9 @@ KINDS: dict[str, Kind] = {
         "linear elasticity by finite elements (quadratic hexahedra), ends rigid",
         ("link {n}",),
         ("link_compliance", "joint_compliance"),
-        ("bending compliance over the joint's", 0.01, 6.0),
+        ("bending compliance over the joint's", 0.01, 3.0),
         {"width": (0.15, 0.3), "depth": (0.15, 0.3), "taper": (0.5, 0.9)},
-        Wishes(series=16),
+        Wishes(series=16, precise=True),
     ),
     "pedestal": Kind(
         ARM,
