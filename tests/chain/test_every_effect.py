@@ -103,6 +103,8 @@ def test_sensitivities_are_central_differences(place: Place, load: str) -> None:
     values, step = away_from_neutral(chain), 1e-5 * chain.scales()
     predicted, exact = chain.predict_with_sensitivities(data, values)
     np.testing.assert_allclose(predicted, chain.predict(data, values), rtol=1e-13, atol=0.0)
+    largest = np.maximum(np.abs(exact).max(axis=(0, 1)), 1e-300)
+    np.testing.assert_allclose(chain.sensitivities(data, values) / largest, exact / largest, rtol=0.0, atol=1e-10)
     for index in range(len(values)):
         ahead, back = values.copy(), values.copy()
         ahead[index] += step[index]

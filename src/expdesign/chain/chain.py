@@ -25,6 +25,9 @@ Acting = list[tuple[Effect, ca.SX]]
 """Effects with their parameters."""
 _LARGEST_CALL = 64
 """Most rows of a series with memory in one call: powers of two up to it make up every length."""
+_FEW = 200
+"""Rows up to which one component of a reading is differentiated at a time: of much physics an expression of the whole
+Jacobian takes a second to build, and to evaluate half as long."""
 
 
 class Chain:
@@ -284,6 +287,19 @@ class Chain:
     def _derivatives(self) -> BatchFunction:
         row, _, theta, reading, _ = self._symbolic
         return BatchFunction("chain_derivatives", [row.flat(), theta], [reading, ca.jacobian(reading, theta)])
+
+    @cached_property
+    def _derivatives_along(self) -> BatchFunction:
+        """Derivatives of the reading's component along a direction."""
+        row, _, theta, reading, _ = self._symbolic
+        along = ca.SX.sym("along", self.width)
+        return BatchFunction("chain_along", [row.flat(), theta, along], [ca.jtimes(reading, theta, along, True)])
+
+    def sensitivities(self, rows: RowData, values: FloatArray) -> FloatArray:
+        """Derivatives (N, n, p) alone, of few rows by one component after the other."""
+        if self.states or len(rows) > _FEW:
+            return self.predict_with_sensitivities(rows, values)[1]
+        return self._derivatives_along(rows.values[:, None], values, np.eye(self.width))[0]
 
     @cached_property
     def _next(self) -> ca.Function:

@@ -7,10 +7,11 @@ The interval of a reading is that of the prediction, as `predict` states it, and
 """
 
 from dataclasses import dataclass
+from math import erf, sqrt
+from statistics import NormalDist
 from typing import Self
 
 import numpy as np
-from scipy.special import ndtr, ndtri, stdtrit
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
@@ -87,17 +88,20 @@ class Coverage:
     @classmethod
     def of_factor(cls, k: float) -> Self:
         """The coverage of a normal distribution within ±k standard deviations (95.45 % for k = 2)."""
-        return cls(float(1.0 - 2.0 * ndtr(-k)))
+        return cls(erf(k / sqrt(2.0)))
 
     @property
     def factor(self) -> float:
         """K where the standard uncertainty itself is known."""
-        return float(-ndtri((1.0 - self.level) / 2.0))
+        return -NormalDist().inv_cdf((1.0 - self.level) / 2.0)
 
     def factors(self, degrees: FloatArray) -> FloatArray:
         """k_p = t_p(ν_eff) where the standard uncertainty was estimated with ν_eff degrees of freedom (G.3)."""
-        tail = (1.0 - self.level) / 2.0
-        factors: FloatArray = -np.where(np.isfinite(degrees), stdtrit(np.maximum(degrees, 1.0), tail), ndtri(tail))
+        factors, estimated = np.full(np.shape(degrees), self.factor), np.isfinite(degrees)
+        if estimated.any():
+            from scipy.special import stdtrit  # noqa: PLC0415 (slow to import, and few need it)
+
+            factors[estimated] = -stdtrit(np.maximum(degrees[estimated], 1.0), (1.0 - self.level) / 2.0)
         return factors
 
 

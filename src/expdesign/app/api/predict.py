@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
-from scipy.spatial.transform import Rotation
 
 from expdesign.app.api.inputs import TableInput, TruthInput, named_arguments, purpose_of, table_of, truth_of
 from expdesign.app.api.result import TableResult
@@ -182,6 +181,8 @@ def _with_poses(
     frame: pd.DataFrame, points: LoadedPoints, prediction: Prediction, deviations: FloatArray, robot: Robot
 ) -> pd.DataFrame:
     """Rows of poses as `measured_x_m` ... with `sx_m` ..., the others as positions of their markers."""
+    from scipy.spatial.transform import Rotation  # noqa: PLC0415 (slow to import, and few need it)
+
     assert prediction.orientations is not None
     angles = Rotation.from_matrix(prediction.orientations).as_euler("xyz")
     values = np.hstack([prediction.deflections[:, :3], angles])

@@ -209,4 +209,4 @@ class Directions:
         chain = self._chain(group, platform=platform)
         free = [i for i, parameter in enumerate(chain.parameters) if i >= known and not parameter.shape]
         values = np.concatenate([self.values, *(entry.start for entry in entries)])
-        return chain.predict_with_sensitivities(rows, values)[1][..., free]
+        return chain.sensitivities(rows, values)[..., free]

@@ -12,7 +12,6 @@ Where the platform frame is not at the centroid of the points, translation and r
 """
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.readings.position import FIXED, INSTRUMENT, PLACE, TURN, MarkerPosition, turns
@@ -177,6 +176,8 @@ def start_of(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> F
     for name in reading.unknown:
         start[reading.parts[PLACE, name]] = places[sites.index(name)]
     for name in reading.oriented:
+        from scipy.spatial.transform import Rotation  # noqa: PLC0415 (slow to import, and few need it)
+
         assert recordings.aim is not None
         aimed = np.isfinite(recordings.deflections[kept][:, :6]).all(axis=1) & (site == sites.index(name))
         on_tip = rotations[aimed].swapaxes(1, 2) @ turn[aimed] @ recordings.aim[kept][aimed]

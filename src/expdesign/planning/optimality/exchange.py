@@ -147,22 +147,20 @@ class Exchange:
             parts = [slice(start, start + together) for start in range(0, len(designs), together)]
             one = [self.singles(designs[p], aims[p], common, varied=varied, loaded=loaded) for p in parts]
             return np.concatenate(one)
-        score, moving = self.distances(self.sums(told, found), aims), np.arange(len(found))
-        for sweep in range(_SWEEPS):
-            helped = np.zeros(len(found), dtype=bool)
-            for place in range(found.shape[1]):
-                self._problem.interrupt()
-                own = self._own_options(found[moving], place, varied, sweep if loaded else None)
-                some = found[moving], told[moving], place, aims[moving]
-                chosen, its, reached = self._best(*some, common, listed, own)
-                better = reached < score[moving] - _HELPS * (1.0 + np.abs(score[moving]))
-                changed = moving[better]
-                if len(changed):
-                    found[changed, place], told[changed, place] = chosen[better], its[better]
-                    score[changed], helped[changed] = reached[better], True
-            moving = np.flatnonzero(helped)
+        score, m = self.distances(self.sums(told, found), aims), found.shape[1]
+        vain = np.zeros(len(found), dtype=np.int64)  # places running at which no exchange helped
+        for sweep, place in np.ndindex(_SWEEPS, m):
+            moving = np.flatnonzero(vain < m)
             if moving.size == 0:
                 break
+            self._problem.interrupt()
+            own = self._own_options(found[moving], place, varied, sweep if loaded else None)
+            some = found[moving], told[moving], place, aims[moving]
+            chosen, its, reached = self._best(*some, common, listed, own)
+            better = reached < score[moving] - _HELPS * (1.0 + np.abs(score[moving]))
+            changed = moving[better]
+            found[changed, place], told[changed, place] = chosen[better], its[better]
+            score[changed], vain[moving] = reached[better], np.where(better, 0, vain[moving] + 1)
         return found
 
     def _best(
