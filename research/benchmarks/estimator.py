@@ -9,17 +9,16 @@ same robots, noise and load errors; the fit knows the declaration alone.
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
-import casadi as ca
 import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.validation.compensation import ExactCompensation, deflection_map
+from expdesign.assurance.validation.compensation import ExactCompensation, deflections_under
 from expdesign.assurance.validation.repeated import mean, root_mean_square
 from expdesign.assurance.validation.simulation import Repetitions
 from expdesign.chain.recordings.reader import recordings_from_table
@@ -29,7 +28,6 @@ from expdesign.estimation.load_errors import Estimator
 from expdesign.io.output import csv_text, output_folder, write_file
 from expdesign.io.table import parse_table
 from expdesign.mechanics.loads.load import Wrench
-from expdesign.mechanics.symbolic import BatchFunction
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.plan import Plan, plan_frame
 from expdesign.planning.problem import DesignProblem
@@ -80,14 +78,13 @@ class Bench:
         return recordings_from_table(parse_table(csv_text(frame), "bench"), problem.loaded.robot)
 
     @cached_property
-    def _compensated(self) -> list[tuple[ExactCompensation, BatchFunction]]:
-        """Of every target the commands of estimates, and A(X), the map of compliances to the change of X."""
-        loaded, found = self.problem.loaded, []
-        for target, wrench in zip(self.problem.targets.configurations, self.problem.target_wrenches, strict=True):
-            where = ca.SX.sym("X", len(target))
-            mapped = BatchFunction("map", [where], [deflection_map(loaded, where, ca.SX(wrench))])
-            found.append((ExactCompensation(loaded, target, wrench, loaded.robot.compliance), mapped))
-        return found
+    def _compensated(self) -> list[tuple[ExactCompensation, Callable[[FloatArray, FloatArray], FloatArray]]]:
+        """Of every target the commands of estimates, and how far compliances move the robot from them."""
+        loaded, targets = self.problem.loaded, self.problem.targets.configurations
+        return [
+            (ExactCompensation(loaded, target, wrench, loaded.robot.compliance), deflections_under(loaded, wrench))
+            for target, wrench in zip(targets, self.problem.target_wrenches, strict=True)
+        ]
 
     def _attained(self, target: FloatArray, reached: FloatArray) -> FloatArray:
         """Attained minus wanted pose (s, n) where the configurations (s, n_q) were reached."""
@@ -120,9 +117,9 @@ class Bench:
         ]
         estimates = np.array([one.compliance.estimate for one in found])
         errors = np.empty((len(found), *targets.importance.shape))
-        for index, (compensation, mapped) in enumerate(self._compensated):
+        for index, (compensation, moved) in enumerate(self._compensated):
             commands = compensation.attained(estimates).commands
-            attained = self._attained(compensation.target, commands + mapped(commands)[0] @ true)
+            attained = self._attained(compensation.target, commands + moved(commands, true))
             errors[:, index] = attained if targets.axes is None else attained @ targets.axes[index].T
         matters, attempts = targets.importance > 0.0, []
         for one, error in zip(found, errors, strict=True):

@@ -122,7 +122,7 @@ def compare(
         random: random designs per configuration.
         generations: generations of the search for each criterion; the configuration's if left out.
         seed: seed of the searches, the random designs and the experiments.
-        executors: makes the executor that does searches, refinements and repetitions, e.g. `ProcessPoolExecutor`; one
+        executors: makes the executor that does searches and repetitions, e.g. `ProcessPoolExecutor`; one
             after another in this process if left out. The results are the same.
         callback: called with the stage, the steps done, the steps in all and a note (`Callback`).
         progress: whether progress is shown on standard error.

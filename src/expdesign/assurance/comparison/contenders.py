@@ -19,8 +19,8 @@ Each = Callable[[Callable[..., Any], Sequence[tuple[Any, ...]]], Iterable[tuple[
 """Index and result of `work(problem, *arguments)` for each of many arguments, in the order in which they are done."""
 _RANDOM_STREAM = 7
 """Keeps the random designs apart from the searches' numbers of the same seed."""
-_AGAIN = 3
-"""Generations from what all searches found: each operator is asked once."""
+_BRIEF = 3
+"""Generations of a first search: each operator is asked once."""
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,11 @@ def optimised(
 ) -> list[Contender]:
     """The best design by each known criterion alone, as its own author would have chosen it.
 
-    Every criterion is searched by itself from the same first designs, and for one turn more from what all searches
-    found: a design that was sought by one criterion often lies in a better valley of another. Of all designs that were
-    found, each criterion has the best. Criteria that are the same (DUIR and `total` without load errors) are searched
-    once, and one that no design changes not at all. `each` does the searches and refinements, which do not need each
-    other.
+    Every criterion is searched by itself for one turn from the same first designs, and to its end from what all these
+    searches found: a design that was sought by one criterion often lies in a better valley of another. Of all designs
+    that were found, each criterion has the best. Criteria that are the same (DUIR and `total` without load errors) are
+    searched once, and one that no design changes not at all. `each` does the searches of either kind, which do not need
+    each other.
 
     Raises:
         InfeasibleError: no design within the limits was found.
@@ -54,10 +54,11 @@ def optimised(
     criteria, each = problem.criteria, each or here(problem)
     names = distinct_criteria(problem, seed)
     first = first_designs(replace(problem, optimiser=replace(problem.optimiser, seed=seed)))
-    found = dict(each(_searched, [(name, seed, generations, first) for name in names]))
+    brief = min(generations or _BRIEF, _BRIEF)
+    found = dict(each(_searched, [(name, seed, brief, first) for name in names]))
     report("searched")
     decisions = np.unique(np.concatenate([found[index] for index in range(len(names))]), axis=0)
-    jobs = [(name, seed, min(generations or _AGAIN, _AGAIN), decisions) for name in names]
+    jobs = [(name, seed, generations, decisions) for name in names]
     better = {}
     for index, genes in each(_searched, jobs):
         better[index] = genes

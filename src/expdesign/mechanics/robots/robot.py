@@ -247,7 +247,7 @@ class Robot(ABC):
     @cached_property
     def _kinematics(self) -> BatchFunction:
         configuration = ca.SX.sym("q", len(self.configuration))
-        return BatchFunction("kinematics", [configuration], self.kinematics(configuration))
+        return BatchFunction("kinematics", [configuration], ca.cse(list(self.kinematics(configuration))))
 
     def jacobians(self, configurations: FloatArray) -> Jacobians:
         """J, J̌, R and the scaled condition number at configurations of shape (..., n_q)."""

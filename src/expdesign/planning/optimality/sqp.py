@@ -50,7 +50,7 @@ class Limits:
         closed_form = self._robot.inverse_kinematics
         pose = ca.SX.sym("X", closed_form.coordinates.n)
         lengths = closed_form.actuator_lengths(pose, ca.SX(closed_form.geometry))
-        return BatchFunction("leg_lengths", [pose], [lengths, ca.jacobian(lengths, pose)])
+        return BatchFunction("leg_lengths", [pose], ca.cse([lengths, ca.jacobian(lengths, pose)]))
 
     def rows(self, variables: FloatArray, *, condition_row: bool = True) -> tuple[FloatArray, FloatArray]:
         """Values c (..., r) and their gradients (..., r, g) at measurements with variables (..., g).
