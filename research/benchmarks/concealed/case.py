@@ -18,6 +18,7 @@ from typing import Any, TypeVar
 import numpy as np
 import pandas as pd
 import yaml
+from numpy.typing import NDArray
 
 from research.benchmarks.single_thread import single_threaded
 
@@ -162,6 +163,20 @@ def points_of(later: pd.DataFrame) -> pd.DataFrame:
     readings = {f"{kind}{axis}" for kind in "ds" for axis in _AXES}
     readings |= {f"{kind}{axis}" for kind in ("p", "sp") for axis in _AXES[:3]}
     return later.drop(columns=[n for n in later if n in readings or str(n).startswith(("true_", "base_"))])
+
+
+def asked_of(case: Case) -> tuple[pd.DataFrame, NDArray[np.bool_]]:
+    """Rows to predict, without readings, and which of them are the judge's.
+
+    Held-out rows that lie within the recordings are asked about with those around them: from where a joint came, how
+    warm a wall is inside and how far rubber was ever pressed follow from these.
+    """
+    seen = case.recordings
+    if "split" in seen:
+        within = (seen["split"] == "test").to_numpy()
+        if seen["sequence"][within].tolist() == case.later["sequence"].tolist():
+            return points_of(seen.drop(columns="split")), within
+    return points_of(case.later), np.ones(len(case.later), dtype=bool)
 
 
 def measured_components(later: pd.DataFrame) -> list[str]:

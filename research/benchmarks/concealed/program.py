@@ -14,7 +14,9 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from .case import Case, points_of, write_questions
+import pandas as pd
+
+from .case import Case, asked_of, write_questions
 
 ROOT = Path(__file__).parents[3]
 MOST_SECONDS = 600.0
@@ -88,10 +90,13 @@ class Program:
         model, points = out / "model.yaml", elsewhere / "points.csv"
         if not model.exists():
             return
-        points_of(case.later).to_csv(points, index=False)
+        rows, held_out = asked_of(case)
+        rows.to_csv(points, index=False)
         call = [*self.command, "predict", str(model), str(points), "--out", str(out / "predicted.csv")]
         done = subprocess.run(call, cwd=elsewhere, capture_output=True, text=True, timeout=300, check=False)
         (out / "predict.txt").write_text(done.stderr[-2000:], encoding="utf-8")
+        if done.returncode == 0:
+            pd.read_csv(out / "predicted.csv")[held_out].to_csv(out / "predicted.csv", index=False)
 
     def repeatable(self, cases: Sequence[Case]) -> int:
         """How many of the cases get the same diagnosis.json a second time."""

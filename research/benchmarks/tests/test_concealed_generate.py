@@ -34,7 +34,8 @@ def test_nothing_is_imported_from_the_program_under_test():
             names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
             names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             assert not [name for name in names if name.split(".")[0] == "expdesign"], source
-    check = "import sys, benchmarks.concealed.run; print([m for m in sys.modules if m.startswith('expdesign')])"
+    loaded = "print([m for m in sys.modules if m.startswith('expdesign')])"
+    check = f"import sys, research.benchmarks.concealed.run; {loaded}"
     done = subprocess.run([sys.executable, "-c", check], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 

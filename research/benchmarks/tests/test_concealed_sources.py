@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from research.benchmarks import concealed
-from research.benchmarks.concealed.case import kept_cases, write_questions, write_truth
+from research.benchmarks.concealed.case import asked_of, kept_cases, write_questions, write_truth
 from research.benchmarks.concealed.concealment import orders
 
 COMMON = {"arms", "campaigns", "case", "concealment", "hexapods"}
@@ -57,6 +57,10 @@ def test_a_case_repeats_by_its_seed_and_keeps_its_truth_apart(source: str, kind:
     held = case.recordings[case.recordings["split"] == "test"]
     for name in readings:  # held-out rows show what was read, never what it would have been without noise
         assert (held[name].to_numpy() != case.later[f"true_{name}"].to_numpy()).all()
+    asked, held_out = asked_of(case)  # the whole campaign, without readings
+    assert len(asked) == len(case.recordings)
+    assert asked["sequence"][held_out].tolist() == held["sequence"].tolist()
+    assert not set(readings) & set(asked)
     (kept,) = kept_cases(tmp_path)
     assert kept.robot == case.robot
     assert kept.files == case.files

@@ -232,7 +232,7 @@ KINDS: dict[str, Kind] = {
         "an encoder's disc that sits off the axis of its joint",
         "Heidenhain, Encoders for Servo Drives: error e/r·sin(q + φ) once per turn",
         _JOINT,
-        (),
+        ("encoder_periodic_error",),  # the program's word for it, learned from its first answers
         ("amplitude in rad", 1e-6, 5e-3),
         {"phase": (0.0, 6.283)},
         Wishes("payload", series=20),
