@@ -1,5 +1,6 @@
 """What was found, with intervals, probabilities and sentences."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -84,7 +85,7 @@ def findings(
             values,
             stands.probability,
             stands.indistinguishable,
-            compensating(effect.sentence(values), share),
+            compensating(effect.sentence(values), share) + _other_forms(effect, values, stands.forms, scale),
             rival=stands.rival,
             gain=held[index],
             form=effect.form_name,
@@ -94,6 +95,21 @@ def findings(
         found.append(finding)
     found.sort(key=lambda one: -(one.share or 0.0))
     return tuple([one for one in found if abs(one.share or 0.0) >= OPTIONS.listed] or found[:1])
+
+
+def _other_forms(
+    effect: Effect, values: dict[str, tuple[float, float, float]], models: Sequence[NamedModel], scale: float
+) -> str:
+    """Sentences of other variants that explain as well, where these have another size."""
+    said = list[str]()
+    for model in models:
+        same = ((one.physics, one.component) == (effect.physics, effect.component) for one in model.effects)
+        of = next(index for index, there in enumerate(same) if there)
+        other = model.effects[of]
+        own = reported(other, model.fit, model.fit.chain.slices[of], scale)
+        if any(name in own and not low <= own[name][0] <= high for name, (_, low, high) in values.items()):
+            said.append(f" These recordings do not rule out its form `{other.variant}`: {other.sentence(own)}")
+    return "".join(said)
 
 
 def compensating(sentence: str, share: float) -> str:

@@ -25,7 +25,7 @@ from expdesign.diagnosis.result import Diagnosis, Method
 from expdesign.diagnosis.stages import Report, Stage
 from expdesign.diagnosis.statement import dispersion, statement
 from expdesign.errors import InputError
-from expdesign.estimation.arm import identified_by
+from expdesign.estimation.arm import ArmCalibration, identified_by
 from expdesign.estimation.estimability import CORRECT_ROW
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.goodness import FIT, StatementOfFit
@@ -46,6 +46,7 @@ class Frame:
         noise: standard deviations of the readings.
         kind: of base model.
         base: its fit.
+        calibrated: what of an arm was calibrated before; None of what is no arm.
         judged: held-out rows on which a model can be judged: not those that need what no fitted row determines, (N,).
         sample: the rows that may be fitted.
         entries: named physics.
@@ -70,6 +71,7 @@ class Frame:
     load_errors: DeclaredLoadErrors | None = None
     mistakes: bool = True
     laws: bool = True
+    calibrated: ArmCalibration | None = None
 
     def stated(self, fit: Fit, sample: Data) -> StatementOfFit:
         """Whether a model accounts for the rows of a sample that count."""
@@ -130,6 +132,7 @@ class Frame:
             names=self.names,
             laws=None,
             method=method,
+            calibrated=self.calibrated,
             caveats=(*self.remarks, *self.names.confounded_time(model), *caveats(sample, model, spread, errors)),
         )
 
@@ -186,7 +189,21 @@ def framed(
     predictable = recordings.test & sample.reading.predictable(robot, recordings)
     judged = predictable if predictable.any() else recordings.test
     mistakes = OUTLIER not in without
-    return Frame(robot, recordings, noise, kind, base, judged, sample, entries, names, generous, weighed, mistakes)
+    return Frame(
+        robot,
+        recordings,
+        noise,
+        kind,
+        base,
+        judged,
+        sample,
+        entries,
+        names,
+        generous,
+        weighed,
+        mistakes,
+        calibrated=calibrated,
+    )
 
 
 def _weighing(sample: Data, base: Fit, errors: DeclaredLoadErrors) -> Data:

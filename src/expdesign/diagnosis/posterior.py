@@ -86,11 +86,13 @@ class Standing:
         probability: of this physics at this component.
         indistinguishable: other physics that would explain the recordings as well.
         rival: the best model with such other physics in its place, or None.
+        forms: models with the effect in another of its variants that explain the recordings as well.
     """
 
     probability: float
     indistinguishable: tuple[str, ...]
     rival: NamedModel | None
+    forms: tuple[NamedModel, ...] = ()
 
 
 def standing(
@@ -108,17 +110,19 @@ def standing(
     chosen, own = model.candidates[index].effect, set(model.keys)
     others = list({m.keys: m for m in (without, *alternatives) if m.keys != model.keys}.values())
     gaps = np.array([other.misfit - model.misfit for other in others])
-    same, rivals = [True], dict[str, tuple[float, NamedModel]]()
+    same, rivals, forms = [True], dict[str, tuple[float, NamedModel]](), list[NamedModel]()
     for gap, other in zip((gaps / inflation).tolist(), others, strict=True):
         extra = [effect for effect in other.effects if effect.key not in own]
         there = any(e.physics == chosen.physics and e.component == chosen.component for e in extra)
         same.append(there or _idle_elsewhere(model, chosen, other, extra))
+        if there and len(extra) == 1 and gap < OPTIONS.indistinguishable:
+            forms.append(other)
         for physics in {e.physics for e in extra} - {chosen.physics}:
             if gap < min(rivals.get(physics, (OPTIONS.indistinguishable,))[0], OPTIONS.indistinguishable):
                 rivals[physics] = gap, other
     likely = probabilities(-0.5 * np.append(0.0, np.maximum(gaps, 0.0)), OPTIONS.surest, inflation)
     order = sorted(rivals, key=lambda physics: (rivals[physics][0], physics))
-    return Standing(float(likely[same].sum()), tuple(order), rivals[order[0]][1] if order else None)
+    return Standing(float(likely[same].sum()), tuple(order), rivals[order[0]][1] if order else None, tuple(forms))
 
 
 def _idle_elsewhere(model: NamedModel, chosen: Effect, other: NamedModel, extra: Sequence[Effect]) -> bool:

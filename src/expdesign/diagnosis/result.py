@@ -16,10 +16,12 @@ from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.relinearised import AGREES
 from expdesign.diagnosis.remarks import WrittenOtherwise
 from expdesign.diagnosis.statement import NONE, Widening, widened, widening, with_share
+from expdesign.estimation.arm import ArmCalibration
 from expdesign.estimation.coverage import reading_deviations
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.goodness import StatementOfFit
 from expdesign.estimation.noise_level import NoiseLevel
+from expdesign.estimation.remarks import Implausible
 from expdesign.estimation.weighed import WeighedLoads
 from expdesign.mechanics.robots.robot import Robot
 
@@ -43,6 +45,7 @@ class Diagnosis:
         robot, recordings: what was diagnosed.
         noise: standard deviations of the readings.
         base: fit of the base model.
+        calibrated: what of an arm was calibrated before anything was missing; None of what is no arm.
         model: the chosen model, which is the base model where nothing was found.
         predictive: what predictions are made with: the chosen model, or the base model where the chosen one explains
             too little of what was not fitted.
@@ -54,6 +57,7 @@ class Diagnosis:
         names: everything that was considered, in the rows that belong to some physics.
         laws: at ports, of a mismatch that named physics does not explain; None where none was sought or found.
         method: the way of working that the data call for, and why.
+        doubts: what physics holds against the recordings, whatever the model.
         caveats: what limits these statements: what cannot be told apart, and readings that are not independent.
         inexact: share of what named physics does to predictions that is not known; laws have it in their fit.
         left_out: by what blocks that were left out widen the predictions of a model of groups.
@@ -80,6 +84,8 @@ class Diagnosis:
     names: Names
     laws: Laws | None
     method: Method
+    calibrated: ArmCalibration | None = None
+    doubts: tuple[Implausible, ...] = ()
     caveats: tuple[Remark, ...] = ()
     inexact: float = 0.0
     left_out: Widening = NONE

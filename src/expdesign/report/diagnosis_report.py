@@ -51,7 +51,7 @@ def diagnosis_report(
     drawn, data = _picture(result)
     consistent = result.verdict == "consistent"
     found = [_effects_table(result)] if any(finding.parameters for finding in result.findings) else []
-    first = [next_recording(result)] if result.verdict == "unexplained" else []
+    first = next_recording(result)
     first += [MEASURE_NEXT] if result.rival is not None else []
     recordings = result.recordings.source
     errors = SideBySide([error_figure(result)], [axis_figure(result)])

@@ -54,7 +54,7 @@ def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[
         },
         "stability": None if stable is None else {"refits": stable.refits, "same": stable.same},
         "load_errors": None if diagnosis.loads is None else diagnosis.loads.record,
-        "caveats": sentences(diagnosis.caveats),
+        "caveats": sentences((*diagnosis.doubts, *diagnosis.caveats)),
         "next_experiment": next_experiment,
         "considered": diagnosis.names.log.entries,
     }
@@ -155,6 +155,7 @@ VERDICTS = {
     "identified from the recordings, do.",
     "unexplained": "The model lacks physics that the library does not have. The mismatch is located below.",
 }
+IN_DOUBT = "Nothing that is known explains these recordings as they are; what speaks against them comes first."
 MEASURE_NEXT = "Measure plan-next.csv: it separates the two remaining explanations."
 _COLUMN = re.compile(r"\b([a-z]+\d*)_(?:m|rad|N|Nm)\b")
 """A column of a pose, a load or a deflection, which prose names without its unit."""
@@ -169,10 +170,12 @@ def diagnosed(result: Diagnosis, plan: str | None, at_targets: Said | None = Non
         at_targets: what is said at the targets of a configuration.
     """
     further = at_targets or Said("", [])
-    texts = [*ended_sentences(result), f"Verdict: {result.verdict}. {VERDICTS[result.verdict]}"]
+    verdict = IN_DOUBT if result.doubts and result.verdict == "unexplained" else VERDICTS[result.verdict]
+    texts = [*ended_sentences(result), f"Verdict: {result.verdict}. {verdict}"]
+    texts += sentences(result.doubts)
     texts += [_finding(one) for one in result.findings]
     texts += [mismatch(result)] if result.verdict != "consistent" else []
-    texts += [next_recording(result)] if result.verdict == "unexplained" else []
+    texts += next_recording(result)
     texts += [*diagnosed_fit_sentences(result), *_held_out(result), *sentences(result.caveats)]
     if not result.noise.known:
         texts.append("The recordings state no standard deviations: the verdict rests on held-out error.")
@@ -244,9 +247,11 @@ def mismatch(result: Diagnosis) -> str:
     return f"The mismatch appears in {axes} and points to {words.listed(located(result))}; it {region}."
 
 
-def next_recording(result: Diagnosis) -> str:
-    """What to do about a mismatch that nothing explains."""
-    return f"Inspect {words.listed(located(result))}, and record more loads and poses there."
+def next_recording(result: Diagnosis) -> list[str]:
+    """What to do about a mismatch that nothing explains; nothing where the recordings are in doubt before the robot."""
+    if result.verdict != "unexplained" or result.doubts:
+        return []
+    return [f"Inspect {words.listed(located(result))}, and record more loads and poses there."]
 
 
 def in_prose(text: str) -> str:

@@ -13,7 +13,7 @@ from expdesign.app.api.inputs import RobotInput, purpose_of
 from expdesign.app.api.recorded import RecordedResult, RecordingsInput, recorded_at, recorded_model
 from expdesign.app.api.result import PAGE
 from expdesign.assurance.plausibility.finding import Implausibility, say
-from expdesign.assurance.plausibility.recordings import recordings_findings
+from expdesign.assurance.plausibility.recordings import doubts
 from expdesign.chain.models.model_file import Model, model_from_document, model_text
 from expdesign.chain.recordings.recordings import Recordings, complete_positions
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
@@ -72,7 +72,6 @@ class DiagnosisResult(RecordedResult):
     Attributes:
         result: everything that the diagnosis found.
         series: number of series of a plan that separates two explanations.
-        otherwise: whether the recordings fit only if they are read otherwise.
     """
 
     FILES: ClassVar = {
@@ -84,12 +83,11 @@ class DiagnosisResult(RecordedResult):
     }
     result: Diagnosis
     series: int
-    otherwise: bool = False
 
     @property
     def refused(self) -> bool:
         """Whether what was diagnosed is no robot: the recordings fit only if they are read otherwise."""
-        return self.otherwise
+        return any(doubt.otherwise for doubt in self.result.doubts)
 
     @property
     def said(self) -> Said:
@@ -214,6 +212,8 @@ def diagnose(
         interruptible=interruptible,
         report=report,
     )
+    calibrated = None if result.verdict == "consistent" else result.calibrated
+    result = replace(result, doubts=doubts(measured, machine.robot, result.after.left, calibrated))
     model = recorded_model(
         result.known,
         machine,
@@ -241,5 +241,4 @@ def diagnose(
                     raise
                 result = replace(result, ended=Stage.HIDDEN.value)
     purpose = purpose_of("diagnose", robot, recordings)
-    otherwise = any(finding.otherwise for finding in recordings_findings(measured, machine.robot))
-    return DiagnosisResult(machine, model, result, series, otherwise, at_targets=at_targets, purpose=purpose)
+    return DiagnosisResult(machine, model, result, series, at_targets=at_targets, purpose=purpose)

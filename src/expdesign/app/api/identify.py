@@ -12,10 +12,7 @@ from expdesign.app.api.inputs import RobotInput, named_arguments, purpose_of, re
 from expdesign.app.api.recorded import RecordedResult, RecordingsInput, recorded_at, recorded_model
 from expdesign.app.api.result import PAGE
 from expdesign.arrays import FloatArray
-from expdesign.assurance.plausibility.finding import say
-from expdesign.assurance.plausibility.instrument import instrument_findings
-from expdesign.assurance.plausibility.interpretations import unexplained
-from expdesign.assurance.plausibility.recordings import recordings_findings
+from expdesign.assurance.plausibility.recordings import doubts
 from expdesign.errors import ArgumentError
 from expdesign.estimation.arm_options import ArmOptions, Further, Held, Loss
 from expdesign.estimation.arm_outcome import calibrated_urdf
@@ -115,19 +112,9 @@ def _frame(interval: Intervals, name: str, names: tuple[str, ...]) -> pd.DataFra
 
 
 def with_doubts(result: Identification) -> Identification:
-    """An identification that says, before its own remarks, what physics holds against its recordings.
-
-    A fit that leaves what no model of the right machine leaves is named with the interpretations that were tried.
-    """
-    found, left = recordings_findings(result.recordings, result.robot), result.goodness.left
-    if left is not None and left.beyond and not any(finding.otherwise for finding in found):
-        found = [*found, unexplained(left.sentence, result.robot)]
-        say(found[-1:], result.recordings.source)
-    elif result.arm is not None and not any(finding.otherwise for finding in found):
-        found = [*found, *(own := instrument_findings(result.arm, result.recordings))]
-        say(own, result.recordings.source)
-    doubts = [Implausible(finding.what, finding.likely, finding.where, finding.otherwise) for finding in found]
-    return replace(result, suspicions=[*doubts, *result.suspicions])
+    """An identification that says, before its own remarks, what physics holds against its recordings."""
+    found = doubts(result.recordings, result.robot, result.goodness.left, result.arm)
+    return replace(result, suspicions=[*found, *result.suspicions])
 
 
 def require_prior(prior: float | None) -> None:

@@ -21,10 +21,15 @@ from expdesign.assurance.plausibility.evidence import (
     Weighting,
     evidence_of,
 )
-from expdesign.assurance.plausibility.finding import Implausibility, extent
+from expdesign.assurance.plausibility.finding import Implausibility, extent, say
+from expdesign.assurance.plausibility.instrument import instrument_findings
+from expdesign.assurance.plausibility.interpretations import unexplained
 from expdesign.assurance.plausibility.mistakes import ALTERNATIVES, FINDINGS
 from expdesign.assurance.plausibility.positions import positions_findings
 from expdesign.chain.recordings.recordings import POSITIONS, Recordings
+from expdesign.estimation.arm import ArmCalibration
+from expdesign.estimation.left_over import LeftOver
+from expdesign.estimation.remarks import Implausible
 from expdesign.mechanics.robots.robot import Robot
 
 
@@ -45,6 +50,30 @@ def recordings_findings(
     named = _out_of_reach(evidence) or _named(evidence)
     own = (finding for findings in FINDINGS for finding in findings(evidence))
     return [*named, *(finding for finding in own if not named or finding.where)]
+
+
+def doubts(
+    recordings: Recordings, robot: Robot, left: LeftOver | None, arm: ArmCalibration | None
+) -> tuple[Implausible, ...]:
+    """What physics holds against recordings, and against what a fit leaves of them, as remarks.
+
+    What the recordings show by themselves has been said where they were read; what the fit shows is logged here. A fit
+    that leaves what no model of the right machine leaves is named with the interpretations that were tried.
+
+    Args:
+        recordings: that were fitted.
+        robot: of which they are.
+        left: what the fit leaves of the readings, where that is known.
+        arm: the calibration of an arm's geometry, where there is one.
+    """
+    found, more = recordings_findings(recordings, robot), list[Implausibility]()
+    if not any(finding.otherwise for finding in found):
+        if left is not None and left.beyond:
+            more = [unexplained(left.sentence, robot)]
+        elif arm is not None:
+            more = instrument_findings(arm, recordings)
+    say(more, recordings.source)
+    return tuple(Implausible(one.what, one.likely, one.where, one.otherwise) for one in (*found, *more))
 
 
 BEYOND, FAR = 0.002, 0.02
