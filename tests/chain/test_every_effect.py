@@ -177,7 +177,7 @@ def test_people_get_a_sentence_and_parameters_by_their_fixed_names(place: Place)
     for (physics, component, variant), names in FIXED.items():
         here = str(effect.component).removeprefix("all ").startswith(component)
         form = str(effect.variant)
-        here = here and form.endswith(variant) and (bool(variant) or form != "forgotten")
+        here = here and form.endswith(variant) and (bool(variant) or form not in ("forgotten", "every"))
         timed = physics == "thermal_drift" and form == "time"
         if effect.physics == physics and here and not timed:
             wanted = names if place.robot.coordinates.n > 2 else _in_the_plane(names)

@@ -30,6 +30,7 @@ class Finding:
         parameters: reported values with 95 % intervals.
         probability: that this physics at this component is really there.
         indistinguishable: other physics that would explain these recordings as well.
+        elsewhere: other components at which this physics would.
         sentence: for a technician.
         rows: lines of the file that were set aside (outliers only).
         rival: a model with other physics in its place that explains the recordings as well, or None.
@@ -54,6 +55,7 @@ class Finding:
     form: str = ""
     share: float | None = None
     named_by: float | None = None
+    elsewhere: tuple[str, ...] = ()
 
 
 def findings(
@@ -91,6 +93,7 @@ def findings(
             form=effect.form_name,
             share=share,
             named_by=None if stable is None else stable.shares[index],
+            elsewhere=stands.elsewhere,
         )
         found.append(finding)
     found.sort(key=lambda one: -(one.share or 0.0))

@@ -86,12 +86,14 @@ class Standing:
         probability: of this physics at this component.
         indistinguishable: other physics that would explain the recordings as well.
         rival: the best model with such other physics in its place, or None.
+        elsewhere: other components at which this physics would explain the recordings as well.
         forms: models with the effect in another of its variants that explain the recordings as well.
     """
 
     probability: float
     indistinguishable: tuple[str, ...]
     rival: NamedModel | None
+    elsewhere: tuple[str, ...] = ()
     forms: tuple[NamedModel, ...] = ()
 
 
@@ -110,19 +112,29 @@ def standing(
     chosen, own = model.candidates[index].effect, set(model.keys)
     others = list({m.keys: m for m in (without, *alternatives) if m.keys != model.keys}.values())
     gaps = np.array([other.misfit - model.misfit for other in others])
-    same, rivals, forms = [True], dict[str, tuple[float, NamedModel]](), list[NamedModel]()
+    same, rivals = [True], dict[str, tuple[float, NamedModel]]()
+    elsewhere, forms = list[tuple[float, str]](), list[NamedModel]()
     for gap, other in zip((gaps / inflation).tolist(), others, strict=True):
         extra = [effect for effect in other.effects if effect.key not in own]
         there = any(e.physics == chosen.physics and e.component == chosen.component for e in extra)
         same.append(there or _idle_elsewhere(model, chosen, other, extra))
-        if there and len(extra) == 1 and gap < OPTIONS.indistinguishable:
-            forms.append(other)
+        if len(extra) == 1 and extra[0].physics == chosen.physics and gap < OPTIONS.indistinguishable:
+            if there:
+                forms.append(other)
+            elif not same[-1]:
+                elsewhere.append((gap, str(extra[0].component)))
         for physics in {e.physics for e in extra} - {chosen.physics}:
             if gap < min(rivals.get(physics, (OPTIONS.indistinguishable,))[0], OPTIONS.indistinguishable):
                 rivals[physics] = gap, other
     likely = probabilities(-0.5 * np.append(0.0, np.maximum(gaps, 0.0)), OPTIONS.surest, inflation)
     order = sorted(rivals, key=lambda physics: (rivals[physics][0], physics))
-    return Standing(float(likely[same].sum()), tuple(order), rivals[order[0]][1] if order else None, tuple(forms))
+    return Standing(
+        float(likely[same].sum()),
+        tuple(order),
+        rivals[order[0]][1] if order else None,
+        tuple(dict.fromkeys(place for _, place in sorted(elsewhere))),
+        tuple(forms),
+    )
 
 
 def _idle_elsewhere(model: NamedModel, chosen: Effect, other: NamedModel, extra: Sequence[Effect]) -> bool:

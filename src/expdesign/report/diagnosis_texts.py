@@ -84,6 +84,8 @@ def _effect(diagnosis: Diagnosis, finding: Finding) -> dict[str, Any]:
         record["share"] = finding.share
     if finding.named_by is not None:
         record["named_by_refits"] = finding.named_by
+    if finding.elsewhere:
+        record["elsewhere"] = list(finding.elsewhere)
     if finding.rows:
         record["rows"] = list(finding.rows)
     return record
@@ -233,8 +235,9 @@ def _how_probable(finding: Finding) -> str:
 
 
 def _instead(finding: Finding) -> str:
-    others = ", ".join(physics_words(name) for name in finding.indistinguishable)
-    return f"; these recordings do not distinguish it from {others}" if others else ""
+    others = [physics_words(name) for name in finding.indistinguishable]
+    others += [f"the same at {words.listed(finding.elsewhere)}"] if finding.elsewhere else []
+    return f"; these recordings do not distinguish it from {', '.join(others)}" if others else ""
 
 
 def mismatch(result: Diagnosis) -> str:

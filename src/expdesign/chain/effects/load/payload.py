@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import PAYLOAD, PLATFORM, Component, on, on_any, tilted_load
+from expdesign.chain.component import PAYLOAD, PLATFORM, Component, heavy_links, on, on_any, tilted_load
 from expdesign.chain.declaration import ONLY, Declaration, Input, Size, Variant, rounded
 from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Parameter, Values, When
@@ -117,6 +117,14 @@ _FORGOTTEN = Form(
 )
 
 
+_EVERY = Form(
+    name="every",
+    load=lambda wrench, row, theta: wrench * (1.0 + theta[0]),
+    parameters=(Parameter("relative_mass_error", 0.01, low=-0.9, high=9.0),),
+    says="Every load is really {first:100 +.2f %} heavier than stated.",
+)
+
+
 def _weight(size: float) -> Form:
     """One weight (N) is wrong."""
     return Form(
@@ -142,11 +150,13 @@ class PayloadMassError(DeclaredEffect):
     """The payload's mass, or the scale of the wrench, is not as assumed.
 
     An error that is the same fraction of every load is a change of scale of all compliances, which no deflection can
-    tell from soft legs (theory.md 5.2). What can be seen is one weight that is wrong among others, a mass that was
+    tell from soft legs (theory.md 5.2); positions of an arm can, whose own weight is another load. What deflections
+    show is one weight that is wrong among others, a mass that was
     forgotten (an adapter plate) in all of them, and one disc of a stack that is wrong in every load that contains it.
 
     Variants: `N newton`: the load of that size is wrong by a fraction; `forgotten`: a constant is added to all;
-    `N newton and more`: a constant is added to these, as the discs of a stack are put on one by one.
+    `N newton and more`: a constant is added to these, as the discs of a stack are put on one by one; `every`: all are
+    wrong by one fraction.
     """
 
     identifier = "load.mass_error"
@@ -174,7 +184,7 @@ class PayloadMassError(DeclaredEffect):
     when: ClassVar[When] = lambda robot, points: (
         np.array_equal(points.absolute, points.wrenches) and (points.payload is not None or not robot.on_support)
     )
-    forms = (_FORGOTTEN,)  # the loads of recordings decide about the others
+    forms = (_FORGOTTEN, _EVERY)  # the loads of recordings decide about the others
 
     @classmethod
     def variant_from_text(cls, robot: Robot, text: str) -> Variant:
@@ -186,10 +196,10 @@ class PayloadMassError(DeclaredEffect):
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
         sizes = _sizes(np.linalg.norm(points.wrenches[:, : robot.coordinates.translations], axis=1))
-        if len(sizes) < 2:
-            return []
-        found = [_FORGOTTEN]
-        if len(sizes) <= _MOST_WEIGHTS:
+        own_weight = points.measurand is POSITIONS and heavy_links(robot)
+        found = [_EVERY] if sizes and own_weight else []
+        found += [_FORGOTTEN] if len(sizes) > 1 else []
+        if 1 < len(sizes) <= _MOST_WEIGHTS:
             # From the smallest on it is what was forgotten, and the largest alone is one weight.
             found += [*map(_weight, sizes), *map(_disc, sizes[1:-1])]
         return [(PAYLOAD, form) for form in found]
