@@ -131,10 +131,15 @@ class Diagnosis:
         return with_share(found, self.inexact) if self.inexact else found
 
     def covering(self, test: BoolArray) -> "Diagnosis":
-        """The diagnosis with the share of held-out rows (N,) that lie in the intervals of the model file."""
+        """The diagnosis with the share of held-out rows (N,) that lie in the intervals of the model file.
+
+        The file knows the noise of a reading, and not the errors of the loads of other rows.
+        """
         if not test.any():
             return self
-        rows = held_out_rows(self.predictive.fit, self.names.sample, test)
+        sample = self.names.sample
+        plain = replace(sample, whitening=sample.whitening.weighing(None))
+        rows = held_out_rows(self.predictive.fit, plain, test)
         share = rows.coverage(self._sure.estimable, self.widening.readings)
         return replace(self, errors=replace(self.errors, coverage=share))
 

@@ -216,7 +216,9 @@ def _held_out(result: Diagnosis) -> list[str]:
         texts.append(
             f"{100.0 * stable.same:.0f} % of {stable.refits} refits, each without a tenth of the rows, name the same."
         )
-    return texts + ([coverage_sentence(errors.coverage)] if np.isfinite(errors.coverage) else [])
+    if np.isfinite(errors.coverage):
+        texts.append(coverage_sentence(errors.coverage, loads=result.loads is not None))
+    return texts
 
 
 def _finding(finding: Finding) -> str:

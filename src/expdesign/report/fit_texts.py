@@ -71,11 +71,12 @@ def diagnosed_fit_sentences(result: "Diagnosis") -> list[str]:
     return texts
 
 
-def coverage_sentence(share: float) -> str:
-    """How many readings that were not fitted lie where they were predicted."""
+def coverage_sentence(share: float, *, loads: bool) -> str:
+    """How many readings that were not fitted lie where they were predicted; whether errors of `loads` are declared."""
+    beside = "; the declared errors of their loads come on top" if loads else ""
     return (
         f"{100.0 * share:.1f} % of the held-out readings lie within their 95 % intervals, which include the "
-        "uncertainty of the prediction and the noise of a reading (`expdesign predict --readings`)."
+        f"uncertainty of the prediction and the noise of a reading (`expdesign predict --readings`){beside}."
     )
 
 
@@ -91,7 +92,10 @@ def identified_sentences(result: Identification) -> list[str]:
     held_out = rms(result.test_residuals)
     if held_out is not None:
         predicted = f"are predicted to {words.number(held_out)} standard deviations (RMS)"
-        texts += [f"The rows held out for testing {predicted}.", coverage_sentence(result.coverage)]
+        texts += [
+            f"The rows held out for testing {predicted}.",
+            coverage_sentence(result.coverage, loads=result.loads is not None),
+        ]
     return texts
 
 
