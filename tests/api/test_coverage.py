@@ -40,7 +40,9 @@ def share_within(frame: pd.DataFrame, predicted: pd.DataFrame) -> float:
 @pytest.mark.parametrize(
     ("noise", "stated", "force_error"), [(1.0, True, 0.0), (3.0, True, 0.0), (1.0, False, 0.0), (1.0, True, 0.2)]
 )
-def test_what_is_reported_is_what_predict_writes(noise: float, stated: bool, force_error: float, tmp_path: Path) -> None:
+def test_what_is_reported_is_what_predict_writes(
+    noise: float, stated: bool, force_error: float, tmp_path: Path
+) -> None:
     """Through the files, with noise as stated, three times it, and not stated; where weights have errors as well."""
     frame = recorded(1, noise, stated=stated)
     if force_error:

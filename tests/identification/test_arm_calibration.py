@@ -19,7 +19,7 @@ from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.estimation.arm import calibrate
-from expdesign.estimation.arm_options import ArmOptions
+from expdesign.estimation.arm_options import ArmOptions, Loss
 from expdesign.estimation.remarks import BlindPoses, GenerousNoise, NoiseBeyondStated
 from expdesign.mechanics.robots.kinematic_tree import KinematicTree
 from expdesign.mechanics.robots.robot_file import read_robot
@@ -140,12 +140,15 @@ def test_a_diagnosis_predicts_alike_whatever_deviation_is_stated(factor: float, 
     assert factor < 1.0 or any(isinstance(remark, GenerousNoise) for remark in found.result.caveats)
 
 
-def test_student_s_t_ignores_outliers(identified: IdentificationResult) -> None:
+@pytest.mark.parametrize(
+    ("loss", "size", "most"), [("student", 3e-3, 2e-5), ("huber", 3e-3, 1e-4), ("huber", 0.1, 1e-4)]
+)
+def test_a_robust_loss_hardly_counts_outliers(loss: Loss, size: float, identified: IdentificationResult) -> None:
     frame = measured()
     train = np.flatnonzero(frame["split"] == "train")[:150:15]
-    frame.loc[train, "px_m"] += 3e-3
+    frame.loc[train, "px_m"] += size
     squares = np.abs(geometry(xd.identify(ROBOT, frame)) - geometry(identified)).max()
-    found = xd.identify(ROBOT, frame, loss="student")
+    found = xd.identify(ROBOT, frame, loss=loss)
     robust = np.abs(geometry(found) - geometry(identified)).max()
     assert robust < 2e-5
     assert robust < 0.1 * squares

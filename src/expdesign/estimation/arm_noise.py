@@ -46,8 +46,16 @@ class Weighting:
         count = np.maximum((residuals != 0.0).sum(axis=1), 1)
         return self._weight((residuals**2).sum(axis=1), count)
 
+    def counted(self, weights: FloatArray) -> FloatArray:
+        """By what r² counts for a level, from the weights w of its rows: w, or w² where w·r² has no bound.
+
+        Levels are the solution of Σ w·r² = n for Student's t, whose likelihood asks for that, and of Σ (w·r)² = n for
+        Huber's loss (his proposal 2; Huber, Robust Statistics, 1981, section 6.7).
+        """
+        return weights**2 if self.loss == "huber" else weights
+
     def share(self, components: int) -> float:
-        """Mean of w·r² per component at normal noise, by which levels are made consistent."""
+        """Mean of what r² counts per component at normal noise, by which levels are made consistent."""
         return _share(self, components) if self.robust else 1.0
 
     def _weight(self, squares: FloatArray, count: FloatArray | float) -> FloatArray:
@@ -64,7 +72,7 @@ def _share(weighting: Weighting, components: int) -> float:
     half = components / 2.0
 
     def integrand(squares: float) -> float:
-        weight = float(weighting._weight(np.array([squares]), float(components))[0])
+        weight = float(weighting.counted(weighting._weight(np.array([squares]), float(components)))[0])
         density = xlogy(half - 1.0, squares / 2.0) - squares / 2.0 - gammaln(half) - np.log(2.0)  # of chi squared
         return weight * squares * float(np.exp(density))
 
@@ -220,14 +228,15 @@ class ArmNoise:
         return np.where(self.problem.seen, (train.deflections - predicted) / deviations, 0.0)
 
     def _by_kind(self, found: Sized, deviations: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Σ w·r² over its mean at normal noise, and n − tr(H), of every kind of reading."""
+        """The sum of what r² counts over its mean at normal noise, and n − tr(H), of every kind of reading."""
         seen = self.problem.seen
+        counted = np.broadcast_to((self._weighting.counted(weights) / weights)[:, None], seen.shape)[seen]
         columns = np.broadcast_to(np.arange(seen.shape[1]), seen.shape)[seen]
         hat = ((found.slopes @ (found.covariance / found.noise**2)) * found.slopes).sum(axis=1)
         squares, dof = [], []
         for _, mine in self._kinds:
             inside = np.isin(columns, mine)
-            squares.append(float((found.residuals[inside] ** 2).sum()) / self._weighting.share(len(mine)))
+            squares.append(float((counted * found.residuals**2)[inside].sum()) / self._weighting.share(len(mine)))
             dof.append(float(inside.sum() - hat[inside].sum()))
         if min(dof) < 0.5:
             what = "the rows leave no reading over from which their noise could be judged"
@@ -244,9 +253,9 @@ class ArmNoise:
         freedom: float,
         stated: FloatArray | None,
     ) -> float:
-        """The level of one kind with which Σ w·r²/(s² + σ²) is its degrees of freedom."""
+        """The level of one kind with which the sum of what r²/(s² + σ²) counts is its degrees of freedom."""
         inside = self.problem.seen[:, columns]
-        squares = (weights[:, None] * (residuals * deviations)[:, columns] ** 2)[inside]
+        squares = (self._weighting.counted(weights)[:, None] * (residuals * deviations)[:, columns] ** 2)[inside]
         squares = squares / self._weighting.share(len(columns))
         if stated is None:
             return max(float(np.sqrt(squares.sum() / freedom)), 1e-12)

@@ -116,6 +116,11 @@ class NoiseLevel:
         """Whether the recordings state the standard deviations."""
         return self.origin == "recordings"
 
+    @property
+    def degrees(self) -> float:
+        """Degrees of freedom of the least known level, infinite where none was estimated."""
+        return min((group.dof for group in self.groups), default=float("inf"))
+
     def of_rows(self, count: int) -> "NoiseLevel":
         """An estimated level for any number of rows."""
         return replace(self, deviations=np.tile(self.deviations[:1], (count, 1)))

@@ -85,10 +85,9 @@ class AtTargets:
     def identified(cls, problem: DesignProblem, result: Identification) -> "AtTargets":
         """An identified robot; not decided where it is refuted."""
         noise, recorded = result.noise, result.recordings.rows(result.fitted)
-        degrees = min((group.dof for group in noise.groups), default=float("inf"))
         loads = _moved(result.loads, result.fit)
         drawing = None if result.arm is None else result.arm.drawing
-        model = FittedModel(result.fit, recorded, result.whitening, float(degrees), loads, drawing)
+        model = FittedModel(result.fit, recorded, result.whitening, noise.degrees, loads, drawing)
         return cls(problem, model, result.goodness.refuted)
 
     @classmethod
@@ -100,7 +99,9 @@ class AtTargets:
         if result.loads is not None:
             weighs = result.loads.weights.any()
             whitening = whitening.weighing(load_columns(result.loads.effects, result.loads.weights) if weighs else None)
-        degrees = float("inf") if result.noise.known else float(max(result.after.dof, 1))
+        degrees = result.noise.degrees
+        if result.noise.origin == "residuals":  # what was found takes some
+            degrees = min(degrees, float(max(result.after.dof, 1)))
         loads = _moved(result.loads, known)
         chain = result.predictive.fit.chain
         drawing = chain.drawing if isinstance(chain, ChainBeside) else None
