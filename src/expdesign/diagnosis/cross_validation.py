@@ -14,7 +14,7 @@ from typing import TypeVar
 
 import numpy as np
 import pandas as pd
-from scipy.stats import t as t_distribution
+from scipy.special import stdtr
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray, rms
 from expdesign.diagnosis.options import OPTIONS
@@ -136,7 +136,7 @@ class LeftOut:
         scatter = float(gains.std(ddof=1)) / np.sqrt(len(gains)) if len(gains) > 1 else float("inf")
         if scatter == 0.0:
             return 0.0 if gains.mean() > 0.0 else 1.0
-        return float(t_distribution.sf(float(gains.mean()) / scatter, max(len(gains) - 1, 1)))
+        return float(stdtr(max(len(gains) - 1, 1), -float(gains.mean()) / scatter))
 
     @property
     def better(self) -> float:

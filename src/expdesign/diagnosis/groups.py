@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import t as student_t
+from scipy.special import stdtrit
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray, as_matrix, rms
 from expdesign.chain.chain import Chain
@@ -280,7 +280,7 @@ class _Model:
         inflation = judged.widened(variances, np.zeros(len(errors)))[0]
         further = noise * max(judged.surprise(variances, inflation), 1.0)
         count = max(len(np.unique(blocks)), 2)
-        further *= float(student_t.ppf(0.975, count - 1)) * float(np.sqrt(1.0 + 1.0 / count)) / NORMAL_95
+        further *= float(stdtrit(count - 1, 0.975)) * float(np.sqrt(1.0 + 1.0 / count)) / NORMAL_95
         return Widening(further, further * float(np.sqrt(inflation)))
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy.stats import chi2 as chi2_distribution
+from scipy.special import chdtrc
 
 from expdesign.arrays import FloatArray, as_matrix
 from expdesign.chain.component import BASE, GEOMETRY, INSTRUMENT, PLATFORM
@@ -179,7 +179,7 @@ def _pattern(name: str, driver: FloatArray, base: Fit, sample: Data, noise_varia
 
 def _holm(results: list[tuple[str, float, int]]) -> tuple[Probe, ...]:
     """Probes with Holm's corrected p-values, by how far what they explain exceeds chance."""
-    raw = np.array([float(chi2_distribution.sf(value, max(size, 1))) for _, value, size in results])
+    raw = np.array([float(chdtrc(max(size, 1), value)) for _, value, size in results])
     order = np.argsort(raw, kind="stable")
     corrected = np.empty(len(raw))
     corrected[order] = np.minimum(np.maximum.accumulate(raw[order] * (len(raw) - np.arange(len(raw)))), 1.0)
@@ -192,7 +192,7 @@ def _axes(base: Fit, sample: Data, robot: Robot, noise_variance: float) -> tuple
     rows = int(sample.counts.sum())
     sums = (base.residuals**2).sum(axis=0) / noise_variance
     share = base.rank / len(sample.recordings.axes)
-    p_values = chi2_distribution.sf(sums, max(rows - share, 1.0)) * len(sums)
+    p_values = chdtrc(max(rows - share, 1.0), sums) * len(sums)
     names = [sample.recordings.components(robot.coordinates)[axis] for axis in sample.recordings.axes]
     chosen = [name for name, p in zip(names, p_values, strict=True) if p < OPTIONS.level]
     return tuple(chosen) if chosen else (names[int(np.argmax(sums))],)

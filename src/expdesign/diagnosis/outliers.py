@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import binom, rankdata
-from scipy.stats import chi2 as chi2_distribution
+from scipy.special import bdtrc, chdtrc
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.diagnosis.evidence.state import Present
@@ -144,12 +143,12 @@ def in_common(residuals: FloatArray, outliers: BoolArray, series: IntArray, driv
     count, rows = chosen.size, len(outliers)
     if count < _FEWEST:
         return ""
-    if binom.sf(count - 1, rows, OPTIONS.remainder) < OPTIONS.level / _TESTS:
+    if bdtrc(count - 1, rows, OPTIONS.remainder) < OPTIONS.level / _TESTS:
         return "they are too many"
     directions = residuals[chosen] / np.linalg.norm(residuals[chosen], axis=1, keepdims=True)
     width = directions.shape[1]
     resultant = float((directions.sum(axis=0) ** 2).sum()) * width / count
-    if chi2_distribution.sf(resultant, width) < OPTIONS.level / _TESTS:
+    if chdtrc(width, resultant) < OPTIONS.level / _TESTS:
         return "they point the same way"
     generator = np.random.default_rng(0)
     draws = [generator.permutation(rows)[:count] for _ in range(_SHUFFLES)]
@@ -166,6 +165,8 @@ def in_common(residuals: FloatArray, outliers: BoolArray, series: IntArray, driv
 
 def _rank_scores(drivers: dict[str, FloatArray]) -> FloatArray:
     """Standardised ranks of every driver, and of its distance from its median, shape (2d, N)."""
+    from scipy.stats import rankdata  # noqa: PLC0415 (slow to import, and few recordings need it)
+
     values = np.array(list(drivers.values()))
     distances = np.abs(values - np.median(values, axis=1, keepdims=True))
     ranks = rankdata(np.concatenate([values, distances]), axis=1)

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import cho_solve
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from expdesign.arrays import FloatArray, as_matrix
 from expdesign.chain.component import Component
@@ -245,10 +245,10 @@ def _moments(mean: FloatArray, covariance: FloatArray, *, one_sided: bool) -> tu
         return 1.0, mean, covariance
     deviation = float(np.sqrt(covariance[0, 0]))
     at = float(mean[0]) / deviation
-    share = float(norm.cdf(at))
+    share = float(ndtr(at))
     if share < _NOTHING:
         return 0.0, np.zeros(1), covariance
-    hazard = float(norm.pdf(at)) / share
+    hazard = float(np.exp(-0.5 * at**2)) / float(np.sqrt(2.0 * np.pi)) / share
     variance = covariance[0, 0] * max(1.0 - hazard * (hazard + at), 0.0)
     return 2.0 * share, mean + deviation * hazard, np.array([[variance]])
 
