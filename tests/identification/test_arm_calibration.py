@@ -140,9 +140,7 @@ def test_a_diagnosis_predicts_alike_whatever_deviation_is_stated(factor: float, 
     assert factor < 1.0 or any(isinstance(remark, GenerousNoise) for remark in found.result.caveats)
 
 
-@pytest.mark.parametrize(
-    ("loss", "size", "most"), [("student", 3e-3, 2e-5), ("huber", 3e-3, 1e-4), ("huber", 0.1, 1e-4)]
-)
+@pytest.mark.parametrize(("loss", "size"), [("student", 3e-3), ("huber", 3e-3), ("huber", 0.1)])
 def test_a_robust_loss_hardly_counts_outliers(loss: Loss, size: float, identified: IdentificationResult) -> None:
     frame = measured()
     train = np.flatnonzero(frame["split"] == "train")[:150:15]
