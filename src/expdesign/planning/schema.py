@@ -272,8 +272,8 @@ class ExperimentSection(Section):
     )
     estimator: Literal["generalised", "weighted"] = Field(
         default="generalised",
-        description="Which least squares estimate the parameters: those that weigh the declared load errors as well "
-        "as the noise, or those that weigh the noise alone.",
+        description="Which least squares estimate the parameters: those that weigh noise and declared load errors, "
+        "or the noise alone.",
     )
     geometric_stiffness: Flag = Field(
         default=False, description="Whether the model includes the change of geometry under load."
