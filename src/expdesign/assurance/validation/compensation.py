@@ -131,6 +131,7 @@ class ExactCompensation:
             residual[rows] = np.abs(commands[rows] + predicted[rows] - self.target).max(axis=1)
             rows = np.flatnonzero(~(residual <= CONVERGENCE.tolerance))
             if not rows.size:
+                commands = self.target - predicted  # a further step, which costs nothing
                 actual = self._actual(commands, self.true)
                 return Attained(commands, self._pose_errors(commands + actual), float(residual.max()))
         what = f"no command was found for {rows.size} of {len(estimates)} repetitions"
