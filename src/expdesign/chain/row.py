@@ -10,6 +10,11 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.mechanics.robots.robot import Robot
 
+LAGS = (300.0, 900.0, 2700.0, 8100.0)
+"""Time constants (s) with which parts may follow the temperature: of a gauge, a leg, a column and a wall."""
+_MOVES = 1e-9
+"""m, rad; less is no move of an actuator."""
+
 
 @dataclass(frozen=True, eq=False)
 class Row:
@@ -34,6 +39,9 @@ class Row:
         lengths: commanded actuator lengths (n_p,), m or rad.
         warming: temperature above that of the series' first row, per actuator (n_p,), K; one for a body.
         warmth: temperature of that first row, likewise, °C.
+        lagged: temperature that follows the recorded one to first order, for each of `LAGS`, °C.
+        lagged_first: the same at the series' first row, °C.
+        approach: sign of the last move of every actuator's command, 0 where it is not known (n_p,).
         elapsed: time since the series' first row (1,), s.
         clock: time as recorded, since the first row of the recordings that the model is from (1,), s.
         interval: time since the row before in the series (1,), s.
@@ -63,6 +71,9 @@ class Row:
     lengths: ca.SX
     warming: ca.SX
     warmth: ca.SX
+    lagged: ca.SX
+    lagged_first: ca.SX
+    approach: ca.SX
     elapsed: ca.SX
     clock: ca.SX
     interval: ca.SX
@@ -115,7 +126,7 @@ def row_symbols(robot: Robot, markers: int = 0, fixed: int = 0, *, oriented: boo
         "weight": (n, 1), "marker": (markers, 1), "gravity": (d, 1),
         "position": (d, 1), "lever": (d, 1), "payload": (1, 1), "rotation": (d, d),
         "rates": (n, n), "forward": (n, n_p), "pose_map": (n, n_p), "lengths": (n_p, 1), "warming": (max(n_p, 1), 1),
-        "warmth": (max(n_p, 1), 1),
+        "warmth": (max(n_p, 1), 1), "lagged": (len(LAGS), 1), "lagged_first": (len(LAGS), 1), "approach": (n_p, 1),
         "elapsed": (1, 1), "clock": (1, 1), "interval": (1, 1), "first": (1, 1),
         "number": (1, 1), "reference": (1, 1), "point": (fixed, 1),
         "along": (3 * (fixed > 0), 1), "aim": (9 * oriented, 1),
@@ -169,6 +180,9 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
     elif points.temperature is not None:
         temperature = np.repeat(points.temperature[:, None], max(n_p, 1), axis=1)
 
+    lagged = _lagged(temperature.mean(axis=1), time)
+    lengths = robot.actuator_coordinates(points.configurations)
+
     def columns_first(matrices: FloatArray) -> FloatArray:
         return matrices.swapaxes(-1, -2).reshape(count, -1)
 
@@ -190,9 +204,12 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
             columns_first(robot.pose_rates(points.configurations)),
             columns_first(jacobians.forward),
             columns_first(jacobians.pose),
-            robot.actuator_coordinates(points.configurations),
+            lengths,
             temperature - temperature[first_row],
             temperature[first_row],
+            lagged,
+            lagged[first_row],
+            _approach(lengths, number),
             (time - time[first_row])[:, None],
             time[:, None],
             (time - time[previous])[:, None],
@@ -206,6 +223,35 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
         axis=1,
     )
     return RowData(values, series, position)
+
+
+def _lagged(temperature: FloatArray, time: FloatArray) -> FloatArray:
+    """Temperatures (N, lags) that follow one (N,) at times (N,): τ·dy/dt = T − y, in equilibrium at the first row.
+
+    Between rows T is a straight line, behind which y is late by its slope times τ.
+    """
+    found = np.tile(temperature[:1, None], (len(temperature), len(LAGS)))
+    for row, passed in enumerate(np.diff(time), start=1):
+        found[row] = found[row - 1]
+        if passed > 0.0:
+            late = (temperature[row] - temperature[row - 1]) / passed * np.array(LAGS)
+            off = found[row - 1] - temperature[row - 1] + late
+            found[row] = temperature[row] - late + off * np.exp(-passed / np.array(LAGS))
+    return found
+
+
+def _approach(lengths: FloatArray, number: FloatArray) -> FloatArray:
+    """Sign of the last move of every actuator (N, n_p), by rows in their order; 0 before one is known.
+
+    Where rows are missing between two, nobody knows what moved there.
+    """
+    moves = np.diff(lengths, axis=0, prepend=lengths[:1])
+    signs = np.where(np.abs(moves) > _MOVES, np.sign(moves), 0.0)
+    unknown = np.diff(number, prepend=number[:1]) > 1.0
+    found = np.zeros_like(signs)
+    for row in range(1, len(signs)):
+        found[row] = 0.0 if unknown[row] else np.where(signs[row] != 0.0, signs[row], found[row - 1])
+    return found
 
 
 def _series_structure(numbers: IntArray) -> tuple[IntArray, IntArray, IntArray]:

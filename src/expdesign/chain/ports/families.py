@@ -8,6 +8,7 @@ import numpy as np
 from expdesign.chain.ports.port import Channel, Prior
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
+from expdesign.chain.row import LAGS
 
 FINE = (0.25, 0.5, 1.0, 2.0)
 """Length scales over one input, in standard deviations of it."""
@@ -17,7 +18,7 @@ PERIODS = 14
 """Periods that are tried, so that at least about three of them fit into the range of a length."""
 _BEYOND = (0.05, 0.1, 0.14, 0.2, 0.28, 0.4, 0.8)
 """Where guides end, in ranges of the place beyond its range."""
-_AT_START = {"clock": "started", "temperature": "warmth"}
+_AT_START = {"clock": "started", "temperature": "warmth", "slow_temperature": "slow_warmth"}
 """What changes slowly, and what the same was at the first row of the series."""
 _JUMPS = 20
 """Times at which something may have jumped, evenly among the rows; the search goes on between them."""
@@ -134,6 +135,24 @@ def over_temperature(sight: Sight, form: str, index: int) -> Iterator[Prior]:
     if sight.varies(straight):
         yield Prior(form, "linear", (straight,), (sight.spread(straight),), 1)
     yield from smooth_over(sight, form, (temperature,), 8)
+    yield from after_temperature(sight, form)
+
+
+def after_temperature(sight: Sight, form: str) -> Iterator[Prior]:
+    """Slow change in proportion to a temperature that follows the recorded one to first order (`row.LAGS`)."""
+    slow = [Quantity("slow_temperature", index) for index in range(len(LAGS))] if sight.timed else []
+    sight.look(slow)
+    for quantity in slow:
+        counted = replace(quantity, setting=(round(float(sight.values(quantity)[sight.counts].mean()), 3),))
+        if sight.varies(counted):
+            yield Prior(form, "linear", (counted,), (sight.spread(counted),), 1)
+
+
+def by_approach(sight: Sight, actuator: int) -> Iterator[Prior]:
+    """A place that depends on the way in which an actuator came there; deflections are relative to the same place."""
+    last = Quantity("approach", actuator)
+    if sight.positions and sight.varies(last):
+        yield Prior("approach", "linear", (last,), (1.0,), 1)
 
 
 def look_back(sight: Sight, efforts: Iterable[Quantity]) -> None:

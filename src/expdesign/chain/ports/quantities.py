@@ -107,7 +107,7 @@ class Quantity:
             return both if self.kind == "pair" else ca.sign(both), ca.SX.zeros(0)
         if self.kind == "after":
             return ca.if_else(row.clock > self.setting[0], 1.0, 0.0), ca.SX.zeros(0)
-        if self.kind == "temperature" and self.setting:
+        if self.kind in _COUNTED and self.setting:
             return _seen(self.kind, row, robot)[self.index] - self.setting[0], ca.SX.zeros(0)
         value = _seen(self.kind, row, robot)
         if self.kind in ("distance", "towards"):
@@ -191,6 +191,8 @@ class Kind:
 
 
 _FORCE, _TIME, _HEAT = Input.FORCE, Input.TIME, Input.TEMPERATURE
+_COUNTED = ("temperature", "slow_temperature", "slow_warmth")
+"""Kinds that are counted from their setting, where they have one."""
 _SERIES = "the time since the series' first row"
 KINDS = {
     "effort": Kind("{effort}", "{force}", "{effort_unit}", lambda row, robot: _effort(row), _FORCE),
@@ -250,6 +252,17 @@ KINDS = {
     "warmth": Kind(
         "the temperature of the series' first row", "temperature", "degC", lambda row, robot: row.warmth, _HEAT,
         drifts=True,
+    ),
+    "slow_temperature": Kind(
+        "the temperature, which it follows slowly", "slow_temperature", "degC", lambda row, robot: row.lagged, _HEAT,
+        drifts=True,
+    ),
+    "slow_warmth": Kind(
+        "the slow temperature of the series' first row", "slow_temperature", "degC",
+        lambda row, robot: row.lagged_first, _HEAT, drifts=True,
+    ),
+    "approach": Kind(
+        "the way in which {length} changed last", "approach", "", lambda row, robot: row.approach, Input.HISTORY
     ),
 }  # fmt: skip
 """By the names that model files have for them."""

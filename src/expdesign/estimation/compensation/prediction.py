@@ -101,11 +101,12 @@ def require_history(model: Model, table: Table) -> None:
     state, theta = ca.SX.sym("state", chain.states), ca.SX.sym("theta", len(chain.parameters))
     reading, following = chain.expression(row, state, theta)
     everything = ca.vertcat(reading, following)
-    timed = ca.depends_on(everything, ca.vertcat(row.elapsed, row.clock, row.interval))
-    warmed = ca.depends_on(everything, ca.vertcat(row.warming, row.warmth))
+    slow = ca.vertcat(row.lagged, row.lagged_first)
+    timed = ca.depends_on(everything, ca.vertcat(row.elapsed, row.clock, row.interval, slow))
+    warmed = ca.depends_on(everything, ca.vertcat(row.warming, row.warmth, slow))
     names = ", ".join(sorted({effect.physics for effect in chain.effects}))
     needed: list[str] = []
-    if chain.states or timed or warmed or ca.depends_on(everything, ca.vertcat(row.first, row.number)):
+    if chain.states or timed or warmed or ca.depends_on(everything, ca.vertcat(row.first, row.number, row.approach)):
         needed += ["sequence", "series"]
     if timed:
         needed.append("time_s")

@@ -8,6 +8,7 @@ import casadi as ca
 
 from expdesign.chain.component import actuators_and_all
 from expdesign.chain.ports.families import (
+    by_approach,
     jumps,
     memory_of,
     of_effort,
@@ -140,6 +141,7 @@ def _laws(sight: Sight, actuator: int) -> Iterator[Prior]:
     yield from over_temperature(sight, "offset", actuator)
     yield from of_effort(sight, effort)
     yield from memory_of(sight, effort)
+    yield from by_approach(sight, actuator)
     yield from repeating(sight, "compliance", length)
     yield from repeating(sight, "periodic", length)
     yield from smooth_over(sight, "offset", (length,))

@@ -7,7 +7,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.chain.component import Component, at_tip, each_joint
-from expdesign.chain.ports.families import guide_ends, of_effort, smooth_over
+from expdesign.chain.ports.families import after_temperature, guide_ends, of_effort, smooth_over
 from expdesign.chain.ports.port import Entry, Names, Port, Prior, steady
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
@@ -53,6 +53,8 @@ class Joints(Port):
             if sight.positions and sight.varies(place):
                 for prior in (*smooth_over(sight, "twist", (place,), 8), *self._turning(place)):
                     yield self.law(component, prior, motions)
+            for prior in after_temperature(sight, "twist") if sight.positions else ():
+                yield self.law(component, prior, motions)
 
     def _guides(self, sight: Sight, joint: int, component: Component, moments: tuple[Quantity, ...]) -> Iterator[Entry]:
         """Tilts of a guide under the moments that it carries, in proportion to 1/overlap: clearance and pads."""
