@@ -40,8 +40,14 @@ class ByGroups:
 
     @property
     def alone(self) -> bool:
-        """Whether single causes need not be looked for, since more than two groups are needed."""
-        return self.groups is not None and not self.groups.few
+        """Whether single causes need not be looked for: more than two groups are needed, and predict to the noise."""
+        return self.groups is not None and not self.groups.few and self._predicts
+
+    @property
+    def _predicts(self) -> bool:
+        """Whether rows that were not fitted are predicted to the noise."""
+        errors = self.errors
+        return errors is not None and max(errors.test_surprise, errors.test_after) <= OPTIONS.predicts
 
     def beats(self, named: LeftOut) -> bool:
         """Whether left-out blocks are predicted better than by named effects."""
@@ -54,8 +60,7 @@ class ByGroups:
         assert errors is not None
         frame = self.frame.without(groups.aside)
         model = NamedModel((), groups.fit, float("nan"))
-        predicted = max(errors.test_surprise, errors.test_after) <= OPTIONS.predicts
-        verdict = "modelled" if predicted else "unexplained"
+        verdict = "modelled" if self._predicts else "unexplained"
         frame.names.log.add_text("verdict", f"groups of effects: {len(groups.found)}; verdict {verdict}")
         found = (*group_findings(groups, frame.robot, frame.known), *set_aside(frame.recordings, groups.aside))
         result = frame.diagnosis(model, verdict, errors, self.method, model)
