@@ -69,7 +69,7 @@ def test_rows_follow_the_temperature_and_remember_the_last_move() -> None:
     points = xd.read_recordings(frame.drop(index=30), ROBOT)
     rows, symbols = row_data(points, robot), row_symbols(robot, 1)
     for constant, found in zip(LAGS, rows.values[:30, symbols.columns("lagged")].T, strict=True):
-        wanted = slow(*frame[["temperature_degC", "time_s"]].to_numpy()[:30].T, constant)
+        wanted = slow(frame["temperature_degC"].to_numpy()[:30], frame["time_s"].to_numpy()[:30], constant)
         np.testing.assert_allclose(found, wanted, rtol=0.0, atol=5e-3)
     came = rows.values[:, symbols.columns("approach")]
     commands = frame.drop(index=30)[JOINTS].to_numpy()
