@@ -34,6 +34,7 @@ from expdesign.planning.operators.archive import Archive
 from expdesign.planning.operators.children import Children
 from expdesign.planning.operators.descent import FrontDescent
 from expdesign.planning.operators.exchange import SingleExchange
+from expdesign.planning.operators.repetitions import RepeatedPlans, repetitions_count
 from expdesign.planning.operators.state import Operator, State
 from expdesign.planning.operators.structures import Restarts
 from expdesign.planning.optimality.kktpm import kktpm
@@ -177,6 +178,8 @@ def operators_of(state: State) -> list[Operator]:
     """The operators that have anything to do in a problem."""
     problem = state.problem
     found: list[Operator] = [SingleExchange(), Children()]
+    if repetitions_count(state):
+        found.append(RepeatedPlans())
     if state.sums and problem.budget is not None:
         found.append(Restarts())
     if state.smooth:
