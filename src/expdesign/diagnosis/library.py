@@ -1,14 +1,16 @@
 """The library of physics that a diagnosis considers, and what each entry would do to the readings."""
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.row import RowData
 from expdesign.errors import InputError
 from expdesign.estimation.fit import Data, Fit
 from expdesign.mechanics.robots.robot import Robot
@@ -165,12 +167,10 @@ def _without_memory(
     """
     axes = sample.recordings.axes
     chain, compliances = sample.held(robot, (*present, *effects), compliances)
-    row, theta = chain.row_symbols(), ca.SX.sym("theta", len(chain.parameters))
-    reading, _ = chain.expression(row, ca.SX.zeros(0), theta)
     frees = [_free(effect) for effect in effects]
     columns = len(compliances) + np.flatnonzero(np.concatenate(frees))
-    derivative = ca.jacobian(reading, theta)[:, columns.tolist()]
-    function = BatchFunction("directions", [row.flat(), theta], [derivative])
+    several = max(map(len, starts)) > 1
+    function = _derivative(chain, columns) if several else chain.sensitivities
     ends = np.cumsum([free.sum() for free in frees])[:-1]
     whole = len(sample.rows) * len(axes)
     found: list[FloatArray] = [
@@ -178,12 +178,21 @@ def _without_memory(
     ]
     for number in range(max(map(len, starts))):
         at = [own[min(number, len(own) - 1)] for own in starts]
-        (slopes,) = function(sample.rows.values, np.concatenate([compliances, *at]))
-        seen = sample.whiten(slopes.reshape(len(sample.rows), -1, len(columns))[:, axes]).reshape(-1, len(columns))
+        slopes = function(sample.rows, np.concatenate([compliances, *at]))
+        seen = sample.whiten(slopes[:, axes] if several else slopes[:, axes][..., columns]).reshape(-1, len(columns))
         for own, block in zip(found, np.split(seen, ends, axis=1), strict=True):
             if number < len(own):
                 own[number] = block
     return found
+
+
+def _derivative(chain: Chain, columns: IntArray) -> Callable[[RowData, FloatArray], FloatArray]:
+    """Derivatives (N, n, d) of a chain without memory with respect to some parameters (d,), asked for many times."""
+    row, theta = chain.row_symbols(), ca.SX.sym("theta", len(chain.parameters))
+    reading, _ = chain.expression(row, ca.SX.zeros(0), theta)
+    derivative = ca.jacobian(reading, theta)[:, columns.tolist()]
+    function = BatchFunction("directions", [row.flat(), theta], [derivative])
+    return lambda rows, values: function(rows.values, values)[0].reshape(len(rows), -1, len(columns))
 
 
 def _with_memory(
