@@ -1,6 +1,7 @@
 """Single recordings that belong to no physics: which rows stand out, and whether they stand out alone."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.special import bdtrc, chdtrc
@@ -150,17 +151,23 @@ def in_common(residuals: FloatArray, outliers: BoolArray, series: IntArray, driv
     resultant = float((directions.sum(axis=0) ** 2).sum()) * width / count
     if chdtrc(width, resultant) < OPTIONS.level / _TESTS:
         return "they point the same way"
-    generator = np.random.default_rng(0)
-    draws = [generator.permutation(rows)[:count] for _ in range(_SHUFFLES)]
-    if np.mean(_pairs(series[np.array(draws)]) >= _pairs(series[chosen])) < OPTIONS.level / _TESTS:
+    draws = _draws(rows, count)
+    if np.mean(_pairs(series[draws]) >= _pairs(series[chosen])) < OPTIONS.level / _TESTS:
         return "they are of the same series"
     if drivers:
         scores = _rank_scores(drivers)
         observed = np.abs(scores[:, chosen].sum(axis=1))
-        usual = np.abs(scores[:, np.array(draws)].sum(axis=2)).max(axis=0)
+        usual = np.abs(scores[:, draws].sum(axis=2)).max(axis=0)
         if np.mean(usual >= observed.max()) < OPTIONS.level / _TESTS:
             return f"they depend on {list(drivers)[int(np.argmax(observed)) % len(drivers)]}"
     return ""
+
+
+@lru_cache(maxsize=16)
+def _draws(rows: int, count: int) -> IntArray:
+    """So many of the rows at random, again and again, shape (shuffles, count): the same for every model."""
+    generator = np.random.default_rng(0)
+    return np.array([generator.permutation(rows)[:count] for _ in range(_SHUFFLES)])
 
 
 def _rank_scores(drivers: dict[str, FloatArray]) -> FloatArray:
