@@ -218,7 +218,7 @@ class WarmUpByRows(DeclaredEffect):
     forms = (Form(partial(warm_up, by_rows=True), "warm-up along sequence"),)
     quantities = (
         Parameter("drift_{motion}", 1e-5, low=-0.1, high=0.1),
-        Parameter("constant_rows", 50.0, neutral=50.0, low=0.5, high=1e6, shape=True),
+        Parameter("constant_rows", 50.0, neutral=50.0, low=0.5, high=1e4, shape=True),
     )
     says = (
         "{subject} shifts by {drift:1e6 .3g} µ{motion} in the order of the rows, as by warming up (constant: "
