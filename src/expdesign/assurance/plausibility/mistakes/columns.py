@@ -65,7 +65,11 @@ def signs_of_readings(evidence: Evidence) -> Iterator[Alternative]:
 
 
 def units_of_readings(evidence: Evidence) -> Iterator[Alternative]:
-    """Translations or rotations, or one column, in another unit; what is computed with has to be in m and rad."""
+    """Translations or rotations, or one column, in another unit; what is computed with has to be in m and rad.
+
+    A column that is read smaller leaves less whatever is in it. One alone is in another unit only where it is nearer to
+    what the robot file has it move in that unit: a drift of an axis that hardly moves is no mistake.
+    """
     linear, write = evidence.linear, "Write the unit into the columns' names, as in"
     if linear.any() and (~linear).any():
         for factor, unit in ((1e-3, "mm"), (1e-6, "µm")):
@@ -78,9 +82,12 @@ def units_of_readings(evidence: Evidence) -> Iterator[Alternative]:
             yield Alternative(text, evidence.readings(_scaled(~linear, factor)))
         text = "Were the rotations converted from degrees twice?"
         yield Alternative(text, evidence.readings(_scaled(~linear, 1.0 / DEGREE)))
+    expected = (evidence.observation(evidence.stated).sum(axis=2) ** 2).mean(axis=0)
+    squares = (evidence.stated.readings**2).mean(axis=0)
     for index, (name, column) in enumerate(_each(evidence.names)):
         for factor, unit in ((1e-3, "mm"), (1e-6, "µm")) if linear[index] else ((DEGREE, "degrees"),):
-            yield Alternative(f"Is {name} in {unit}?", evidence.readings(_scaled(column, factor)))
+            if squares[index] * factor >= expected[index]:
+                yield Alternative(f"Is {name} in {unit}?", evidence.readings(_scaled(column, factor)))
 
 
 def swapped_readings(evidence: Evidence) -> Iterator[Alternative]:
