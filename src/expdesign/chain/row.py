@@ -12,6 +12,8 @@ from expdesign.mechanics.robots.robot import Robot
 
 LAGS = (300.0, 900.0, 2700.0, 8100.0)
 """Time constants (s) with which parts may follow the temperature: of a gauge, a leg, a column and a wall."""
+_AT_ONCE = 1e-6
+"""s; what is nearer in time has one temperature."""
 _MOVES = 1e-9
 """m, rad; less is no move of an actuator."""
 
@@ -42,6 +44,7 @@ class Row:
         lagged: temperature that follows the recorded one to first order, for each of `LAGS`, °C.
         lagged_first: the same at the series' first row, °C.
         approach: sign of the last move of every actuator's command, 0 where it is not known (n_p,).
+        unseen: 1 where rows are missing in which the robot may have moved, until it moves again (1,).
         elapsed: time since the series' first row (1,), s.
         clock: time as recorded, since the first row of the recordings that the model is from (1,), s.
         interval: time since the row before in the series (1,), s.
@@ -74,6 +77,7 @@ class Row:
     lagged: ca.SX
     lagged_first: ca.SX
     approach: ca.SX
+    unseen: ca.SX
     elapsed: ca.SX
     clock: ca.SX
     interval: ca.SX
@@ -127,6 +131,7 @@ def row_symbols(robot: Robot, markers: int = 0, fixed: int = 0, *, oriented: boo
         "position": (d, 1), "lever": (d, 1), "payload": (1, 1), "rotation": (d, d),
         "rates": (n, n), "forward": (n, n_p), "pose_map": (n, n_p), "lengths": (n_p, 1), "warming": (max(n_p, 1), 1),
         "warmth": (max(n_p, 1), 1), "lagged": (len(LAGS), 1), "lagged_first": (len(LAGS), 1), "approach": (n_p, 1),
+        "unseen": (1, 1),
         "elapsed": (1, 1), "clock": (1, 1), "interval": (1, 1), "first": (1, 1),
         "number": (1, 1), "reference": (1, 1), "point": (fixed, 1),
         "along": (3 * (fixed > 0), 1), "aim": (9 * oriented, 1),
@@ -209,7 +214,7 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
             temperature[first_row],
             lagged,
             lagged[first_row],
-            _approach(lengths, number),
+            *_approach(lengths, number),
             (time - time[first_row])[:, None],
             time[:, None],
             (time - time[previous])[:, None],
@@ -233,25 +238,30 @@ def _lagged(temperature: FloatArray, time: FloatArray) -> FloatArray:
     found = np.tile(temperature[:1, None], (len(temperature), len(LAGS)))
     for row, passed in enumerate(np.diff(time), start=1):
         found[row] = found[row - 1]
-        if passed > 0.0:
+        if passed > _AT_ONCE:
             late = (temperature[row] - temperature[row - 1]) / passed * np.array(LAGS)
             off = found[row - 1] - temperature[row - 1] + late
             found[row] = temperature[row] - late + off * np.exp(-passed / np.array(LAGS))
     return found
 
 
-def _approach(lengths: FloatArray, number: FloatArray) -> FloatArray:
-    """Sign of the last move of every actuator (N, n_p), by rows in their order; 0 before one is known.
+def _approach(lengths: FloatArray, number: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Sign of the last move of every actuator (N, n_p), 0 before one is known, and where moves may be missing (N, 1).
 
-    Where rows are missing between two, nobody knows what moved there.
+    Rows are in their order. Where some are missing before one, nobody knows how it was reached; before the first of a
+    campaign nothing is missing.
     """
     moves = np.diff(lengths, axis=0, prepend=lengths[:1])
     signs = np.where(np.abs(moves) > _MOVES, np.sign(moves), 0.0)
-    unknown = np.diff(number, prepend=number[:1]) > 1.0
-    found = np.zeros_like(signs)
-    for row in range(1, len(signs)):
-        found[row] = 0.0 if unknown[row] else np.where(signs[row] != 0.0, signs[row], found[row - 1])
-    return found
+    missing = np.diff(number, prepend=-1.0) != 1.0
+    found, unseen = np.zeros_like(signs), np.zeros((len(signs), 1))
+    for row in range(len(signs)):
+        if missing[row]:
+            unseen[row] = 1.0
+        elif row:
+            found[row] = np.where(signs[row] != 0.0, signs[row], found[row - 1])
+            unseen[row] = unseen[row - 1] if not signs[row].any() else 0.0
+    return found, unseen
 
 
 def _series_structure(numbers: IntArray) -> tuple[IntArray, IntArray, IntArray]:

@@ -106,12 +106,11 @@ def _other_forms(
     """Sentences of other variants that explain as well, where these have another size."""
     said = list[str]()
     for model in models:
-        same = ((one.physics, one.component) == (effect.physics, effect.component) for one in model.effects)
-        of = next(index for index, there in enumerate(same) if there)
+        of = next(index for index, one in enumerate(model.effects) if one.slot == effect.slot)
         other = model.effects[of]
         own = reported(other, model.fit, model.fit.chain.slices[of], scale)
         if any(name in own and not low <= own[name][0] <= high for name, (_, low, high) in values.items()):
-            said.append(f" These recordings do not rule out its form `{other.variant}`: {other.sentence(own)}")
+            said.append(f" These recordings fit as well: {other.sentence(own)}")
     return "".join(said)
 
 

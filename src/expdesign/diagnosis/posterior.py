@@ -119,7 +119,7 @@ def standing(
         there = any(e.physics == chosen.physics and e.component == chosen.component for e in extra)
         same.append(there or _idle_elsewhere(model, chosen, other, extra))
         if len(extra) == 1 and extra[0].physics == chosen.physics and gap < OPTIONS.indistinguishable:
-            if there:
+            if extra[0].slot == chosen.slot:
                 forms.append(other)
             elif not same[-1]:
                 elsewhere.append((gap, str(extra[0].component)))

@@ -133,7 +133,7 @@ class ArmNoise:
             weights, before = self._weighting.weights(self._whitened(found, start, deviations)), weights
             if np.abs(weights - before).max() < _SETTLED:
                 break
-        squares, dof = self._by_kind(found, deviations, weights)
+        squares, dof = self._by_kind(found, weights)
         total, freedom = float(squares.sum()), max(float(dof.sum()), 1.0)
         judged = (total, round(freedom), p_value_of(total, freedom))
         beyond = judged[2] < FIT.refuted
@@ -174,7 +174,7 @@ class ArmNoise:
             whole[self.problem.live] = found.values
             residuals = self._whitened(found, whole, deviations)
             weights = self._weighting.weights(residuals)
-            _, dof = self._by_kind(found, deviations, weights)
+            _, dof = self._by_kind(found, weights)
             fresh: FloatArray = np.array([
                 self._level(residuals, weights, deviations, columns, freedom, stated)
                 for (_, columns), freedom in zip(self._kinds, dof, strict=True)
@@ -198,7 +198,7 @@ class ArmNoise:
             )
         noise = NoiseLevel(deviations, "residuals", groups)
         effective = deviations / np.sqrt(weights)[:, None]
-        squares, _ = self._by_kind(found, deviations, weights)
+        squares, _ = self._by_kind(found, weights)
         mean_square = float(squares.sum() / dof.sum())
         return Settled(found, start, noise, effective, mean_square, float(dof.sum()), judged, list(remarks))
 
@@ -227,16 +227,24 @@ class ArmNoise:
         predicted = self.problem.chain.predict(self.problem.rows, whole)[:, train.axes]
         return np.where(self.problem.seen, (train.deflections - predicted) / deviations, 0.0)
 
-    def _by_kind(self, found: Sized, deviations: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _counted(self, weights: FloatArray) -> FloatArray:
+        """By what r² counts for a level over its mean at normal noise, (N,): a row is weighed by all its readings."""
+        counts = np.maximum(self.problem.seen.sum(axis=1), 1)
+        shares = {count: self._weighting.share(count) for count in np.unique(counts).tolist()}
+        usual = np.array([shares[count] for count in counts.tolist()])
+        found: FloatArray = self._weighting.counted(weights) / usual
+        return found
+
+    def _by_kind(self, found: Sized, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The sum of what r² counts over its mean at normal noise, and n − tr(H), of every kind of reading."""
         seen = self.problem.seen
-        counted = np.broadcast_to((self._weighting.counted(weights) / weights)[:, None], seen.shape)[seen]
+        counted = np.broadcast_to((self._counted(weights) / weights)[:, None], seen.shape)[seen]
         columns = np.broadcast_to(np.arange(seen.shape[1]), seen.shape)[seen]
         hat = ((found.slopes @ (found.covariance / found.noise**2)) * found.slopes).sum(axis=1)
         squares, dof = [], []
         for _, mine in self._kinds:
             inside = np.isin(columns, mine)
-            squares.append(float((counted * found.residuals**2)[inside].sum()) / self._weighting.share(len(mine)))
+            squares.append(float((counted * found.residuals**2)[inside].sum()))
             dof.append(float(inside.sum() - hat[inside].sum()))
         if min(dof) < 0.5:
             what = "the rows leave no reading over from which their noise could be judged"
@@ -255,8 +263,7 @@ class ArmNoise:
     ) -> float:
         """The level of one kind with which the sum of what r²/(s² + σ²) counts is its degrees of freedom."""
         inside = self.problem.seen[:, columns]
-        squares = (self._weighting.counted(weights)[:, None] * (residuals * deviations)[:, columns] ** 2)[inside]
-        squares = squares / self._weighting.share(len(columns))
+        squares = (self._counted(weights)[:, None] * (residuals * deviations)[:, columns] ** 2)[inside]
         if stated is None:
             return max(float(np.sqrt(squares.sum() / freedom)), 1e-12)
         known = stated[:, columns][inside] ** 2

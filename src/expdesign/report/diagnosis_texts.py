@@ -157,7 +157,7 @@ VERDICTS = {
     "identified from the recordings, do.",
     "unexplained": "The model lacks physics that the library does not have. The mismatch is located below.",
 }
-IN_DOUBT = "Nothing that is known explains these recordings as they are; what speaks against them comes first."
+IN_DOUBT = "No known physics explains these recordings as they are. Check the recordings first."
 MEASURE_NEXT = "Measure plan-next.csv: it separates the two remaining explanations."
 _COLUMN = re.compile(r"\b([a-z]+\d*)_(?:m|rad|N|Nm)\b")
 """A column of a pose, a load or a deflection, which prose names without its unit."""
@@ -238,8 +238,10 @@ def _how_probable(finding: Finding) -> str:
 
 def _instead(finding: Finding) -> str:
     others = [physics_words(name) for name in finding.indistinguishable]
-    others += [f"the same at {words.listed(finding.elsewhere)}"] if finding.elsewhere else []
-    return f"; these recordings do not distinguish it from {', '.join(others)}" if others else ""
+    text = f"; these recordings do not distinguish it from {', '.join(others)}" if others else ""
+    if finding.elsewhere:
+        text += f"; they do not tell whether it is there or at {', '.join(finding.elsewhere)}"
+    return text
 
 
 def mismatch(result: Diagnosis) -> str:

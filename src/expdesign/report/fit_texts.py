@@ -73,10 +73,10 @@ def diagnosed_fit_sentences(result: "Diagnosis") -> list[str]:
 
 def coverage_sentence(share: float, *, loads: bool) -> str:
     """How many readings that were not fitted lie where they were predicted; whether errors of `loads` are declared."""
-    beside = "; the declared errors of their loads come on top" if loads else ""
+    beside = " These intervals do not include the declared errors of the loads." if loads else ""
     return (
         f"{100.0 * share:.1f} % of the held-out readings lie within their 95 % intervals, which include the "
-        f"uncertainty of the prediction and the noise of a reading (`expdesign predict --readings`){beside}."
+        f"uncertainty of the prediction and the noise of a reading (`expdesign predict --readings`).{beside}"
     )
 
 

@@ -92,7 +92,7 @@ def curve_of(
             rows[:, channel.output] = factor if _whole(law) == "compliance" else factor * grid[:, 0]
         outputs += [law.port.outputs[channel.output]] * len(grid)
         varied += which
-        points.append(grid)
+        points.append(grid + [quantity.counted_from for quantity in channel.inputs])
         means.append(rows @ values)
         deviations.append(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", rows, inner, rows), 0.0)))
     meaning = (_whole(law) or "law") if whole else "law"

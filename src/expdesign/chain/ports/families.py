@@ -123,7 +123,7 @@ def since_start(sight: Sight, channels: Iterable[Channel]) -> tuple[Channel, ...
 
 
 def over_temperature(sight: Sight, form: str, index: int) -> Iterator[Prior]:
-    """Slow change with the temperature: in proportion, and any smooth function of it.
+    """Slow change with the temperature: in proportion, any smooth function of it, and as it is followed slowly.
 
     A displacement is in proportion to the warming since the series' first row. A compliance has the temperature itself
     for its input, counted from its mean: a constant part is the spring's, which cannot be negative.

@@ -215,6 +215,8 @@ class Law(_AtPort):
                 # Always the same: neither a time nor anything else is asked of points.
                 inputs = [ca.SX(float(middle)) for middle in 0.5 * (low + high)]
             held, later = _held(channel.inputs, inputs, low, high)
+            if any(quantity.kind == "approach" for quantity in channel.inputs):
+                later += row.unseen  # how it was reached is as far beyond what is known
             if channel.inputs not in features:
                 features[channel.inputs] = form.basis.expression(held)
             weights = theta[channel.block * rank : (channel.block + 1) * rank]

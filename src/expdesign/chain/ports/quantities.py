@@ -14,7 +14,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.component import moment_at, passive_joint_turns, sprung_twist, with_links_beyond
 from expdesign.chain.declaration import Input
 from expdesign.chain.forms import relaxed
-from expdesign.chain.row import Row, RowData
+from expdesign.chain.row import LAGS, Row, RowData
 from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.symbolic import BatchFunction
@@ -29,7 +29,7 @@ class Quantity:
 
     Attributes:
         kind: what, a key of `KINDS`.
-        index: of which actuator, axis or coordinate.
+        index: of which actuator, axis or coordinate; of a slow temperature, which of `LAGS`.
         setting: threshold (N, N·m, rad) of a stop operator, time constant (s) of a lag or of settling, point of a
             distance (m), end of a guide and the way to it, temperature (°C) from which one counts, index of the other
             actuator of a pair, time (s) of a jump.
@@ -65,6 +65,11 @@ class Quantity:
     def unit(self, robot: Robot) -> str:
         """Its SI unit; '' of what is a ratio or a direction."""
         return KINDS[self.kind].unit.format_map(_Parts(self, robot))
+
+    @property
+    def counted_from(self) -> float:
+        """What was taken from a temperature (°C), so that a law of it is none of a constant; 0 of all else."""
+        return self.setting[0] if self.kind in _COUNTED and self.setting else 0.0
 
     def expression(self, row: Row, robot: Robot, state: ca.SX) -> tuple[ca.SX, ca.SX]:
         """The quantity in one row and the states after it.
@@ -107,14 +112,12 @@ class Quantity:
             return both if self.kind == "pair" else ca.sign(both), ca.SX.zeros(0)
         if self.kind == "after":
             return ca.if_else(row.clock > self.setting[0], 1.0, 0.0), ca.SX.zeros(0)
-        if self.kind in _COUNTED and self.setting:
-            return _seen(self.kind, row, robot)[self.index] - self.setting[0], ca.SX.zeros(0)
         value = _seen(self.kind, row, robot)
         if self.kind in ("distance", "towards"):
             away = value - ca.SX(list(self.setting))
             length = ca.sqrt(ca.sumsqr(away) + 1e-12)
             return (length if self.kind == "distance" else away[self.index] / length), ca.SX.zeros(0)
-        return value[self.index], ca.SX.zeros(0)
+        return value[self.index] - self.counted_from, ca.SX.zeros(0)
 
 
 def _effort(row: Row) -> ca.SX:
@@ -254,15 +257,15 @@ KINDS = {
         drifts=True,
     ),
     "slow_temperature": Kind(
-        "the temperature, which it follows slowly", "slow_temperature", "degC", lambda row, robot: row.lagged, _HEAT,
-        drifts=True,
+        "the temperature, followed with a time constant of {lag} s", "slow_temperature", "degC",
+        lambda row, robot: row.lagged, _HEAT, drifts=True,
     ),
     "slow_warmth": Kind(
-        "the slow temperature of the series' first row", "slow_temperature", "degC",
+        "the same at the series' first row", "slow_temperature", "degC",
         lambda row, robot: row.lagged_first, _HEAT, drifts=True,
     ),
     "approach": Kind(
-        "the way in which {length} changed last", "approach", "", lambda row, robot: row.approach, Input.HISTORY
+        "the direction of the last move of {actuator}", "approach", "", lambda row, robot: row.approach, Input.HISTORY
     ),
 }  # fmt: skip
 """By the names that model files have for them."""
@@ -319,6 +322,8 @@ _PARTS: dict[str, Callable[[Quantity, Robot], str]] = {
     "coordinate": lambda q, robot: robot.configuration[q.index % max(len(robot.configuration), 1)],
     "pose_unit": lambda q, robot: "m" if q.index < len(robot.gravity) else "rad",
     "deflection": lambda q, robot: robot.coordinates.deflection[q.index % robot.coordinates.n],
+    "actuator": lambda q, robot: robot.actuators[q.index],
+    "lag": lambda q, robot: f"{LAGS[q.index]:.0f}",
     "point": lambda q, robot: ", ".join(f"{v:.3g}" for v in q.setting),
     "moment": lambda q, robot: "".join(f"{v:.4g} s" for v in q.setting),
 }

@@ -16,7 +16,7 @@ FORMS = {
     "friction": "keeps part of its deflection when the load changes, as dry friction does; it remembers",
     "latch": "gives way and stays there until it is pushed back; it remembers",
     "creep": "goes on moving under a load that stays; it remembers",
-    "approach": "stops at another place than it is sent to, depending on",
+    "approach": "stops short of its command, depending on",
     "jump": "jumps once and stays there, depending on",
     "periodic": "has an error that repeats with",
     "offset": "is displaced, whatever the load, depending on",

@@ -226,4 +226,4 @@ class WarmUpByRows(DeclaredEffect):
     )
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
-        return [np.array([0.0, constant]) for constant in _CONSTANTS * len(points)]
+        return [np.array([0.0, constant]) for constant in np.minimum(_CONSTANTS * len(points), 1e4)]

@@ -121,7 +121,7 @@ _EVERY = Form(
     name="every",
     load=lambda wrench, row, theta: wrench * (1.0 + theta[0]),
     parameters=(Parameter("relative_mass_error", 0.01, low=-0.9, high=9.0),),
-    says="Every load is really {first:100 +.2f %} heavier than stated.",
+    says="Every load differs from what is stated by {first:100 +.2f %}.",
 )
 
 
@@ -151,8 +151,8 @@ class PayloadMassError(DeclaredEffect):
 
     An error that is the same fraction of every load is a change of scale of all compliances, which no deflection can
     tell from soft legs (theory.md 5.2); positions of an arm can, whose own weight is another load. What deflections
-    show is one weight that is wrong among others, a mass that was
-    forgotten (an adapter plate) in all of them, and one disc of a stack that is wrong in every load that contains it.
+    show is one weight that is wrong among others, a mass that was forgotten (an adapter plate) in all of them, and one
+    disc of a stack that is wrong in every load that contains it.
 
     Variants: `N newton`: the load of that size is wrong by a fraction; `forgotten`: a constant is added to all;
     `N newton and more`: a constant is added to these, as the discs of a stack are put on one by one; `every`: all are
