@@ -9,6 +9,7 @@ from expdesign.chain.ports import quantities
 from expdesign.chain.ports.law import ports_of
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.words import columns, depends_on, says
+from expdesign.chain.row import LAGS
 from expdesign.mechanics.robots.robot import Robot
 from tests.cases import robot
 from tests.chain.arms import read_arm
@@ -26,6 +27,7 @@ def _seen(here: Robot) -> list[Quantity]:
         "joint_moment": range(3 * actuators if here.jointed else 0), "length": range(actuators),
         "pose": range(len(here.configuration)), "overlap": range(len(here.configuration)),
         "warming": range(max(actuators, 1)), "pair": range(actuators), "pair_sign": range(actuators),
+        "slow_temperature": range(len(LAGS)), "slow_warmth": range(len(LAGS)), "approach": range(actuators),
     }  # fmt: skip
     kinds = set(quantities.KINDS) - {"towards"}
     found = []
