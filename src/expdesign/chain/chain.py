@@ -26,8 +26,8 @@ Acting = list[tuple[Effect, ca.SX]]
 _LARGEST_CALL = 64
 """Most rows of a series with memory in one call: powers of two up to it make up every length."""
 _FEW = 200
-"""Rows up to which one component of a reading is differentiated at a time: of much physics an expression of the whole
-Jacobian takes a second to build, and to evaluate half as long."""
+"""Rows of all that a chain was asked for up to which one component of a reading is differentiated at a time: of much
+physics an expression of the whole Jacobian takes a second to build, and to evaluate half as long."""
 
 
 class Chain:
@@ -74,6 +74,7 @@ class Chain:
             start += len(effect.parameters)
         self.states = sum(effect.states for effect in effects)
         self._several_rows: dict[tuple[bool, int, int], ca.Function] = {}
+        self._asked = 0
 
     @property
     def linear(self) -> bool:
@@ -296,8 +297,9 @@ class Chain:
         return BatchFunction("chain_along", [row.flat(), theta, along], [ca.jtimes(reading, theta, along, True)])
 
     def sensitivities(self, rows: RowData, values: FloatArray) -> FloatArray:
-        """Derivatives (N, n, p) alone, of few rows by one component after the other."""
-        if self.states or len(rows) > _FEW:
+        """Derivatives (N, n, p) alone, of the first few rows by one component after the other."""
+        self._asked += len(rows)
+        if self.states or self._asked > _FEW:
             return self.predict_with_sensitivities(rows, values)[1]
         return self._derivatives_along(rows.values[:, None], values, np.eye(self.width))[0]
 
