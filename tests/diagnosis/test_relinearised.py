@@ -90,6 +90,7 @@ def test_what_nothing_determines_has_the_least_size(arm: SerialRobot) -> None:
     assert all(name.startswith(("instrument", "marker")) for name in free)
 
 
+@pytest.mark.slow
 def test_steps_that_swing_about_end_no_worse_than_they_began(arm: SerialRobot) -> None:
     """Twelve rows, zeros off by 0.35 rad and an unknown tool: whole steps lead away without end."""
     sample, chain = sample_of(arm, 0.35, 12), beside(arm, tool=True)
@@ -119,7 +120,7 @@ def test_what_readings_determine_is_not_pulled_at(arm: SerialRobot) -> None:
     assert (np.abs(found.values[part] - yields) < 4.0 * np.sqrt(np.diag(found.covariance)[part])).all()
 
 
-@pytest.mark.parametrize("seed", [2, 3])
+@pytest.mark.parametrize("seed", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_the_file_of_a_diagnosed_arm_predicts_the_fitted_rows_as_the_diagnosis_says(seed: int) -> None:
     """An arm with zeros, links, springs, a tool and a runout off: the RMS of file and diagnosis agree to 2 %."""
     frame = of_arm(usual_faults(seed), 150, seed)
