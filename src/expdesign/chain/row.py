@@ -6,7 +6,7 @@ from functools import cached_property, lru_cache
 import casadi as ca
 import numpy as np
 
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.mechanics.robots.robot import Robot
 
@@ -236,6 +236,8 @@ def _lagged(temperature: FloatArray, time: FloatArray) -> FloatArray:
     Between rows T is a straight line, behind which y is late by its slope times τ.
     """
     found = np.tile(temperature[:1, None], (len(temperature), len(LAGS)))
+    if not np.any(temperature != temperature[:1]):  # most recordings have none
+        return found
     for row, passed in enumerate(np.diff(time), start=1):
         found[row] = found[row - 1]
         if passed > _AT_ONCE:
@@ -254,14 +256,17 @@ def _approach(lengths: FloatArray, number: FloatArray) -> tuple[FloatArray, Floa
     moves = np.diff(lengths, axis=0, prepend=lengths[:1])
     signs = np.where(np.abs(moves) > _MOVES, np.sign(moves), 0.0)
     missing = np.diff(number, prepend=-1.0) != 1.0
-    found, unseen = np.zeros_like(signs), np.zeros((len(signs), 1))
-    for row in range(len(signs)):
-        if missing[row]:
-            unseen[row] = 1.0
-        elif row:
-            found[row] = np.where(signs[row] != 0.0, signs[row], found[row - 1])
-            unseen[row] = unseen[row - 1] if not signs[row].any() else 0.0
+    signs[missing] = 0.0
+    found = _last(signs, (signs != 0.0) | missing[:, None])
+    unseen = _last(missing[:, None].astype(float), signs.any(axis=1, keepdims=True) | missing[:, None])
     return found, unseen
+
+
+def _last(values: FloatArray, changed: BoolArray) -> FloatArray:
+    """Values (N, k) as they were where they changed last; those of the first row before they did."""
+    rows = np.where(changed, np.arange(len(values))[:, None], 0)
+    found: FloatArray = np.take_along_axis(values, np.maximum.accumulate(rows, axis=0), axis=0)
+    return found
 
 
 def _series_structure(numbers: IntArray) -> tuple[IntArray, IntArray, IntArray]:

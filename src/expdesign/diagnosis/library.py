@@ -169,8 +169,7 @@ def _without_memory(
     chain, compliances = sample.held(robot, (*present, *effects), compliances)
     frees = [_free(effect) for effect in effects]
     columns = len(compliances) + np.flatnonzero(np.concatenate(frees))
-    several = max(map(len, starts)) > 1
-    function = _derivative(chain, columns) if several else chain.sensitivities
+    derivative = _derivative(chain, columns, often=max(map(len, starts)) > 1)
     ends = np.cumsum([free.sum() for free in frees])[:-1]
     whole = len(sample.rows) * len(axes)
     found: list[FloatArray] = [
@@ -178,16 +177,18 @@ def _without_memory(
     ]
     for number in range(max(map(len, starts))):
         at = [own[min(number, len(own) - 1)] for own in starts]
-        slopes = function(sample.rows, np.concatenate([compliances, *at]))
-        seen = sample.whiten(slopes[:, axes] if several else slopes[:, axes][..., columns]).reshape(-1, len(columns))
+        slopes = derivative(sample.rows, np.concatenate([compliances, *at]))
+        seen = sample.whiten(slopes[:, axes]).reshape(-1, len(columns))
         for own, block in zip(found, np.split(seen, ends, axis=1), strict=True):
             if number < len(own):
                 own[number] = block
     return found
 
 
-def _derivative(chain: Chain, columns: IntArray) -> Callable[[RowData, FloatArray], FloatArray]:
-    """Derivatives (N, n, d) of a chain without memory with respect to some parameters (d,), asked for many times."""
+def _derivative(chain: Chain, columns: IntArray, *, often: bool) -> Callable[[RowData, FloatArray], FloatArray]:
+    """Derivatives (N, n, d) of a chain without memory with respect to some parameters (d,), asked for once or often."""
+    if not often:
+        return lambda rows, values: chain.sensitivities(rows, values)[..., columns]
     row, theta = chain.row_symbols(), ca.SX.sym("theta", len(chain.parameters))
     reading, _ = chain.expression(row, ca.SX.zeros(0), theta)
     derivative = ca.jacobian(reading, theta)[:, columns.tolist()]

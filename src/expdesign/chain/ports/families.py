@@ -144,8 +144,8 @@ def after_temperature(sight: Sight, form: str) -> Iterator[Prior]:
     sight.look(slow)
     for quantity in slow:
         counted = replace(quantity, setting=(round(float(sight.values(quantity)[sight.counts].mean()), 3),))
-        if sight.varies(counted):
-            yield Prior(form, "linear", (counted,), (sight.spread(counted),), 1)
+        if sight.varies(quantity):
+            yield Prior(form, "linear", (counted,), (sight.spread(quantity),), 1)
 
 
 def by_approach(sight: Sight, actuator: int) -> Iterator[Prior]:
