@@ -5,7 +5,7 @@ pursued at last to where the optimality conditions hold; a design that is still 
 can do without it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -109,7 +109,7 @@ def search(
     if problem.space.decisions == 0:
         drawn = starting_designs(problem, 1, np.random.default_rng(problem.optimiser.seed))
         require_identifiable(problem, drawn)
-        return _front(problem, DesignPopulation(problem), drawn, None, "nothing is to be chosen", 0.0)
+        return _front(problem, _evaluated_alone(problem, drawn), None, "nothing is to be chosen", 0.0)
     course = _Course(problem, report, ended)
     population = DesignPopulation(replace(problem, interrupt=course.go_on))
     archive, missing = population.archive, 0.0
@@ -124,7 +124,7 @@ def search(
     if not course.ended and missing > 0.0:
         with suppress(_EndedError):  # what is there is written
             settle(population, archive.designs[_chosen(problem, archive.values, len(problem.objectives))])
-    return _front(problem, population, archive.designs, course.point, course.why, missing)
+    return _front(problem, population, course.point, course.why, missing)
 
 
 def _searched(population: DesignPopulation, course: "_Course", start: FloatArray | None) -> float:
@@ -248,7 +248,7 @@ def _gaps(problem: DesignProblem, archive: Archive) -> float:
 
 def kept(problem: DesignProblem, decisions: FloatArray, front: Front) -> Front:
     """What is kept of designs (d, m, g) that were made of those of a front."""
-    found = _front(problem, DesignPopulation(problem), decisions, None, front.ended, front.missing or 0.0)
+    found = _front(problem, _evaluated_alone(problem, decisions), None, front.ended, front.missing or 0.0)
     return replace(found, evaluations=front.evaluations + len(decisions), missing=front.missing)
 
 
@@ -304,34 +304,35 @@ class _Course:
             self._end(self._ended() or BY_HAND)
 
 
+def _evaluated_alone(problem: DesignProblem, decisions: FloatArray) -> DesignPopulation:
+    """A population of nothing but some designs (d, m, g)."""
+    population = DesignPopulation(problem)
+    population.criteria(decisions)
+    return population
+
+
 def _front(
-    problem: DesignProblem,
-    population: DesignPopulation,
-    decisions: FloatArray,
-    point: FloatArray | None,
-    why: str,
-    missing: float,
+    problem: DesignProblem, population: DesignPopulation, point: FloatArray | None, why: str, missing: float
 ) -> Front:
-    """What is kept of designs (d, m, g) that a search evaluated."""
-    evaluations = max(population.evaluations, 1)
-    values, violations = DesignPopulation(problem).criteria(decisions)
-    objectives = values[:, : len(problem.objectives)]
-    feasible = np.flatnonzero((violations <= 0.0).all(axis=1))
-    if feasible.size == 0:
+    """What is kept of the designs that were evaluated; what a search knows of them is not computed again."""
+    archive, wanted = population.archive, population.wanted
+    if not len(archive):
         raise _none_found(problem)
-    point = reference_point(objectives[feasible]) if point is None else point
-    order = feasible[_chosen(problem, values[feasible], len(problem.objectives))]
-    criteria = all_criteria(problem, decisions[order])
+    order = _chosen(problem, archive.values, archive.objectives)
+    decisions, values = archive.designs[order], archive.values[order]
+    objectives = values[:, : archive.objectives]
+    point = reference_point(archive.values[:, : archive.objectives]) if point is None else point
+    criteria = all_criteria(problem, decisions, wanted.plain(values))
     return Front(
-        decisions=decisions[order],
+        decisions=decisions,
         criteria=criteria,
         objectives=tuple(criterion.name for criterion in problem.objectives),
         recommended=int(np.argmin(criteria["total"])),
-        knee=knee(objectives[order]),
-        kktpm=kktpm(problem, decisions[order]),
-        hypervolume=hypervolume(objectives[order], point),
+        knee=knee(objectives),
+        kktpm=kktpm(problem, decisions),
+        hypervolume=hypervolume(objectives, point),
         reference_point=point,
-        evaluations=evaluations,
+        evaluations=population.evaluations,
         missing=missing,
         ended=why,
     )
@@ -358,11 +359,22 @@ def _chosen(problem: DesignProblem, values: FloatArray, count: int) -> IntArray:
     return found
 
 
-def all_criteria(problem: DesignProblem, decisions: FloatArray) -> dict[str, FloatArray]:
-    """Every known criterion, and further ones of the problem, of designs (b, m, g), shape (b,) each."""
-    assessment = problem.assessed(decisions)
+def all_criteria(
+    problem: DesignProblem, decisions: FloatArray, given: Mapping[str, FloatArray] | None = None
+) -> dict[str, FloatArray]:
+    """Every known criterion, and further ones of the problem, of designs (b, m, g), shape (b,) each.
+
+    Args:
+        problem: by which they are judged.
+        decisions: the designs.
+        given: values that are known already, by names.
+    """
+    assessment, given = problem.assessed(decisions), given or {}
     known = {**known_criteria(), **{criterion.name: criterion for criterion in problem.further}}
-    return {name: criterion_values(criterion, assessment) for name, criterion in known.items()}
+    return {
+        name: given[name] if name in given else criterion_values(criterion, assessment)
+        for name, criterion in known.items()
+    }
 
 
 _PACE = Pace(steps=30, tolerance=1e-8, inner=1e-7)

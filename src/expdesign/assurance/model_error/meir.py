@@ -157,10 +157,11 @@ class Meir(Criterion):
         """Ã in units of 1/apK (b, M, n_p) and B̃ in units of the prior sizes (b, M, D) of b designs."""
         assert assessment.states is not None
         configurations, loads = assessment.states
-        flat = (each.reshape(-1, each.shape[-1]) for each in (configurations, loads))
-        points = plan_points(self.problem.loaded, *flat)
-        rows = self.directions.at(row_data(points, self.directions.base.robot))
-        rows = rows.reshape(*configurations.shape[:2], *rows.shape[1:])
+        # Designs that are compared have most measurements in common.
+        states = np.concatenate([configurations, loads], axis=2).reshape(-1, configurations.shape[2] + loads.shape[2])
+        distinct, place = np.unique(states, axis=0, return_inverse=True)
+        points = plan_points(self.problem.loaded, *np.split(distinct, [configurations.shape[2]], axis=1))
+        rows = self.directions.at(row_data(points, self.directions.base.robot))[place.reshape(loads.shape[:2])]
         base = assessment.weighed(assessment.measurements.observation) * self.compliance
         return base, assessment.weighed(rows) * self.deviations
 

@@ -136,8 +136,8 @@ def _best_drawn(state: State, parents: FloatArray, aims: Aims, common: FloatArra
         listed = np.where(space.of_pose & (second % 4 == 1)[..., None], there, listed)
     trials[first, second, place] = np.where((second % 2 == 0)[..., None], varied, listed)
     trials = space.canonical(trials)
-    assessment = state.problem.assessed(trials.reshape(-1, *trials.shape[2:]))
-    values = state.objectives.values(assessment).reshape(batch, drawn, -1)
+    # One parent after the other: before each assessment it is asked whether time is over.
+    values = np.stack([state.objectives.values(state.problem.assessed(designs)) for designs in trials])
     score = achieved(values, aims.centres[:, None], aims.weights[:, None])
     none = np.isnan(values).any(axis=-1) | ~np.isfinite(score) | (trials == parents[:, None]).all(axis=(2, 3))
     score[none] = np.inf

@@ -60,6 +60,10 @@ class Objectives:
         both = zip(self._signs, self.criteria, strict=True)
         return np.stack([sign * criterion_values(criterion, assessment) for sign, criterion in both], axis=1)
 
+    def plain(self, values: FloatArray) -> dict[str, FloatArray]:
+        """Criteria (b,) as they are, by names, of minimised ones (b, k)."""
+        return {name: sign * column for name, sign, column in zip(self.names, self._signs, values.T, strict=True)}
+
 
 class Scalarised:
     """Pieces φ = (f_k − centre_k)·weight_k of the achievement function of each design (see `sqp.Pieces`); a weight of 0
