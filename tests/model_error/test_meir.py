@@ -8,10 +8,10 @@ import pytest
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.model_error.meir import Hidden, Meir
-from expdesign.assurance.model_error.physics import offsets, plan_points
+from expdesign.assurance.model_error.physics import Directions, offsets, plan_points
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.models.effect_entry import effect_classes
-from expdesign.chain.row import row_data
+from expdesign.chain.row import RowData, row_data
 from expdesign.estimation.gaussian import Gaussian, Term
 from expdesign.planning.problem import DesignProblem
 from tests.model_error.problems import FEW, assessed, impact, plans, problem
@@ -48,6 +48,25 @@ def test_repeated_measurements_hide_less_but_take_up_the_same() -> None:
     single = [i for i, entry in enumerate(meir.physics) if len(entry.free) == 1]
     assert once.shown[:, single].max() > 0.5
     assert np.allclose(twice.squares[:, single], (once.squares / (1.0 + once.shown))[:, single])
+
+
+def test_designs_with_measurements_in_common_are_judged_as_each_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    meir = impact("hexapod-h1")
+    configurations, loads = (np.repeat(each, 4, axis=0) for each in plans("hexapod-h1", 1))
+    other = plans("hexapod-h1", 1, seed=1)
+    for design in range(4):  # as where one measurement is exchanged for another
+        configurations[design, design], loads[design, design] = other[0][0, design], other[1][0, design]
+    alone = [meir.values(assessed(meir, configurations[[d]], loads[[d]]))[0] for d in range(4)]
+    made: list[int] = []
+    at = Directions.at
+
+    def counted(self: Directions, rows: RowData) -> FloatArray:
+        made.append(len(rows.values))
+        return at(self, rows)
+
+    monkeypatch.setattr(Directions, "at", counted)
+    np.testing.assert_allclose(meir.values(assessed(meir, configurations, loads)), alone, rtol=1e-9)
+    assert made == [6 + 4]  # distinct measurements of 24
 
 
 def test_one_parameter_in_closed_form() -> None:
