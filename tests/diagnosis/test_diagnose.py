@@ -84,7 +84,8 @@ def test_physics_that_was_left_out_is_named(
     assert result.verdict == "explained"
     (finding,) = result.findings
     assert (finding.physics, finding.component) == (element["physics"], component)
-    assert finding.probability > 0.9
+    # Laws of the load and of the instrument that have no name are ten nats less likely, as is said of them.
+    assert finding.probability > 0.85
     assert finding.physics not in finding.indistinguishable
     for parameter, value in truth.items():
         estimate, low, high = finding.parameters[parameter]

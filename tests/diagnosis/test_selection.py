@@ -13,11 +13,13 @@ from expdesign.diagnosis import names as names_module
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.findings import findings, reported
+from expdesign.diagnosis.frame import framed
 from expdesign.diagnosis.held_out import held_out
 from expdesign.diagnosis.library import candidates, library
 from expdesign.diagnosis.names import Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.posterior import standing
+from expdesign.diagnosis.stages import unheard
 from expdesign.estimation.fit import Data, Fit, fit
 from tests.cases import robot
 from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
@@ -108,6 +110,35 @@ def test_the_standing_of_an_effect() -> None:
         OPTIONS.surest / (1.0 + np.exp(-0.5 / OPTIONS.temperature * (without.misfit - model.misfit)))
     )
     assert alone.probability >= stands.probability
+
+
+def test_a_law_of_no_declared_form_in_the_place_of_a_name_counts_as_the_physics_that_it_is() -> None:
+    """Of an equally likely law P(name) is half; one of the same port and inputs is the same physics."""
+    search = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]))
+    model = search.model()
+    without = search.known_names.without(model, 0)
+    alone = standing(model, 0, without, [])
+    own = model.effects[0].component
+    other = standing(model, 0, without, [], {(own, "friction_hysteresis"): 0.0})
+    assert other.probability == pytest.approx(0.5 * OPTIONS.surest, rel=0.01)
+    assert other.indistinguishable == ("friction_hysteresis",)
+    same = standing(model, 0, without, [], {(own, "leg_backlash"): 0.0})
+    assert same.probability >= alone.probability
+    assert not same.indistinguishable
+    nameless = standing(model, 0, without, [], {(own, "law"): -1.0, (own, "creep"): -20.0})
+    assert nameless.probability == pytest.approx(OPTIONS.surest / (1.0 + np.exp(-1.0 / OPTIONS.temperature)), rel=0.01)
+    assert not nameless.indistinguishable
+
+
+def test_laws_in_the_place_of_a_name_are_told_by_their_port_and_inputs() -> None:
+    """Play at a leg is a step of its force there; that such a law has no form of its own is not charged to it."""
+    here = robot(NAME)
+    frame = framed(here, simulated(NAME, PLAY, parameters=[1.5e-5]), without=frozenset(), report=unheard)
+    model = search_of(frame.recordings).model()
+    (laws,) = frame.search.laws_instead(frame.search.known_names.model(model.candidates, [model.fit.values[-1:]]), 60.0)
+    (own,) = (gain for (where, physics), gain in laws.items() if physics == PLAY.physics and where == PLAY.component)
+    assert own > -10.0
+    assert all(gain < own for (_, physics), gain in laws.items() if physics != PLAY.physics)
 
 
 def test_two_names_for_one_thing_share_the_probability() -> None:

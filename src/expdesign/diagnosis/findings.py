@@ -20,6 +20,9 @@ from expdesign.diagnosis.statement import Dispersion
 from expdesign.estimation.coverage import NORMAL_95
 from expdesign.estimation.fit import Fit
 
+_NONE = 7.0
+"""Logarithm of odds beyond which another explanation changes no probability by a tenth of a per cent."""
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -67,6 +70,7 @@ def findings(
     """The effects of a model, the most explanatory first."""
     found: list[Finding] = []
     names, alternatives = search.known_names, search.alternatives(model)
+    laws = search.laws_instead(model, OPTIONS.temperature * _NONE)
     scale = 1.0
     if not names.known_noise:
         scale = model.fit.chi2 / max(names.sample.readings - model.fit.rank, 1)
@@ -77,7 +81,7 @@ def findings(
     shares, held = state.shares.tolist(), gains(state, names.blocks)
     for index, (candidate, share) in enumerate(zip(model.candidates, shares, strict=True)):
         without = names.without(model, index)
-        stands = standing(model, index, without, alternatives[index], inflation)
+        stands = standing(model, index, without, alternatives[index], laws[index], inflation)
         values = reported(candidate.effect, model.fit, model.fit.chain.slices[index], scale)
         effect = candidate.effect
         finding = Finding(

@@ -6,7 +6,9 @@ be behind everything.
 
 - Where a law is: every component is given its chance in its place, the laws of all other components being kept.
 - Which physics an effect is: models that were fitted in full, in the search or in its place afterwards, count with
-  their penalised misfit. What held-out rows passed over is at most as likely as what they chose.
+  their penalised misfit, and so does the best law of every component and physics in its place: a name is a port and
+  what it depends on, and its form may be another one than is declared. What held-out rows passed over is at most as
+  likely as what they chose.
 - What is predicted where little was measured: the likeliest explanation of a few recordings, often none, is not the
   best prediction. With it, M_0, linearised at its fit, and each effect k of the library with w ~ N(0, I) in its
   declared sizes beside it, the Bayes factor is their ratio of evidence (`state`). With prior odds (`averaged_odds`)
@@ -16,6 +18,7 @@ be behind everything.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 from scipy.linalg import cho_solve
@@ -24,6 +27,7 @@ from scipy.special import ndtr
 from expdesign.arrays import FloatArray, as_matrix
 from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
+from expdesign.chain.ports.law import Law
 from expdesign.chain.sizes import PhysicalSizes
 from expdesign.diagnosis.evidence.state import base_alone
 from expdesign.diagnosis.library import Candidate
@@ -98,7 +102,12 @@ class Standing:
 
 
 def standing(
-    model: NamedModel, index: int, without: NamedModel, alternatives: list[NamedModel], inflation: float = 1.0
+    model: NamedModel,
+    index: int,
+    without: NamedModel,
+    alternatives: list[NamedModel],
+    laws: Mapping[tuple[Component, str], float] = MappingProxyType({}),
+    inflation: float = 1.0,
 ) -> Standing:
     """Standing of effect `index` of a model.
 
@@ -107,6 +116,7 @@ def standing(
         index: of the effect.
         without: the model without the effect.
         alternatives: models with something else in its place.
+        laws: gains of log evidence by laws in its place, by component and physics.
         inflation: by which residuals say less than as many independent rows would (`dispersion`).
     """
     chosen, own = model.candidates[index].effect, set(model.keys)
@@ -126,11 +136,15 @@ def standing(
         for physics in {e.physics for e in extra} - {chosen.physics}:
             if gap < min(rivals.get(physics, (OPTIONS.indistinguishable,))[0], OPTIONS.indistinguishable):
                 rivals[physics] = gap, other
-    likely = probabilities(-0.5 * np.append(0.0, np.maximum(gaps, 0.0)), OPTIONS.surest, inflation)
+    gains = np.concatenate([[0.0], -0.5 * np.maximum(gaps, 0.0), np.minimum([*laws.values()], 0.0)])
+    same += [(component, physics) == (chosen.component, chosen.physics) for component, physics in laws]
+    likely = probabilities(gains, OPTIONS.surest, inflation)
     order = sorted(rivals, key=lambda physics: (rivals[physics][0], physics))
+    alike = [p for (_, p), gain in laws.items() if -2.0 * gain / inflation < OPTIONS.indistinguishable]
+    further = [physics for physics in alike if physics not in {chosen.physics, Law.physics}]
     return Standing(
         float(likely[same].sum()),
-        tuple(order),
+        tuple(dict.fromkeys([*order, *further])),
         rivals[order[0]][1] if order else None,
         tuple(dict.fromkeys(place for _, place in sorted(elsewhere))),
         tuple(forms),

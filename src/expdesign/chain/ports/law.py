@@ -1,6 +1,6 @@
 """Laws as links of the chain: what a port does, with the weights of the law's features as parameters."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -232,25 +232,45 @@ class Law(_AtPort):
         return extra, ca.vertcat(*following)
 
     def physics_among(self, known: Collection[str]) -> str:
-        """Identifier of the known physics whose name is this port and what the law depends on, whatever its form.
-
-        Creep that follows no exponential and a gear error with harmonics of its own remain creep and a periodic error.
-        Amplitudes count as inputs: a compliance that varies with time depends on a force and on time. A law that no
-        declaration covers has no name, `Law.physics`.
-        """
+        """Identifier of the known physics whose name is this port and what the law depends on; see `physics_of`."""
         form = self.form
-        seen = {*form.depends_on, *(channel.amplitude for channel in form.channels)}
-        inputs = {quantity.input for quantity in seen if quantity is not None}
-        for kind in implementations("expdesign.chain.effects", Effect):  # type: ignore[type-abstract]
-            covers = kind.physics in known and form.kind in kind.declared.laws and inputs <= {*kind.declared.inputs}
-            here = covers and form.component in kind.components(self.robot)
-            if here and form.port in kind.ports_at(self.robot, form.component):
-                return kind.physics
-        return self.physics
+        return physics_of(self.robot, form.port, form.component, form.kind, (form.depends_on, form.channels), known)
 
     def reported(self, theta: ca.SX) -> dict[str, ca.SX]:
         """A law is a curve; it has no parameters that a person would know."""
         return {}
+
+
+def physics_of(
+    robot: Robot,
+    port: str,
+    component: Component,
+    kind: str,
+    terms: tuple[Iterable[Quantity], Iterable[Channel]],
+    known: Collection[str],
+) -> str:
+    """Identifier of the known physics whose name is a port and what a law there depends on, whatever its form.
+
+    Creep that follows no exponential and a gear error with harmonics of its own remain creep and a periodic error.
+    Amplitudes count as inputs: a compliance that varies with time depends on a force and on time. A law that no
+    declaration covers has no name, `Law.physics`.
+
+    Args:
+        robot: the robot.
+        port: of the law.
+        component: where it acts.
+        kind: of law, a key of `words.FORMS`.
+        terms: what the law depends on, and its channels.
+        known: identifiers of the physics that may be named.
+    """
+    inputs, channels = terms
+    seen = {*inputs, *(channel.amplitude for channel in channels)}
+    depends = {quantity.input for quantity in seen if quantity is not None}
+    for effect in implementations("expdesign.chain.effects", Effect):  # type: ignore[type-abstract]
+        covers = effect.physics in known and kind in effect.declared.laws and depends <= {*effect.declared.inputs}
+        if covers and component in effect.components(robot) and port in effect.ports_at(robot, component):
+            return effect.physics
+    return Law.physics
 
 
 def _held(

@@ -14,6 +14,7 @@ import numpy as np
 from expdesign.arrays import FloatArray, IntArray, rms
 from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
+from expdesign.chain.ports.law import Law, physics_of
 from expdesign.chain.ports.port import Entry
 from expdesign.diagnosis.evidence.dictionary import Atom, Dictionary
 from expdesign.diagnosis.evidence.refinement import refined
@@ -222,6 +223,34 @@ class Problem:
                 index = self._first + best
                 trials.append(self.with_law(rest, index, float(proposal.variances[index])))
         return trials
+
+    def laws_instead(self, rest: Chosen, worth: float, least: float) -> dict[tuple[Component, str], float]:
+        """Gain of log evidence by the best law of every component and physics, over an effect that is worth so much.
+
+        A law of no declared form is the physics whose port it has and whose inputs it depends on; it is not charged for
+        having no name then. Laws that fall short by more than `least` are left out.
+        """
+        if self.names is None:
+            return {}
+        if self._dictionary is not None:
+            self._look_up(self._dictionary())
+        proposal, found = self.propose(rest), dict[tuple[Component, str], float]()
+        known = {candidate.effect.physics for candidate in self.names.library}
+        # Sizes of what is beside it may bring more than the law alone shows.
+        enough = worth - least - self.options.margin - self.options.nameless
+        for index in np.argsort(-proposal.gains, kind="stable"):
+            entry = self.atoms[index].entry
+            if proposal.gains[index] < enough:
+                break
+            if entry is None:
+                continue
+            terms = entry.quantities, entry.channels
+            physics = physics_of(self.names.robot, entry.port, entry.component, entry.form, terms, known)
+            if (entry.component, physics) not in found:
+                trial = self.with_law(rest, int(index), float(proposal.variances[index]))
+                named = 0.0 if physics == Law.physics else self.options.nameless
+                found[entry.component, physics] = trial.evidence - rest.evidence + named - worth
+        return {law: gain for law, gain in found.items() if gain > -least}
 
     def without(self, chosen: Chosen, position: int) -> Chosen:
         """Without one effect, the others fitted in full, or without one law, the others resized."""

@@ -93,6 +93,18 @@ class Search:
         found = [self.replacements(chosen, position, named=True) for position in range(len(model.candidates))]
         return [[other.model for other in others] for others in found]
 
+    def laws_instead(self, model: NamedModel, least: float) -> list[dict[tuple[Component, str], float]]:
+        """For each effect of a model, by component and physics, the gain of log evidence by the best law in its place.
+
+        Laws that lose more than `least` are left out.
+        """
+        chosen = self.problem.of_model(model)
+        found = []
+        for position in range(len(model.candidates)):
+            rest = self.problem.without(chosen, position)
+            found.append(self.problem.laws_instead(rest, chosen.evidence - rest.evidence, least))
+        return found
+
     def weighed(self, chosen: Chosen, component: Component) -> dict[Component, float]:
         """Gain of log evidence by every component, by all that is there together, in the place of a chosen one.
 
