@@ -9,13 +9,14 @@ import pytest
 import yaml
 
 from expdesign.chain.chain import Chain
+from expdesign.chain.component import ALL_LEGS, BASE
 from expdesign.chain.ports.features import basis_of
 from expdesign.chain.ports.law import _WITHIN, Law, LawForm, _within, form_data, form_of
 from expdesign.chain.ports.port import Channel
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import diagnose
-from expdesign.diagnosis.law_findings import LawFinding, sentence
+from expdesign.diagnosis.law_findings import LawFinding, law_findings, sentence
 from expdesign.diagnosis.library import library
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.errors import InputError
@@ -75,6 +76,27 @@ def test_what_takes_nothing_away_is_not_explained() -> None:
     assert "explained" not in silent
     assert "does that" not in silent
     assert said.endswith(" These recordings also fit base.")
+
+
+def test_a_law_that_is_likelier_elsewhere_says_where_and_never_itself() -> None:
+    laws = found().laws
+    assert laws is not None
+    (part, *_) = laws.parts
+    here = part.places[0]
+    base = replace(here, component=BASE, log_evidence=here.log_evidence + 90.0, alike=True)
+    elsewhere = replace(laws, parts=(replace(part, places=(base, replace(here, probability=0.01))),))
+    (finding,) = law_findings(elsewhere, robot(BIPOD), ())
+    assert finding.probability == 0.01
+    assert finding.sentence.endswith(" These recordings also fit base.")
+
+
+def test_what_is_said_of_all_legs_is_said_of_every_leg() -> None:
+    laws = found().laws
+    assert laws is not None
+    law = laws.parts[0].effect
+    assert isinstance(law, Law)
+    assert law.subject == "Leg 1"
+    assert Law(robot(BIPOD), replace(law.form, component=ALL_LEGS)).subject == "Every leg"
 
 
 def test_the_band_covers_the_true_compliance() -> None:

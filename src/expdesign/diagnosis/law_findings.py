@@ -56,9 +56,9 @@ def law_findings(laws: Laws, robot: Robot, known: Collection[str]) -> tuple[Find
 def _finding(laws: Laws, index: int, robot: Robot, known: Collection[str]) -> Finding:
     part = laws.parts[index]
     where = laws.fit.chain.effects.index(part.effect)
-    others = tuple(str(place.component) for place in part.places[1:] if place.alike)
-    probability = next((p.probability for p in part.places if p.component == part.effect.component), 0.0)
-    effect = part.effect
+    effect, here = part.effect, part.effect.component
+    others = tuple(str(place.component) for place in part.places if place.alike and place.component != here)
+    probability = next((p.probability for p in part.places if p.component == here), 0.0)
     if not isinstance(effect, Law):
         beaten = any(isinstance(p.effect, Law) and p.effect.component == effect.component for p in laws.parts)
         factor = OPTIONS.doubted ** (2 if beaten else 1)

@@ -172,6 +172,12 @@ class Law(_AtPort):
         self._outputs = sorted({channel.output for channel in form.channels})
         super().__init__(robot, classes[form.port](robot), form.component, Form(name=f"{form.kind} {number}"))
 
+    @property
+    def subject(self) -> str:
+        """What forms say is said of one: all joints are every joint."""
+        words = str(self.component)
+        return f"Every {words.removeprefix('all ').removesuffix('s')}" if self.component.several else words.capitalize()
+
     def describe(self) -> tuple[Parameter, ...]:
         form = self.form
         every = [q for channel in form.channels for q in (*channel.inputs, channel.amplitude) if q is not None]
