@@ -235,4 +235,5 @@ def test_effects_that_do_nothing_where_they_start_are_differentiated_together(
     assert len(built) <= 2 + 3 * sum(effect.states > 0 for effect in effects) < len(effects)
     assert [each.effect for each in together] == [one.effect for each in alone for one in each]
     for each, (one,) in zip(together, filter(None, alone), strict=True):
-        np.testing.assert_allclose(each.directions, one.directions, rtol=1e-9, atol=1e-9)
+        for columns, expected in zip(each.directions, one.directions, strict=True):
+            np.testing.assert_allclose(columns.matrix(), expected.matrix(), rtol=1e-9, atol=1e-9)

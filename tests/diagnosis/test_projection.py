@@ -68,6 +68,6 @@ def test_for_a_linear_effect_it_is_what_the_full_fit_gains(name: str) -> None:
     whole = fit(Chain(robot(name), (coupling,)), sample, np.append(base.values, 0.0))
     (candidate,) = candidates([coupling], sample, robot(name), base.values)
     basis = orthonormal_basis(base.sensitivities.reshape(-1, len(base.values)))
-    found, dimension = explained(base.residuals.ravel(), basis, candidate.directions[0])
+    found, dimension = explained(base.residuals.ravel(), basis, candidate.directions[0].matrix())
     assert found > 100.0
     assert (found, dimension) == (pytest.approx(base.chi2 - whole.chi2, rel=1e-6), 1)

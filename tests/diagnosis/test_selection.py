@@ -267,4 +267,4 @@ def test_an_effect_without_memory_is_looked_at_beside_one_with_memory() -> None:
     values = np.concatenate([present.values, candidate.starts[0]])
     slopes = Chain(here, (FRICTION, PLAY)).predict_with_sensitivities(sample.rows, values)[1]
     expected = sample.whiten(slopes[:, sample.recordings.axes, -1:]).reshape(-1, 1)
-    np.testing.assert_allclose(found.directions[0], expected, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(found.directions[0].matrix(), expected, rtol=1e-9, atol=1e-12)

@@ -192,7 +192,7 @@ def _named(sample: Data, misfit: float, library: Sequence[Candidate]) -> list[Gr
     kinds: dict[str, list[tuple[Effect, int, FloatArray]]] = {}
     for candidate in _all_together(library):
         for index, parameter in enumerate(candidate.effect.parameters):
-            column = candidate.directions[0][sample.kept][:, index]
+            column = candidate.directions[0].matrix()[sample.kept][:, index]
             kinds.setdefault(_kind(candidate.effect, parameter), []).append((candidate.effect, index, column))
     found = []
     for name, members in kinds.items():

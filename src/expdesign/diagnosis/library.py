@@ -11,6 +11,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import RowData
+from expdesign.diagnosis.evidence.columns import Dense, along
 from expdesign.errors import InputError
 from expdesign.estimation.fit import Data, Fit
 from expdesign.mechanics.robots.robot import Robot
@@ -49,22 +50,22 @@ class Candidate:
     Attributes:
         effect: the effect.
         starts: internal parameters, one row per set of shapes from which a fit would start, shape (G, p).
-        directions: whitened derivatives of the readings with respect to the parameters that are not shapes, at neutral
-            parameters, shape (G, M, d) with M readings; from a start away from neutral the mean derivative up to it.
+        directions: of every start whitened derivatives of the M readings with respect to the d parameters that are not
+            shapes, at neutral parameters; from a start away from neutral the mean derivative up to it.
         one_sided: which of these parameters cannot be negative, shape (d,).
         places: number of places at which the library looks for the same physics.
     """
 
     effect: Effect
     starts: FloatArray
-    directions: FloatArray
+    directions: tuple[Dense, ...]
     one_sided: BoolArray
     places: int
 
     @property
     def idle(self) -> bool:
         """Whether the effect does nothing to the base model, as an effect of the load on a body that does not yield."""
-        return not np.any(self.directions)
+        return not any(np.any(columns.whole) for columns in self.directions)
 
 
 def candidates(
@@ -93,12 +94,12 @@ def candidates(
     ):
         free = [p for p in effect.parameters if not p.shape]
         one_sided: BoolArray = np.array([p.low >= p.neutral for p in free], dtype=bool)
-        usable = np.isfinite(directions).all(axis=(1, 2))
+        usable: BoolArray = np.array([columns.finite for columns in directions], dtype=bool)
         if usable.any():
             # A search over pitches or time constants looks at as many places as it has starts.
             shapes = np.unique(starts[usable][:, [p.shape for p in effect.parameters]], axis=0)
             places = counts[effect.physics] * len(shapes)
-            seen = directions if usable.all() else directions[usable]
+            seen = tuple(columns for columns in directions if columns.finite)
             found.append(Candidate(effect, starts[usable], seen, one_sided, places))
     return found
 
@@ -111,7 +112,7 @@ def beside(candidate: Candidate, present: Fit, sample: Data, robot: Robot) -> Ca
         directions = _with_memory(effect, starts, sample, robot, present.values, chain.effects)
     else:
         (directions,) = _without_memory([effect], [starts], sample, robot, present.values, chain.effects)
-    return replace(candidate, directions=directions)
+    return replace(candidate, directions=tuple(directions))
 
 
 def _starts(effect: Effect, sample: Data) -> FloatArray:
@@ -127,14 +128,14 @@ def _free(effect: Effect) -> BoolArray:
 
 def _all(
     effects: Sequence[Effect], starts: Sequence[FloatArray], sample: Data, robot: Robot, base: FloatArray
-) -> list[FloatArray]:
-    """Directions of all effects.
+) -> list[list[Dense]]:
+    """Directions of all effects at every start.
 
     Effects without memory that do nothing at their starts do nothing to each other's derivatives there, which one
     chain of all of them gives at once; those with a few starts and with many apart, which all are evaluated as often.
     """
     kinds: dict[Hashable, list[int]] = {}
-    found: dict[int, FloatArray] = {}
+    found: dict[int, list[Dense]] = {}
     for index, (effect, own) in enumerate(zip(effects, starts, strict=True)):
         if effect.states:
             found[index] = _with_memory(effect, own, sample, robot, base)
@@ -145,7 +146,7 @@ def _all(
     for members in kinds.values():
         chosen, their = [effects[i] for i in members], [starts[i] for i in members]
         directions = _without_memory(chosen, their, sample, robot, base)
-        if len(members) > 1 and not all(np.isfinite(each).all() for each in directions):
+        if len(members) > 1 and not all(columns.finite for each in directions for columns in each):
             # What is not finite of one effect spoils the others.
             alone = [_without_memory([e], [s], sample, robot, base) for e, s in zip(chosen, their, strict=True)]
             directions = [one for (one,) in alone]
@@ -160,8 +161,8 @@ def _without_memory(
     robot: Robot,
     compliances: FloatArray,
     present: tuple[Effect, ...] = (),
-) -> list[FloatArray]:
-    """Whitened directions (G, M, d) of each effect at its starts (G, p), beside effects that are `present`.
+) -> list[list[Dense]]:
+    """Whitened directions of each effect at each of its starts (G, p), beside effects that are `present`.
 
     The parameters of these follow the compliances.
     """
@@ -171,18 +172,23 @@ def _without_memory(
     columns = len(compliances) + np.flatnonzero(np.concatenate(frees))
     derivative = _derivative(chain, columns, often=max(map(len, starts)) > 1)
     ends = np.cumsum([free.sum() for free in frees])[:-1]
-    whole = len(sample.rows) * len(axes)
-    found: list[FloatArray] = [
-        np.empty((len(own), whole, int(free.sum()))) for own, free in zip(starts, frees, strict=True)
-    ]
+    found: list[list[Dense]] = [[] for _ in effects]
+    vectors: list[FloatArray | None] = [None for _ in effects]
     for number in range(max(map(len, starts))):
         at = [own[min(number, len(own) - 1)] for own in starts]
         slopes = derivative(sample.rows, np.concatenate([compliances, *at]))
-        seen = sample.whiten(slopes[:, axes]).reshape(-1, len(columns))
-        for own, block in zip(found, np.split(seen, ends, axis=1), strict=True):
-            if number < len(own):
-                own[number] = block
+        seen = sample.whiten(slopes[:, axes])
+        for index, block in enumerate(np.split(seen, ends, axis=2)):
+            if number < len(starts[index]):
+                several = len(starts[index]) > 1
+                directions, vectors[index] = along(block, vectors[index]) if several else (_dense(block), None)
+                found[index].append(directions)
     return found
+
+
+def _dense(block: FloatArray) -> Dense:
+    """Columns (N, k, d) as they are."""
+    return Dense(block.reshape(-1, block.shape[-1]))
 
 
 def _derivative(chain: Chain, columns: IntArray, *, often: bool) -> Callable[[RowData, FloatArray], FloatArray]:
@@ -203,8 +209,8 @@ def _with_memory(
     robot: Robot,
     compliances: FloatArray,
     present: tuple[Effect, ...] = (),
-) -> FloatArray:
-    """The same of one effect at its starts, where it or what is present may remember, shape (G, M, d)."""
+) -> list[Dense]:
+    """The same of one effect at its starts, where it or what is present may remember."""
     axes, free, neutral = sample.recordings.axes, _free(effect), effect.neutral()
     chain, compliances = sample.held(robot, (*present, effect), compliances)
     blocks = []
@@ -218,4 +224,4 @@ def _with_memory(
         else:
             sensitivities = chain.predict_with_sensitivities(sample.rows, values)[1]
             blocks.append(sensitivities[:, axes][:, :, len(compliances) :][:, :, free])
-    return np.stack([sample.whiten(block).reshape(-1, block.shape[-1]) for block in blocks])
+    return [_dense(sample.whiten(block)) for block in blocks]

@@ -129,7 +129,7 @@ def _component_directions(sample: Data, robot: Robot, library: list[Candidate]) 
         # A joint's own directions are any function of its torque; an arm's may also yield across its axis.
         within = kind.own_directions(effect.component.part) or effect.physics in _ACROSS
         if anywhere or within:
-            by_component.setdefault(str(effect.component), []).append(candidate.directions[0])
+            by_component.setdefault(str(effect.component), []).append(candidate.directions[0].matrix())
     for component, directions in by_component.items():
         known = [blocks[component]] if component in blocks else []
         blocks[component] = np.concatenate([*known, *directions], axis=1)

@@ -19,7 +19,6 @@ from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import Remark
 from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
-from expdesign.diagnosis.evidence.columns import Dense
 from expdesign.diagnosis.evidence.dictionary import Atom, known_form
 from expdesign.diagnosis.evidence.state import Present, regular
 from expdesign.diagnosis.library import Candidate, beside
@@ -309,7 +308,9 @@ class Names:
         kept = self.sample.kept
         some = None if kept.all() else kept
         atoms = (
-            known_form(one.effect.component, Dense(directions, some), one, start, one_sided=bool(one.one_sided.all()))
+            known_form(
+                one.effect.component, replace(directions, kept=some), one, start, one_sided=bool(one.one_sided.all())
+            )
             for one in library
             for start, directions in zip(one.starts, one.directions, strict=True)
         )

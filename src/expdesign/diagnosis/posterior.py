@@ -229,7 +229,7 @@ def _beside(names: Names, model: NamedModel) -> Iterator[_Beside]:
             continue
         free = [p for p in effect.parameters if not p.shape]
         for start, directions in enumerate(candidate.directions):
-            own = directions[sample.kept]
+            own = directions.matrix()[sample.kept]
             deviations = np.array([sizes.of(effect.size(p), effect, p, own[:, i]) for i, p in enumerate(free)])
             grown = known.beside(own * deviations / np.sqrt(noise), 1.0)
             share, mean, covariance = _moments(*grown.posterior(0), one_sided=bool(candidate.one_sided.all()))

@@ -6,11 +6,14 @@ so that products with all of them are taken through the maps, and a matrix is ma
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
+
+_ROUNDING = 1e-12
+"""Share of the largest derivative that is rounding."""
 
 
 class Columns(ABC):
@@ -45,8 +48,13 @@ class Dense(Columns):
     def width(self) -> int:  # type: ignore[override]
         return self.whole.shape[1]
 
+    @property
+    def finite(self) -> bool:
+        """Whether all are."""
+        return bool(np.isfinite(self.whole).all())
+
     def matrix(self) -> FloatArray:
-        found = self.whole if self.kept is None else self.whole[self.kept]
+        found = self._rows() if self.kept is None else self._rows()[self.kept]
         return found if self.scale is None else found * self.scale
 
     def against(self, other: FloatArray, carried: dict[int, FloatArray]) -> FloatArray:
@@ -55,8 +63,57 @@ class Dense(Columns):
                 carried[id(self.kept)] = np.zeros((len(self.kept), other.shape[1]))
                 carried[id(self.kept)][self.kept] = other
             other = carried[id(self.kept)]
-        found: FloatArray = self.whole.T @ other
+        found = self._onto(other, carried)
         return found if self.scale is None else self.scale[:, None] * found
+
+    def _rows(self) -> FloatArray:
+        """Of all rows, without factors."""
+        return self.whole
+
+    def _onto(self, other: FloatArray, carried: dict[int, FloatArray]) -> FloatArray:
+        """Products with a matrix of all rows, without factors."""
+        found: FloatArray = self.whole.T @ other
+        return found
+
+
+@dataclass(frozen=True)
+class Along(Dense):
+    """Columns that move the readings of a row along one vector, v_ni·f_nj, as whatever changes one actuator's length.
+
+    Attributes:
+        whole: features f in every row, shape (N', f).
+        vectors: v, shape (N', k) with N'·k = M'; columns at many starts share them.
+    """
+
+    vectors: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def _rows(self) -> FloatArray:
+        return (self.vectors[:, :, None] * self.whole[:, None]).reshape(self.vectors.size, -1)
+
+    def _onto(self, other: FloatArray, carried: dict[int, FloatArray]) -> FloatArray:
+        if id(self.vectors) not in carried:
+            apart = other.reshape(*self.vectors.shape, -1)
+            carried[id(self.vectors)] = np.matmul(self.vectors[:, None], apart)[:, 0]
+        found: FloatArray = self.whole.T @ carried[id(self.vectors)]
+        return found
+
+
+def along(block: FloatArray, vectors: FloatArray | None = None) -> tuple[Dense, FloatArray]:
+    """Columns (N, k, f) as features along vectors where they are that to rounding, and the vectors.
+
+    Args:
+        block: the columns.
+        vectors: of other columns, shape (N, k); the longest ones of these columns if left out.
+    """
+    if vectors is None:
+        longest = (block**2).sum(axis=1).argmax(axis=1)
+        vectors = np.take_along_axis(block, longest[:, None, None], axis=2)[..., 0]
+    squares = (vectors**2).sum(axis=1)
+    features = np.matmul(vectors[:, None], block)[:, 0] / np.where(squares > 0.0, squares, 1.0)[:, None]
+    left = np.abs(block - vectors[:, :, None] * features[:, None]).max(initial=0.0)
+    if left <= _ROUNDING * np.abs(block).max(initial=0.0):
+        return Along(features, vectors=vectors), vectors
+    return Dense(block.reshape(-1, block.shape[2])), vectors
 
 
 @dataclass(frozen=True)
