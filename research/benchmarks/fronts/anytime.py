@@ -1,13 +1,15 @@
 """What a search knows over processor time: hypervolume, least total and least DUIR.
 
     python -m research.benchmarks.fronts.anytime record NAME FOLDER CONFIG... [--seeds 1 2 3] [--naive SECONDS]
+        [--estimator weighted]
     python -m research.benchmarks.fronts.anytime table FOLDER
 
 `record` runs searches of whatever version of the program is imported and keeps their fronts as they grow, one file for
 each configuration and seed, under the name of the version. `table` compares all versions in the folder: hypervolumes in
 parts of what all searches of a configuration know together, total and DUIR relative to the least of all. Seconds are
 processor seconds of the search, which begins when the configuration has been read. `--naive` records pymoo's NSGA-II
-with its own operators on the same evaluation of designs instead, for so many seconds.
+with its own operators on the same evaluation of designs instead, for so many seconds. `--estimator weighted` judges
+plans as versions did that knew no other.
 """
 
 import argparse
@@ -54,7 +56,9 @@ def naive(problem: DesignProblem, watch: _Watch, seconds: float) -> None:
         watch(SimpleNamespace(front=front[non_dominated(front)] if len(front) else front))
 
 
-def record(name: str, folder: Path, configs: list[Path], seeds: list[int], seconds: float | None) -> None:
+def record(
+    name: str, folder: Path, configs: list[Path], seeds: list[int], seconds: float | None, estimator: str | None
+) -> None:
     """Keep the fronts of searches over time."""
     from expdesign.planning import search as module  # noqa: PLC0415 (differs between versions)
 
@@ -62,6 +66,8 @@ def record(name: str, folder: Path, configs: list[Path], seeds: list[int], secon
         for seed in seeds:
             problem = read_problem(config)
             problem = replace(problem, optimiser=replace(problem.optimiser, seed=seed))
+            if estimator is not None:
+                problem = replace(problem, estimator=estimator)  # type: ignore[arg-type]
             watch, kktpm = _Watch(), np.ones(1)
             if seconds is not None:
                 naive(problem, watch, seconds)
@@ -139,10 +145,12 @@ def main() -> None:
     recording.add_argument("configs", type=Path, nargs="+")
     recording.add_argument("--seeds", type=int, nargs="+", default=[1])
     recording.add_argument("--naive", type=float, metavar="SECONDS")
+    recording.add_argument("--estimator", choices=["generalised", "weighted"])
     commands.add_parser("table").add_argument("folder", type=Path)
     arguments = parser.parse_args()
     if arguments.command == "record":
-        record(arguments.name, arguments.folder, arguments.configs, arguments.seeds, arguments.naive)
+        known = arguments.name, arguments.folder, arguments.configs, arguments.seeds
+        record(*known, arguments.naive, arguments.estimator)
     else:
         table(arguments.folder)
 
