@@ -74,7 +74,7 @@ def test_the_proposed_series_resolve_the_case(seed: int) -> None:
     laboratory = Laboratory(robot, np.random.default_rng(seed))
     first = laboratory.measure(laboratory.plan(6))
     before = diagnose(robot, laboratory.recordings(first))
-    assert before.findings[0].indistinguishable == ("leg_nonlinear_stiffness",)
+    assert before.findings[0].indistinguishable[0] == "leg_nonlinear_stiffness"
     rival = before.rival
     assert rival is not None
     more = discriminating_series(before.names, before.model, rival, 3)

@@ -27,7 +27,7 @@ def test_a_pose_set_anew_has_a_reference_of_its_own(base: dict[str, object]) -> 
     together, anew, apart = design.copy(), design.copy(), design.copy()
     anew[0, :, settings.gene] = np.arange(4)
     apart[0, :, pose] += 2e-6 * np.arange(4) * ~space.discrete[pose][:, None]
-    assert (np.unique(space.canonical(apart)[0][:, pose], axis=0).shape[0]) == 1
+    assert (np.unique(space.canonical(apart)[0][:, pose], axis=0).shape[0]) == 4
     plan = planned(here, space.canonical(anew)[0])
     np.testing.assert_array_equal(np.sort(plan.series), [1, 2, 3, 4])
     np.testing.assert_array_equal(planned(here, space.canonical(together)[0]).series, [1, 1, 1, 1])
