@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 import expdesign as xd
+from expdesign.assurance.acceptance.planned import own_payload
 from expdesign.chain.chain import Chain
 from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.row import row_data
@@ -117,7 +118,14 @@ def test_one_u_for_a_target_in_every_command(tmp_path: Path, changes: dict[str, 
     expected = commands[[f"U_{name}" for name in POSES]].to_numpy()
     shown = np.isfinite(budget.tolerance)
     np.testing.assert_allclose(expected[shown], budget.expanded[shown], rtol=1e-9)
-    assert ("own payload" in [one.name for one in budget.contributions]) == bool(changes)
+    own = {one.name: one.deviation for one in budget.contributions}.get("own payload")
+    expected_own = own_payload(case)
+    assert (own is not None) == (expected_own is not None) == bool(changes)
+    if own is not None and expected_own is not None:
+        # A plan yields as the robot file says, the identified robot as the recordings do.
+        np.testing.assert_allclose(expected_own.deviation, own, rtol=0.15)
+        evaluated = xd.evaluate(case, plan).record["acceptance"]["targets"][0]["axes"][0]
+        assert evaluated["budget"]["own payload"] == pytest.approx(expected_own.deviation[0, 0])
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,8 @@ if TYPE_CHECKING:  # what is decided of recordings without targets need not wait
     from expdesign.planning.problem import DesignProblem
 
 NOISE = "noise"
+OWN_PAYLOAD = "own payload"
+"""Name of what is not known of the payload at a target."""
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.acceptance.budget import NOISE, Contribution, UncertaintyBudget, tolerances
+from expdesign.assurance.acceptance.budget import NOISE, OWN_PAYLOAD, Contribution, UncertaintyBudget, tolerances
 from expdesign.chain.models.estimable import Calibrated
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.points import points_from_table
@@ -28,9 +28,6 @@ from expdesign.estimation.propagated import Propagated
 from expdesign.estimation.whitening import Whitening
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.target_table import targets_table
-
-OWN_PAYLOAD = "own payload"
-"""Name of what is not known of the payload at a target."""
 
 
 @dataclass(frozen=True)

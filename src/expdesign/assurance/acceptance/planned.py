@@ -7,11 +7,14 @@ probability that the coverage states, conformity is proven where
     k·√(u_c² + s²) + k·s ≤ T,  that is  s ≤ (T² − U²)/(2·k·T).
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.acceptance.budget import UncertaintyBudget, planned_budgets
+from expdesign.assurance.acceptance.budget import OWN_PAYLOAD, Contribution, UncertaintyBudget, planned_budgets
 from expdesign.assurance.acceptance.decision import MOST_REPETITIONS, Basis, Decision
+from expdesign.mechanics.loads.load import Payload
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
@@ -20,10 +23,37 @@ from expdesign.planning.problem import DesignProblem
 def planned_decisions(problem: DesignProblem, assessment: Assessment) -> list[Decision]:
     """The decisions on the plans of an assessment."""
     deviations = reading_deviations(problem) if problem.loaded.regressor.referenced else None
+    own = own_payload(problem)
+    budgets = planned_budgets(problem, assessment)
+    if own is not None:
+        budgets = [replace(budget, contributions=(*budget.contributions, own)) for budget in budgets]
     return [
         Decision(budget, Basis.PLAN, check_readings=None if deviations is None else check_readings(budget, deviations))
-        for budget in planned_budgets(problem, assessment)
+        for budget in budgets
     ]
+
+
+def own_payload(problem: DesignProblem) -> Contribution | None:
+    """What is not known of the targets' own payloads, J·diag(1/apK)·Jᵀ·L·Σ_δ along the axes of the tolerances.
+
+    No plan shows it (`estimation/compensation/target_loads`). None where all payloads are exact.
+    """
+    loads, robot, targets = problem.own_loads, problem.loaded.robot, problem.targets
+    if loads is None or not loads.deviations.any():
+        return None
+    jacobians, payload = robot.jacobians(targets.configurations), Payload(robot.coordinates)
+    yields = jacobians.pose * robot.compliance @ jacobians.pose.swapaxes(-1, -2)
+    if targets.axes is not None:
+        yields = targets.axes @ yields
+    stated = np.array([parameters for _, parameters in problem.target_loads])
+    variances = np.zeros(yields.shape[:2])
+    for index in range(loads.deviations.shape[1]):
+        step = np.zeros_like(stated)
+        step[:, index] = 0.5 * loads.deviations[:, index]
+        change = payload.wrenches(jacobians.rotation, stated + step)
+        change = change - payload.wrenches(jacobians.rotation, stated - step)
+        variances += np.einsum("tij,tj->ti", yields, change) ** 2
+    return Contribution(OWN_PAYLOAD, np.sqrt(variances), False)
 
 
 def recommended_acceptance(problem: DesignProblem, front: Front) -> Decision:
