@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from expdesign.assurance.acceptance.budget import UncertaintyBudget, planned_budgets
-from expdesign.assurance.acceptance.planned import recommended_acceptance
+from expdesign.assurance.acceptance.budget import UncertaintyBudget
+from expdesign.assurance.acceptance.planned import planned_budgets, recommended_acceptance
 from expdesign.assurance.acceptance.said import sentences
 from expdesign.planning.laboratory_sheet import Costs
 from expdesign.planning.result import design_minutes, pareto_frame, plan_of

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 
 import casadi as ca
 import numpy as np
@@ -99,7 +100,7 @@ def candidates(
             # A search over pitches or time constants looks at as many places as it has starts.
             shapes = np.unique(starts[usable][:, [p.shape for p in effect.parameters]], axis=0)
             places = counts[effect.physics] * len(shapes)
-            seen = tuple(columns for columns in directions if columns.finite)
+            seen = tuple(compress(directions, usable))
             found.append(Candidate(effect, starts[usable], seen, one_sided, places))
     return found
 

@@ -15,7 +15,6 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.estimation.coverage import Coverage
 
 if TYPE_CHECKING:  # what is decided of recordings without targets need not wait for planning
-    from expdesign.planning.criteria.assessment import Assessment
     from expdesign.planning.problem import DesignProblem
 
 NOISE = "noise"
@@ -128,24 +127,3 @@ def tolerances(problem: "DesignProblem") -> FloatArray:
     importance = problem.targets.importance
     with np.errstate(divide="ignore"):
         return np.where(importance > 0.0, 1.0 / np.sqrt(importance), np.nan)
-
-
-def planned_budgets(problem: "DesignProblem", assessment: "Assessment") -> list[UncertaintyBudget]:
-    """The budgets of the designs of an assessment, before anything is measured."""
-    noises, loads = np.sqrt(assessment.noise_variance), np.sqrt(assessment.source_variances)
-    return [
-        UncertaintyBudget(
-            contributions=(
-                Contribution(NOISE, noise, True),
-                *(
-                    Contribution(source.source, load[..., index], not source.shared)
-                    for index, source in enumerate(problem.loaded.sources)
-                ),
-            ),
-            tolerance=tolerances(problem),
-            axes=problem.loaded.robot.coordinates.deflection,
-            coverage=problem.coverage,
-            measurements=assessment.count,
-        )
-        for noise, load in zip(noises, loads, strict=True)
-    ]

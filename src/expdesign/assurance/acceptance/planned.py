@@ -7,12 +7,10 @@ probability that the coverage states, conformity is proven where
     k·√(u_c² + s²) + k·s ≤ T,  that is  s ≤ (T² − U²)/(2·k·T).
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.acceptance.budget import OWN_PAYLOAD, Contribution, UncertaintyBudget, planned_budgets
+from expdesign.assurance.acceptance.budget import NOISE, OWN_PAYLOAD, Contribution, UncertaintyBudget, tolerances
 from expdesign.assurance.acceptance.decision import MOST_REPETITIONS, Basis, Decision
 from expdesign.mechanics.loads.load import Payload
 from expdesign.planning.criteria.assessment import Assessment
@@ -23,13 +21,31 @@ from expdesign.planning.problem import DesignProblem
 def planned_decisions(problem: DesignProblem, assessment: Assessment) -> list[Decision]:
     """The decisions on the plans of an assessment."""
     deviations = reading_deviations(problem) if problem.loaded.regressor.referenced else None
-    own = own_payload(problem)
-    budgets = planned_budgets(problem, assessment)
-    if own is not None:
-        budgets = [replace(budget, contributions=(*budget.contributions, own)) for budget in budgets]
     return [
         Decision(budget, Basis.PLAN, check_readings=None if deviations is None else check_readings(budget, deviations))
-        for budget in budgets
+        for budget in planned_budgets(problem, assessment)
+    ]
+
+
+def planned_budgets(problem: DesignProblem, assessment: Assessment) -> list[UncertaintyBudget]:
+    """The budgets of the designs of an assessment, before anything is measured."""
+    noises, loads, own = np.sqrt(assessment.noise_variance), np.sqrt(assessment.source_variances), own_payload(problem)
+    return [
+        UncertaintyBudget(
+            contributions=(
+                Contribution(NOISE, noise, True),
+                *(
+                    Contribution(source.source, load[..., index], not source.shared)
+                    for index, source in enumerate(problem.loaded.sources)
+                ),
+                *(() if own is None else (own,)),
+            ),
+            tolerance=tolerances(problem),
+            axes=problem.loaded.robot.coordinates.deflection,
+            coverage=problem.coverage,
+            measurements=assessment.count,
+        )
+        for noise, load in zip(noises, loads, strict=True)
     ]
 
 

@@ -175,8 +175,9 @@ class Law(_AtPort):
     @property
     def subject(self) -> str:
         """What forms say is said of one: all joints are every joint."""
-        words = str(self.component)
-        return f"Every {words.removeprefix('all ').removesuffix('s')}" if self.component.several else words.capitalize()
+        if not self.component.several:
+            return super().subject
+        return f"Every {str(self.component).removeprefix('all ').removesuffix('s')}"
 
     def describe(self) -> tuple[Parameter, ...]:
         form = self.form
