@@ -1,5 +1,6 @@
 """A budget of time in place of a number of measurements, and rows that are kept for validation."""
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -217,6 +218,32 @@ def test_poses_that_have_to_occur_are_measured_within_the_budget() -> None:
         poses = planned(case, design).configurations
         assert (np.abs(poses - pose).max(axis=1) < 1e-12).any()
     np.testing.assert_array_equal(space.canonical(designs), designs)
+
+
+@pytest.mark.parametrize("shared", [False, True])
+def test_settings_are_joined_where_every_measurement_has_a_demanded_load(shared: bool) -> None:
+    """A load that has to occur holds no pose: joining settings used to go on for ever."""
+    demanded = {"experiment.constraints": {"masses_kg": [10.0]}, "experiment.load.mass_kg": {"choices": [10.0]}}
+    case = limited(45.0, **{SHARED: shared}, **demanded)
+    drawn = np.stack([case.space.sample(case.space.measurements, np.random.default_rng(s)) for s in range(20)])
+    designs = case.settable(drawn)
+    settings = case.space.settings
+    assert (settings.minutes(designs) <= 45.0 + 1e-9).all()
+    assert (settings.units(designs).sum(axis=1) >= 1).all()
+    np.testing.assert_array_equal(case.settable(designs), designs)
+
+
+def test_demanded_poses_that_cannot_be_joined_do_not_go_on_for_ever() -> None:
+    """Settings at demanded poses stay, whatever time is left: what cannot be had is left over the budget."""
+    case = limited(45.0)
+    settings = case.space.settings
+    design = case.space.sample(3, np.random.default_rng(0))
+    design[:, settings.gene] = settings.first
+    held = tuple(np.where(settings.poses, row, np.nan) for row in design)
+    before = design.copy()
+    short = replace(case.budget, minutes=1.0, least=replace(case.budget.least, measurements=3))
+    replace(settings, kept=held)._fit(design, short)
+    np.testing.assert_array_equal(design, before)
 
 
 def test_a_design_with_fewer_measurements_than_are_demanded_takes_further_ones() -> None:

@@ -134,31 +134,35 @@ class PoseSettings:
             count, number = int(taken.sum()), int(units.sum())
             if number <= most and float(self.minutes(design)) <= budget.minutes + 1e-9:
                 return
-            if number > fewest and (number > min(most, wanted * count) or count <= least):
-                self._join_nearest(design, np.flatnonzero(units))
-            elif count > least:
-                free = [row for row in np.flatnonzero(taken)[::-1] if not self._demanded(design[row])]
+            fewer = number > fewest and (number > min(most, wanted * count) or count <= least)
+            if fewer and self._join_nearest(design, np.flatnonzero(units)):
+                continue
+            if count > least:
+                free = [row for row in np.flatnonzero(taken)[::-1] if not _is_one(design[row], self.kept)]
                 design[free[0] if free else int(np.flatnonzero(taken)[-1]), self.gene] = 0.0
             else:
                 return
 
-    def _join_nearest(self, design: FloatArray, units: IntArray) -> None:
-        """Two settings of a design (m, g), whose first measurements are given, become one."""
+    def _join_nearest(self, design: FloatArray, units: IntArray) -> bool:
+        """Two settings of a design (m, g), whose first measurements are given, become one, where any two may.
+
+        A demanded pose stays where it is; a demanded load may be measured at any.
+        """
         poses = (design[units] / self.span)[:, self.poses]
         distance = ((poses[:, None] - poses[None]) ** 2).sum(axis=-1)
-        fixed = np.array([self._demanded(design[unit]) for unit in units])
+        placed = tuple(wanted for wanted in self.kept if not np.isnan(wanted[self.poses]).all())
+        fixed = np.array([_is_one(design[unit], placed) for unit in units])
         distance[fixed[:, None] & fixed] = np.inf
         np.fill_diagonal(distance, np.inf)
+        if not np.isfinite(distance).any():
+            return False
         first, second = divmod(int(np.argmin(distance)), len(units))
         if fixed[second]:
             first, second = second, first
         where = self._where
         moved = (design[:, where] == design[units[second], where]).all(axis=1) & self.taken(design)
         design[np.ix_(moved, where)] = design[units[first], where]
-
-    def _demanded(self, measurement: FloatArray) -> bool:
-        """Whether a measurement (g,) is one that has to occur."""
-        return any(bool((np.isnan(wanted) | (measurement == wanted)).all()) for wanted in self.kept)
+        return True
 
     def _numbered(self, designs: FloatArray) -> FloatArray:
         """Designs (b, m, g) whose settings of a pose are numbered from the first on, by their least measurement."""
@@ -171,3 +175,8 @@ class PoseSettings:
         own, first = (np.take_along_axis(begun, self._same(found, some).argmax(axis=2), axis=1) for some in both)
         found[..., self.gene] = np.where(self.taken(found), self.first + own - first, found[..., self.gene])
         return found
+
+
+def _is_one(measurement: FloatArray, demanded: tuple[FloatArray, ...]) -> bool:
+    """Whether a measurement (g,) is one of some that have to occur, in which NaN does not matter."""
+    return any(bool((np.isnan(wanted) | (measurement == wanted)).all()) for wanted in demanded)
