@@ -224,11 +224,13 @@ def test_poses_that_have_to_occur_are_measured_within_the_budget() -> None:
 def test_settings_are_joined_where_every_measurement_has_a_demanded_load(shared: bool) -> None:
     """A load that has to occur holds no pose: joining settings used to go on for ever."""
     demanded = {"experiment.constraints": {"masses_kg": [10.0]}, "experiment.load.mass_kg": {"choices": [10.0]}}
-    case = limited(45.0, **{SHARED: shared}, **demanded)
-    drawn = np.stack([case.space.sample(case.space.measurements, np.random.default_rng(s)) for s in range(20)])
-    designs = case.settable(drawn)
+    case = limited(60.0, **{SHARED: shared}, **demanded)
     settings = case.space.settings
-    assert (settings.minutes(designs) <= 45.0 + 1e-9).all()
+    drawn = np.stack([case.space.sample(case.space.measurements, np.random.default_rng(s)) for s in range(20)])
+    drawn[..., settings.gene] = settings.first
+    drawn[:, 1::2] = np.where(settings.poses, drawn[:, ::2], drawn[:, 1::2])  # two measurements to a setting
+    designs = case.settable(drawn)
+    assert (settings.minutes(designs) <= 60.0 + 1e-9).all()
     assert (settings.units(designs).sum(axis=1) >= 1).all()
     np.testing.assert_array_equal(case.settable(designs), designs)
 
