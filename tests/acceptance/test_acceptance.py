@@ -53,36 +53,48 @@ def test_estimated_noise_widens_by_student() -> None:
     """Welch-Satterthwaite with one estimated and one known part: ν_eff = u_c⁴/(u₁⁴/ν₁)."""
     one = np.array([[1.0]])
     budget = UncertaintyBudget(
-        (Contribution("noise", one, True, 5.0), Contribution("com", one, False)), 10 * one, ("dx_m",), STANDARD, 3
+        (Contribution("noise", one, 5.0), Contribution("com", one)), 10 * one, ("dx_m",), STANDARD, 3
     )
     assert budget.degrees[0, 0] == pytest.approx(20.0)
     assert budget.factor[0, 0] == pytest.approx(2.133, abs=0.01)
 
 
-def test_the_number_of_repetitions_is_what_an_evaluation_finds() -> None:
-    """By weighted least squares; generalised ones weigh load errors otherwise with more readings, and lose less."""
-    tolerance, weighted = 1e-6, {"experiment.estimator": "weighted"}
-    for _ in range(3):
-        tolerances = {"targets.0.tolerance": {"dx_m": tolerance, "drx_rad": 10 * tolerance}}
-        case = problem(HEXAPOD, {**weighted, **tolerances})
-        plan = plan_for(case, 3)
-        found = decision(case, plan)
-        if found.repetitions_needed is not None and found.repetitions_needed > 1:
-            break
-        least = found.budget.repeated(np.inf)[0, 0]
-        tolerance = float(0.4 * found.budget.expanded[0, 0] + 0.6 * least)
+def copies(plan: Plan, count: int) -> Plan:
+    """A plan that is done so many times, with its own references each time."""
+    each = np.arange(count)[:, None] * int(plan.series.max())
+    poses, loads = (np.tile(values, (count, 1)) for values in (plan.configurations, plan.loads))
+    return Plan(poses, loads, (plan.series[None] + each).ravel())
+
+
+ERRORS: dict[str, dict[str, Any]] = {
+    "none": {"experiment.load_error": ...},
+    "shared": {"experiment.load_error": [{"source": "com", "std": [0.001] * 3}, {"source": "mass", "std": 0.01}]},
+    "independent": {"experiment.load_error": [{"source": "com", "std": [0.001] * 3, "shared": False}]},
+    "both": {},
+}
+
+
+@pytest.mark.parametrize("reference", [False, True])
+@pytest.mark.parametrize("errors", ERRORS)
+@pytest.mark.parametrize("estimator", ["generalised", "weighted"])
+def test_the_number_of_repetitions_is_what_an_evaluation_finds(estimator: str, errors: str, reference: bool) -> None:
+    changes = {"experiment.deflection_noise.shared_reference": reference, **ERRORS[errors]}
+    changes |= {"experiment.estimator": estimator, "experiment.measurements": 6}
+    plan = plan_for(problem(HEXAPOD, changes), 3, at_one_pose=reference)
+    ratio = decision(problem(HEXAPOD, changes), copies(plan, 5)).budget
+    tolerances = {"targets.0.tolerance": dict(zip(ratio.axes, (1.001 * ratio.expanded[0]).tolist(), strict=True))}
+    case = problem(HEXAPOD, {**changes, **tolerances, "targets.1.tolerance": {"dy_m": 1.0}})
+    found = decision(case, plan)
+    assert found.budget.repetition is not None
+    np.testing.assert_allclose(np.sqrt(found.budget.repetition.variances(1.0)), found.budget.standard, rtol=1e-9)
+    assert found.repetitions_needed is not None
+    assert found.repetitions_needed <= 5
+    for times in (4, 5):
+        again = decision(case, copies(plan, times)).budget
+        np.testing.assert_allclose(again.expanded, found.budget.repeated(times), rtol=1e-9)
     times = found.repetitions_needed
-    assert times is not None
-    assert times > 1
     for repeats, passes in ((times, True), (times - 1, False)):
-        several = Plan(
-            np.tile(plan.configurations, (repeats, 1)),
-            np.tile(plan.loads, (repeats, 1)),
-            np.arange(1, repeats * len(plan) + 1),
-        )
-        again = decision(case, several)
-        assert again.robot_passes is passes
-        np.testing.assert_allclose(again.budget.expanded, found.budget.repeated(repeats), rtol=1e-9)
+        assert decision(case, copies(plan, repeats)).robot_passes is passes if repeats else times == 1
 
 
 def test_what_all_measurements_share_no_repetition_removes() -> None:
@@ -165,7 +177,7 @@ def test_a_plan_is_expected_to_pass_or_not() -> None:
 def test_as_many_check_readings_as_are_said_prove_conformity() -> None:
     """Instrument of 2 um, tolerance 3 um, U 0.6 um: 8 readings, with which 95 % of such robots pass, but not with 4."""
     one = np.array([[1.0]])
-    budget = UncertaintyBudget((Contribution("noise", 3e-7 * one, True),), 3e-6 * one, ("dx_m",), STANDARD, 3)
+    budget = UncertaintyBudget((Contribution("noise", 3e-7 * one),), 3e-6 * one, ("dx_m",), STANDARD, 3)
     needed = check_readings(budget, 2e-6 * one)
     assert needed == 8
     generator = np.random.default_rng(1)
@@ -178,7 +190,7 @@ def test_as_many_check_readings_as_are_said_prove_conformity() -> None:
     assert proven(needed - 1) < 0.9545 + 0.003
     assert proven(4) < 0.7
     assert check_readings(budget, np.full((1, 1), np.nan)) == 0
-    wide = UncertaintyBudget((Contribution("noise", 2e-6 * one, True),), 3e-6 * one, ("dx_m",), STANDARD, 3)
+    wide = UncertaintyBudget((Contribution("noise", 2e-6 * one),), 3e-6 * one, ("dx_m",), STANDARD, 3)
     assert check_readings(wide, 2e-6 * one) == 0
 
 

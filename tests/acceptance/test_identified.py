@@ -22,7 +22,8 @@ from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.diagnosis.statement import with_share
 from expdesign.errors import InputError
 from expdesign.estimation.whitening import Whitening
-from tests.acceptance.test_acceptance import decision
+from expdesign.planning.plan import plan_frame
+from tests.acceptance.test_acceptance import ERRORS, copies, decision
 from tests.design.problems import HEXAPOD, plan_for, problem, recorded
 
 CASE = {"experiment.load.gravity": ..., "experiment.measurements": 6}
@@ -51,6 +52,23 @@ def test_the_budget_is_the_planned_one_where_the_noise_is_as_planned() -> None:
     names = [one.name for one in planned.contributions]
     assert [one.name for one in found.budget.contributions] == names
     np.testing.assert_allclose(found.budget.expanded, planned.expanded, rtol=1e-7)
+
+
+@pytest.mark.parametrize(("estimator", "within"), [("generalised", 0.06), ("weighted", 1e-9)])
+@pytest.mark.parametrize("errors", ERRORS)
+def test_what_repeated_recordings_will_say_is_what_they_say(estimator: str, within: float, errors: str) -> None:
+    """To within what more recordings change of the scale of generalised load errors."""
+    case = problem(HEXAPOD, {**FEW, **ERRORS[errors], "experiment.estimator": estimator})
+    found = []
+    for count in (1, 4):
+        rows = plan_frame(copies(plan_for(case, 2), count), case.loaded, False)
+        recordings = xd.simulate(case, rows, noise=False, load_errors=False).frame
+        decided = xd.identify(HEXAPOD["robot"], recordings, targets=case).acceptance
+        assert decided is not None
+        found.append(decided.budget)
+    once, four = found
+    np.testing.assert_allclose(once.repeated(4.0), four.expanded, rtol=within)
+    assert (four.expanded < 0.8 * once.expanded).any()
 
 
 def test_estimated_noise_has_degrees_of_freedom() -> None:

@@ -146,6 +146,15 @@ class Whitening:
         found: FloatArray = flat - left @ (factor[:, None] * (left.T @ flat))
         return found.reshape(scaled.shape)
 
+    def unshared(self, whitened: FloatArray) -> FloatArray:
+        """Whitened values (N, k, ...) as they are without the load errors that rows share: M_s⁻¹ of them."""
+        if self._across is None:
+            return whitened
+        left, sizes = self._across
+        flat = whitened.reshape(len(left), -1)
+        found: FloatArray = flat + left @ ((np.sqrt(1.0 + sizes**2) - 1.0)[:, None] * (left.T @ flat))
+        return found.reshape(whitened.shape)
+
     @property
     def precision(self) -> FloatArray:
         """Diagonal blocks of C⁻¹ in standard deviations, shape (N, k, k).

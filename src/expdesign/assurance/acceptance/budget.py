@@ -15,6 +15,7 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.estimation.coverage import Coverage
 
 if TYPE_CHECKING:  # what is decided of recordings without targets need not wait for planning
+    from expdesign.assurance.acceptance.repetition import Repetition
     from expdesign.planning.problem import DesignProblem
 
 NOISE = "noise"
@@ -30,8 +31,6 @@ class Contribution:
         name: `noise`, or the source of load error.
         deviation: standard uncertainty of the attained pose along every axis (m, rad), shape (t, n); NaN where it is
             not determined.
-        repeatable: whether it is independent from one repetition of the experiment to the next, and so shrinks with
-            their number; what all measurements share does not.
         degrees: degrees of freedom of the estimate of it; infinite where it is known.
         covariance: of the attained poses together (m², m·rad, rad²), shape (t, n, t, n); None where only the axes by
             themselves are known, as of a plan.
@@ -39,7 +38,6 @@ class Contribution:
 
     name: str
     deviation: FloatArray
-    repeatable: bool
     degrees: float = float("inf")
     covariance: FloatArray | None = None
 
@@ -56,6 +54,7 @@ class UncertaintyBudget:
         measurements: of the experiment.
         drawing: by how much the attained pose may be off as the robot may differ from its drawing where no reading
             shows it (m, rad), shape (t, n), one standard deviation; no contribution to U. None where all is shown.
+        repetition: how the variances fall when the experiment is repeated; None where that is not known.
     """
 
     contributions: tuple[Contribution, ...]
@@ -64,6 +63,7 @@ class UncertaintyBudget:
     coverage: Coverage
     measurements: int
     drawing: FloatArray | None = None
+    repetition: "Repetition | None" = None
 
     @property
     def matters(self) -> BoolArray:
@@ -94,11 +94,17 @@ class UncertaintyBudget:
         """U = k·u_c (m, rad), shape (t, n)."""
         return self.factor * self.standard
 
-    def repeated(self, times: float) -> FloatArray:
-        """U when the whole experiment is done `times` times, everything set up anew (its noise then averages)."""
-        repeatable = self._root([one.deviation for one in self.contributions if one.repeatable])
-        shared = self._root([one.deviation for one in self.contributions if not one.repeatable])
-        return self.factor * np.sqrt(repeatable**2 / times + shared**2)
+    def repeated(self, times: FloatArray | float) -> FloatArray:
+        """U (m, rad) when the whole experiment is done `times` times, everything set up anew, by the same estimator.
+
+        k stays that of one experiment. Of any shape of `times` that goes with (t, n); as it is where `repetition` is
+        not known.
+        """
+        if self.repetition is None:
+            return np.broadcast_to(self.expanded, np.broadcast_shapes(np.shape(times), self.expanded.shape))
+        once, several = self.repetition.variances(1.0), self.repetition.variances(times)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return self.expanded * np.sqrt(np.where(once > 0.0, several / once, 1.0))
 
     @cached_property
     def covariance(self) -> FloatArray:

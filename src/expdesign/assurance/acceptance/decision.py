@@ -212,16 +212,21 @@ class Decision:
     def repetitions(self) -> FloatArray:
         """How often the whole experiment has to be done until U is within each tolerance, shape (t, n).
 
-        Independent errors shrink with the root of the number, shared ones do not: r = k²·u_r²/(T² − k²·u_s²), rounded
-        up; infinite where the shared part alone exceeds the tolerance, NaN where an axis does not matter.
+        The least whole number by `UncertaintyBudget.repeated`, between the first power of 2 that is enough and the one
+        before; infinite where `MOST_REPETITIONS` and all before are too few, NaN where an axis does not matter.
         """
-        budget, shared = self.budget, self.budget.repeated(np.inf) ** 2
-        room, repeatable = budget.tolerance**2 - shared, budget.expanded**2 - shared
-        with np.errstate(divide="ignore", invalid="ignore"):
-            needed = np.where(room > 0.0, np.ceil(repeatable / room * (1.0 - 1e-12)), np.inf)
-        needed = np.where(needed > MOST_REPETITIONS, np.inf, np.maximum(needed, 1.0))
-        unknown = np.isnan(budget.standard)
-        result: FloatArray = np.where(budget.matters, np.where(unknown, np.inf, needed), np.nan)
+        budget = self.budget
+        tried = np.minimum(2.0 ** np.arange(np.log2(MOST_REPETITIONS) + 1.0), MOST_REPETITIONS)
+        enough = budget.repeated(tried[:, None, None]) <= budget.tolerance
+        enough[0] = self.u_within_tolerance
+        first = enough.argmax(axis=0)
+        most, least = tried[first], np.where(first > 0, tried[first - 1], 0.0)  # the one before is too few
+        while (most - least > 1.0).any():
+            between = np.ceil(0.5 * (least + most))
+            within = budget.repeated(between) <= budget.tolerance
+            apart = most - least > 1.0
+            most, least = np.where(apart & within, between, most), np.where(apart & ~within, between, least)
+        result: FloatArray = np.where(budget.matters, np.where(enough.any(axis=0), most, np.inf), np.nan)
         return result
 
     @property

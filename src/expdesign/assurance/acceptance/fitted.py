@@ -13,6 +13,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import NOISE, OWN_PAYLOAD, Contribution, UncertaintyBudget, tolerances
+from expdesign.assurance.acceptance.repetition import fitted_repetition
 from expdesign.chain.models.estimable import Calibrated
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.points import points_from_table
@@ -70,16 +71,16 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
         errors = np.einsum("tnp,mpd->tnmd", sensitivities, moved)
         part = np.einsum("tnmd,skmd->tnsk", errors, errors, optimize=True)
         deviation = np.sqrt((errors**2).sum(axis=(2, 3)))
-        loads.append(Contribution(effect.name, deviation, not effect.shared, covariance=part))
+        loads.append(Contribution(effect.name, deviation, covariance=part))
         if model.loads is not None:  # the covariance of the fit contains them
             together = together - part
     own = np.sqrt(np.maximum(np.einsum("tntn->tn", together), 0.0))
     noise = np.where(np.isfinite(deviations), own if model.loads is not None else deviations, np.nan)
-    contributions = [Contribution(NOISE, noise, True, model.degrees, together), *loads]
+    contributions = [Contribution(NOISE, noise, model.degrees, together), *loads]
     if attained.own.any():
         spread = np.einsum("tnd,smd->tnsm", attained.own, attained.own)
         own = np.sqrt((attained.own**2).sum(axis=-1))
-        contributions.append(Contribution(OWN_PAYLOAD, own, False, covariance=spread))
+        contributions.append(Contribution(OWN_PAYLOAD, own, covariance=spread))
     steps = np.zeros((len(model.fit.values), 0)) if model.drawing is None else model.drawing
     return UncertaintyBudget(
         contributions=tuple(contributions),
@@ -88,6 +89,9 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
         coverage=problem.coverage,
         measurements=len(model.recordings),
         drawing=np.sqrt(((sensitivities @ steps) ** 2).sum(axis=-1)),
+        repetition=fitted_repetition(
+            model.fit, model.whitening, propagated.effects, sensitivities, (attained.own**2).sum(axis=-1)
+        ),
     )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import NOISE, OWN_PAYLOAD, Contribution, UncertaintyBudget, tolerances
 from expdesign.assurance.acceptance.decision import MOST_REPETITIONS, Basis, Decision
+from expdesign.assurance.acceptance.repetition import planned_repetitions
 from expdesign.mechanics.loads.load import Payload
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.front import Front
@@ -30,22 +31,22 @@ def planned_decisions(problem: DesignProblem, assessment: Assessment) -> list[De
 def planned_budgets(problem: DesignProblem, assessment: Assessment) -> list[UncertaintyBudget]:
     """The budgets of the designs of an assessment, before anything is measured."""
     noises, loads, own = np.sqrt(assessment.noise_variance), np.sqrt(assessment.source_variances), own_payload(problem)
+    constant = np.zeros(noises.shape[1:]) if own is None else own.deviation**2
+    repetitions = planned_repetitions(assessment, constant)
     return [
         UncertaintyBudget(
             contributions=(
-                Contribution(NOISE, noise, True),
-                *(
-                    Contribution(source.source, load[..., index], not source.shared)
-                    for index, source in enumerate(problem.loaded.sources)
-                ),
+                Contribution(NOISE, noise),
+                *(Contribution(source.source, load[..., index]) for index, source in enumerate(problem.loaded.sources)),
                 *(() if own is None else (own,)),
             ),
             tolerance=tolerances(problem),
             axes=problem.loaded.robot.coordinates.deflection,
             coverage=problem.coverage,
-            measurements=assessment.count,
+            measurements=int(number),
+            repetition=repetition,
         )
-        for noise, load in zip(noises, loads, strict=True)
+        for noise, load, number, repetition in zip(noises, loads, assessment.number, repetitions, strict=True)
     ]
 
 
@@ -69,7 +70,7 @@ def own_payload(problem: DesignProblem) -> Contribution | None:
         change = payload.wrenches(jacobians.rotation, stated + step)
         change = change - payload.wrenches(jacobians.rotation, stated - step)
         variances += np.einsum("tij,tj->ti", yields, change) ** 2
-    return Contribution(OWN_PAYLOAD, np.sqrt(variances), False)
+    return Contribution(OWN_PAYLOAD, np.sqrt(variances))
 
 
 def recommended_acceptance(problem: DesignProblem, front: Front) -> Decision:

@@ -185,13 +185,14 @@ def _repetitions(decision: Decision) -> list[str]:
     times = decision.repetitions_needed
     if times is None:
         return [
-            "No number of repetitions helps: errors that all measurements share (or what is not determined) exceed the "
-            "tolerance by themselves. Know the load better, or measure otherwise."
+            "No number of repetitions helps: what readings of this plan cannot tell from the stiffness, such as an "
+            "error of the load that all of them share, exceeds the tolerance by itself. Know the load better, or "
+            "measure otherwise."
         ]
     return [
-        f"The whole plan done {times} times, set up anew each time ({times * decision.budget.measurements} "
-        "measurements), would bring U within all tolerances; a plan that is optimised for as many measurements needs "
-        "no more."
+        f"All measurements of the plan taken {times} times, everything set up anew each time "
+        f"({times * decision.budget.measurements} measurements in all), would bring U within all tolerances; a plan "
+        "that is optimised for as many measurements needs no more."
     ]
 
 

@@ -1,0 +1,149 @@
+"""The variance of the attained pose when the whole experiment is done k times, everything set up anew.
+
+The readings then say k times as much, and what is known beside them stays: priors, and errors of the load that all
+copies share. With Λ = M + Λ_0, the information of the readings and of the rest, that of k copies is k·M + Λ_0. One
+decomposition gives it for every k: with Λ = RᵀR and R⁻ᵀ·M·R⁻¹ = V·diag(μ)·Vᵀ
+
+    (k·M + Λ_0)⁻¹ = R⁻¹·V·diag(h)·Vᵀ·R⁻ᵀ,   h = 1/(1 + (k − 1)·μ).
+
+By `generalised` least squares shared load errors are among the unknowns, with their prior in Λ_0: more readings
+determine them better where the readings tell them from the parameters (μ > 0), and never where they do not (μ = 0).
+By `weighted` ones they reach the estimate as S_0 + k·S, and those that every measurement has of its own as √k·N.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from expdesign.arrays import FloatArray
+from expdesign.estimation.fit import Fit
+from expdesign.estimation.load_errors import Estimator, LoadEffect
+from expdesign.estimation.whitening import Whitening
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.information import Information
+
+
+@dataclass(frozen=True)
+class Repetition:
+    """What the variances at t targets along n axes are made of, by q directions of the unknowns.
+
+    Attributes:
+        gain: T·R⁻¹·V, shape (t, n, q); NaN where the readings do not determine an axis.
+        share: μ, the part of what is known along each direction that the readings say, shape (q,).
+        known: what shared load errors do by what is known beside the readings, per standard deviation, shape (q, d).
+        shared: by the readings of one copy, shape (q, d).
+        own: what the load errors do that each measurement has of its own, shape (q, e).
+        constant: variance that no reading changes (m², rad²), shape (t, n).
+    """
+
+    gain: FloatArray
+    share: FloatArray
+    known: FloatArray
+    shared: FloatArray
+    own: FloatArray
+    constant: FloatArray
+
+    @classmethod
+    def of(
+        cls, readings: Information, information: Information, targets: FloatArray, constant: FloatArray
+    ) -> "Repetition":
+        """Of one copy of an experiment.
+
+        Args:
+            readings: what its readings say, one set without batch dimensions.
+            information: the same with what is known beside them, the prior of load errors that are estimated included.
+            targets: rows of the parameters, shape (t, n, p).
+            constant: variance that no reading changes (m², rad²), shape (t, n).
+        """
+        inverse = _inverse(information)
+        left, values, turned = np.linalg.svd(readings.root @ inverse)
+        directions = inverse @ turned.T
+        gain = targets @ directions[sum(information.estimated) :]
+        gain[~information.estimable(targets)] = np.nan
+        nothing: FloatArray = np.zeros((len(values), 0))
+        known, shared, own = [nothing], [nothing], [nothing]
+        # The covariance of generalised least squares holds them already.
+        propagated = readings.shared if information.estimator == "weighted" else ()
+        for here, every, common in zip(readings.errors, information.errors, propagated, strict=False):
+            seen, reach = values[:, None] * (left.T @ here), directions.T @ (information.root.T @ every)
+            if common:  # what the readings do not give of it, the rest does
+                known.append(reach - seen)
+                shared.append(seen)
+                continue
+            own.append(seen)
+            before = reach[:, : reach.shape[1] - seen.shape[1]]  # of measurements that stand before these
+            known.append(before)
+            shared.append(np.zeros(before.shape))
+        return cls(
+            gain,
+            np.minimum(values**2, 1.0),
+            known=np.concatenate(known, axis=1),
+            shared=np.concatenate(shared, axis=1),
+            own=np.concatenate(own, axis=1),
+            constant=constant,
+        )
+
+    def variances(self, times: FloatArray | float) -> FloatArray:
+        """Variances (m², rad²) with k copies, k of any shape that goes with (t, n): of that shape; NaN as in `gain`."""
+        k = np.broadcast_to(times, np.broadcast_shapes(np.shape(times), self.constant.shape))
+        weighed = self.gain / (1.0 + (k[..., None] - 1.0) * self.share)
+        moved = weighed @ self.known + k[..., None] * (weighed @ self.shared)
+        own = k * ((weighed @ self.own) ** 2).sum(axis=-1)
+        found: FloatArray = (weighed * self.gain).sum(axis=-1) + (moved**2).sum(axis=-1) + own + self.constant
+        return found
+
+
+def _inverse(information: Information) -> FloatArray:
+    """R⁻¹ of all unknowns, load errors first; 0 along combinations of parameters that are not determined."""
+    count, root = sum(information.estimated), information.root
+    inverse = np.zeros(root.shape)
+    inverse[count:, count:] = information.inverse
+    inverse[:count, :count] = np.linalg.inv(root[:count, :count])
+    inverse[:count, count:] = -inverse[:count, :count] @ root[:count, count:] @ information.inverse
+    return inverse
+
+
+def planned_repetitions(assessment: Assessment, constant: FloatArray) -> list[Repetition]:
+    """Of the designs of an assessment, which has `constant` variances (t, n) that no reading changes beside its own."""
+    readings, information, rows = assessment.readings, assessment.information, assessment.targets.observation
+    return [
+        Repetition.of(readings.part(design), information.part(design), rows, constant)
+        for design in range(assessment.batch)
+    ]
+
+
+def fitted_repetition(
+    fit: Fit,
+    whitening: Whitening,
+    effects: Sequence[LoadEffect],
+    sensitivities: FloatArray,
+    constant: FloatArray,
+) -> Repetition:
+    """Of recordings that a fit was made of.
+
+    Args:
+        fit: of the recorded rows.
+        whitening: of these rows, by the load errors too where the fit weighs them.
+        effects: load errors, which the fit only propagates where its whitening has none.
+        sensitivities: of the attained pose to the parameters, shape (t, n, p).
+        constant: variance that no reading changes (m², rad²), shape (t, n).
+    """
+    loads = whitening.loads
+    estimator: Estimator = "weighted" if loads is None else "generalised"
+    alone = whitening if loads is None else whitening.weighing(replace(loads, shared=loads.shared[..., :0]))
+    level, scale = np.sqrt(fit.inflation), fit.chain.scales()
+    rows = whitening.unshared(fit.sensitivities) * (scale / level)
+    if loads is None:
+        errors, shared = [alone.apply(effect.moved) for effect in effects], [effect.shared for effect in effects]
+    else:
+        errors, shared = [alone.apply(loads.shared)], [True]
+    before = fit.chain.knowledge()
+    known = None
+    if before is not None:
+        estimated = sum(each.shape[-1] for each in errors) if loads is not None else 0
+        roots = np.diag(np.concatenate([np.zeros(estimated), scale / before[1]]))
+        known = Information(roots)
+    of = partial(Information.of_measurements, rows, tuple(errors), tuple(shared), estimator=estimator)
+    return Repetition.of(of(), of(known=known, closed=True), sensitivities * scale, constant)
