@@ -6,6 +6,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from expdesign.assurance.acceptance.budget import Contribution, UncertaintyBudget
+from expdesign.assurance.acceptance.decision import Basis, Decision
+from expdesign.estimation.coverage import STANDARD
 from expdesign.estimation.goodness import StatementOfFit
 from expdesign.report.design_texts import next_said
 from tests.commands.calls import CONFIG, Printed, call, plan_file, recordings_file
@@ -31,7 +34,7 @@ def test_the_plan_goes_on_where_the_recordings_end(tmp_path: Path, capsys: Print
     assert plan["series"].tolist() == [4, 5]
     now, one, two = forecast(printed)
     assert two < one < now
-    assert "already within 1 tolerances" in printed
+    assert "expected to pass" in printed
     both = tmp_path / "both.csv"
     pd.concat([pd.read_csv(plan_file(tmp_path)).drop(columns="note"), plan]).to_csv(both, index=False)
     assert call("evaluate", CONFIG, both, "--json") == 0
@@ -40,10 +43,12 @@ def test_the_plan_goes_on_where_the_recordings_end(tmp_path: Path, capsys: Print
 
 def test_of_recordings_that_refute_the_model_nothing_is_enough() -> None:
     """Errors that are expected hold for a model that is right."""
-    totals = np.array([0.1, 0.09])
+    totals, one = np.array([0.1, 0.09]), np.ones((1, 1))
+    budget = UncertaintyBudget((Contribution("noise", 0.1 * one),), one, ("dx_m",), STANDARD, 3)
     for chi2, enough in ((40.0, True), (4000.0, False)):
-        lines = next_said(totals, StatementOfFit.of_chi2(chi2, 40), None, None).statements
-        assert any("no further measurement is needed" in line for line in lines) == enough
+        fit, decisions = StatementOfFit.of_chi2(chi2, 40), [Decision(budget, Basis.PLAN)] * 2
+        lines = next_said(totals, decisions, fit, None, None).statements
+        assert any("No further measurement is needed" in line for line in lines) == enough
         assert any("as if the base model were right" in line for line in lines) != enough
 
 

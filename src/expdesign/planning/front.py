@@ -17,7 +17,7 @@ class Front:
         decisions: shape (d, m, g).
         criteria: every known criterion of each design, shape (d,) each.
         objectives: names of the criteria that span the front.
-        recommended: index of the design with the least `total`.
+        recommended: index of the design with the least `total`, of those expected to pass where acceptance was asked.
         knee: index of the compromise of the scaled front.
         kktpm: proximity of each design to the optimality conditions (0: satisfied), NaN where it has no gradient.
         hypervolume: dominated by the front, in the objectives' units with maximised ones negated.
@@ -25,6 +25,8 @@ class Front:
         evaluations: designs evaluated by the search.
         missing: estimated share of the hypervolume that the front lacks; None where nothing is known of it.
         ended: why the search ended, in words.
+        complete: whether every design there is was evaluated, so that none is better than those on the front.
+        passing: how many designs are expected to pass; None where that was not asked.
     """
 
     decisions: FloatArray
@@ -38,6 +40,8 @@ class Front:
     evaluations: int
     missing: float | None = None
     ended: str = ""
+    complete: bool = False
+    passing: int | None = None
 
     def __len__(self) -> int:
         return len(self.decisions)

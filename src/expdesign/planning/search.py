@@ -124,7 +124,8 @@ def search(
     if not course.ended and missing > 0.0:
         with suppress(_EndedError):  # what is there is written
             settle(population, archive.designs[_chosen(problem, archive.values, len(problem.objectives))])
-    return _front(problem, population, course.point, course.why, missing)
+    found = _front(problem, population, course.point, course.why, missing)
+    return replace(found, complete=course.complete)
 
 
 def _searched(population: DesignPopulation, course: "_Course", start: FloatArray | None) -> float:
@@ -146,7 +147,7 @@ def _searched(population: DesignPopulation, course: "_Course", start: FloatArray
     if every is not None:
         population.criteria(every)
         course.add("every design there is")
-        course.why = "every design was evaluated"
+        course.why, course.complete = "every design was evaluated", True
         return 0.0
     relaxed = _evaluated(population, evaluator, first_designs(problem) if start is None else start)
     state = State(population, np.random.default_rng([options.seed, 1]))
@@ -280,7 +281,7 @@ class _Course:
     def __init__(self, problem: DesignProblem, report: Follow, ended: Callable[[], str]) -> None:
         self.archive: Archive | None = None
         self.point: FloatArray | None = None
-        self.ended, self.why, self._volume = False, "", 0.0
+        self.ended, self.complete, self.why, self._volume = False, False, "", 0.0
         self._generations, self._report, self._ended = problem.optimiser.generations or 0, report, ended
 
     def go_on(self) -> None:

@@ -36,11 +36,13 @@ class NextMeasurements:
         decisions: of the design space, shape (k, g).
         before: expected total error of the recordings alone, in tolerances (infinite where undetermined).
         after: of the recordings with the first 1, 2, ... k of the measurements, shape (k,).
+        informed: what the recordings alone say, and with the first 1, 2, ... k of the measurements.
     """
 
     decisions: FloatArray
     before: float
     after: FloatArray
+    informed: tuple[Information, ...]
 
 
 def next_measurements(
@@ -63,11 +65,11 @@ def next_measurements(
     """
     pool = reachable_measurements(problem, round(4000 * _fewer(problem)), np.random.default_rng(seed))
     before = float(expected_total(known, problem.targets))
-    decisions, _ = _added(problem, known, pool, count, accuracy)
+    decisions, *_ = _added(problem, known, pool, count, accuracy)
     decisions = _improved(problem, known, decisions, pool)
     # Exchange and descent may reach with fewer what the first choice needed more for.
-    decisions, after = _added(problem, known, decisions, len(decisions), accuracy, once=True)
-    return NextMeasurements(decisions, before, after)
+    decisions, after, informed = _added(problem, known, decisions, len(decisions), accuracy, once=True)
+    return NextMeasurements(decisions, before, after, (known, *informed))
 
 
 def _fewer(problem: DesignProblem) -> float:
@@ -83,11 +85,14 @@ def _added(
     accuracy: float | None,
     *,
     once: bool = False,
-) -> tuple[FloatArray, FloatArray]:
-    """Measurements (k, g) of a pool (l, g), the most useful first, each at most once or again, and the totals (k,)."""
+) -> tuple[FloatArray, FloatArray, list[Information]]:
+    """Measurements (k, g) of a pool (l, g), the most useful first, each at most once or again, the totals (k,) and what
+    is known with the first 1, 2, ... k of them.
+    """
     candidates, left = problem.informed(pool), np.ones(len(pool), dtype=bool)
     chosen: list[int] = []
     after: list[float] = []
+    informed: list[Information] = []
     while len(chosen) < count and not (after and accuracy is not None and after[-1] <= accuracy):
         together = known.plus(candidates)
         scores = expected_total(together, problem.targets)
@@ -97,10 +102,11 @@ def _added(
             scores = -_determinant(together.in_units(problem.loaded.scale))
         best = int(np.argmin(np.where(left, scores, np.inf)))
         known = together.part(best)
+        informed.append(known)
         left[best] = not once
         chosen.append(best)
         after.append(float(reached[best]))
-    return pool[chosen], np.array(after)
+    return pool[chosen], np.array(after), informed
 
 
 def _determinant(information: Information) -> FloatArray:

@@ -115,13 +115,15 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any], 
 def _key_figures(problem: DesignProblem, front: Front, accepted: Decision) -> KeyFigures:
     best = {name: words.number(float(values[front.recommended])) for name, values in front.criteria.items()}
     minutes = design_minutes(problem, front)
+    least = front.recommended == front.criteria["total"].argmin()
+    why = "least total error" if least else "least total error of those expected to pass"
     figures = [
         KeyFigure("Expected error after calibration", best["total"], "tolerances", "RMS over all axes together"),
         KeyFigure("Acceptance, axis by axis", accepted.verdict, "", "each axis is in the uncertainty budget"),
         KeyFigure("From measurement noise (DUIR)", best["duir"], "tolerances"),
         KeyFigure("From load errors (FEIR)", best["feir"], "tolerances"),
         KeyFigure("Measurements", str(planned_count(problem, front)), "", poses_text(problem, front)),
-        KeyFigure("Recommended design", str(front.recommended + 1), f"of {len(front)}", "least total error"),
+        KeyFigure("Recommended design", str(front.recommended + 1), f"of {len(front)}", why),
     ]
     if minutes is not None:
         figures.insert(5, KeyFigure("Time of the plan", words.number(float(minutes[front.recommended])), "min"))

@@ -57,7 +57,9 @@ def _lower_bound(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -
         f"The recommended design is {words.number(recommended, 2)}\u00a0% above this bound"
         + (f", the best design on the front {words.number(least, 2)}\u00a0%." if least < recommended else "."),
     ]
-    if least > 0.0:
+    if front.complete and "duir" in front.objectives:
+        texts.append("Every design was evaluated: none has a smaller DUIR than the front.")
+    elif least > 0.0:
         better = words.number(100.0 * (1.0 - bound / duir.min()), 2)
         texts.append(f"A plan with a smaller DUIR, if there is one, is at most {better}\u00a0% better.")
     return [" ".join(texts)]
@@ -75,11 +77,11 @@ def poses_text(problem: DesignProblem, front: Front) -> str:
     return f"at {poses}" if problem.loaded.regressor.needs_load else f"at {poses}, without load"
 
 
-def _missing(share: float | None) -> str:
-    if share is None:
-        return "not estimated"
-    if share == 0.0:
+def _missing(share: float | None, *, complete: bool) -> str:
+    if complete:
         return "none: all designs were evaluated"
+    if not share:
+        return "not estimated"
     return f"about {share:.2%} of it (estimate; unknown branches of the front are not included)"
 
 
@@ -100,7 +102,7 @@ def about_run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> P
         ("Seed", str(run.get("seed", settings.seed))),
         ("Designs evaluated", str(run.get("evaluations", front.evaluations))),
         ("Hypervolume", f"{words.number(front.hypervolume, 4)} with respect to ({point})"),
-        ("Missing hypervolume", _missing(run.get("missing_hypervolume"))),
+        ("Missing hypervolume", _missing(run.get("missing_hypervolume"), complete=front.complete)),
         ("Lower bound of DUIR", "not computed" if bound is None else words.number(bound, 4)),
         *([("How it was computed", " ".join(clauses))] if scope else []),
     ]
@@ -114,16 +116,36 @@ def about_run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> P
     return PageSection("run", "About this run", (Definitions(items), *criteria))
 
 
-def next_said(totals: FloatArray, fit: StatementOfFit | None, undetermined: str | None, accuracy: float | None) -> Said:
+def recommendation(front: Front) -> list[str]:
+    """Why a design is recommended that has not the least total of the front; nothing where it has."""
+    total = front.criteria["total"]
+    least = int(total.argmin())
+    if least == front.recommended or front.passing is None:
+        return []
+    passing = "is the only one that is" if front.passing == 1 else f"has the least of the {front.passing} that are"
+    return [
+        f"Design {least + 1} has the least total of all, {words.number(float(total[least]))} tolerances, and is not "
+        f"expected to pass: design {front.recommended + 1} {passing}."
+    ]
+
+
+def next_said(
+    totals: FloatArray,
+    decisions: Sequence[Decision],
+    fit: StatementOfFit | None,
+    undetermined: str | None,
+    accuracy: float | None,
+) -> Said:
     """What `next` says: the error to expect now and with each further measurement, and whether that is enough.
 
     Args:
         totals: expected total error now and with each of k further measurements, in tolerances, shape (k + 1,).
+        decisions: whether the robot is expected to pass with each of these.
         fit: whether the base model accounts for the recordings, or None where that is not tested.
         undetermined: what the recordings alone do not determine, in words, or None.
         accuracy: expected error, in tolerances, at which it was to stop, or None.
     """
-    lines, count, wanted = [], len(totals) - 1, 1.0 if accuracy is None else accuracy
+    lines, count = [], len(totals) - 1
     refuted = fit is not None and fit.refuted
     if fit is not None and refuted:
         lines += [
@@ -132,14 +154,22 @@ def next_said(totals: FloatArray, fit: StatementOfFit | None, undetermined: str 
         ]
     if undetermined is not None:
         lines.append(f"so far: {undetermined}")
-    if totals[0] <= wanted and not refuted:
-        lines.append(f"already within {wanted:g} tolerances: no further measurement is needed")
+    enough = next((index for index, decision in enumerate(decisions) if decision.robot_passes), None)
+    verdict = sentences(decisions[0])[0]
+    if enough == 0 and not refuted:
+        verdict = f"{verdict} No further measurement is needed."
+    lines.append(verdict)
+    if accuracy is not None and totals[0] <= accuracy and not refuted:
+        lines.append(f"already within {accuracy:g} tolerances, the accuracy that was asked for")
     for index, total in enumerate(totals):
         when = f"with {index} more" if index else "expected total error now"
         lines.append(f"{when}: {f'{total:.4g} tolerances' if np.isfinite(total) else 'not determined'}")
     if accuracy is not None and totals[-1] > accuracy:
-        enough = f"{'is' if count == 1 else 'are'} not enough for {accuracy:g} tolerances"
-        lines.append(f"{count} more {enough}")
+        lines.append(f"{count} more {'is' if count == 1 else 'are'} not enough for {accuracy:g} tolerances")
+    if enough:
+        lines.append(f"with {enough} more the robot is expected to pass")
+    elif enough is None:
+        lines.append(f"with {count} more the robot is still not expected to pass")
     return Said(counted(count, "further measurement"), lines)
 
 
@@ -157,7 +187,7 @@ def run_said(problem: DesignProblem, front: Front, run: Mapping[str, Any], accep
         f"{counted(len(front), 'design')} on the front; recommended design {front.recommended + 1}: "
         f"DUIR {best['duir']:.4g}, FEIR {best['feir']:.4g}, total {best['total']:.4g} tolerances."
     )
-    texts = [summary, f"The search ended because {front.ended}."]
+    texts = [summary, f"The search ended because {front.ended}.", *recommendation(front)]
     texts += [run["plan_ended"]] if "plan_ended" in run else []
     texts += sentences(accepted)
     texts += [run[name]["sentence"] for name in ("accuracy", "unseen") if name in run]

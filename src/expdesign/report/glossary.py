@@ -14,7 +14,7 @@ _WORDS = {
     "better.",
     "O_TP, O_MV": "Variance of the attained position due to noise: at the first target, and over the targets (m²).",
     "Front": "Designs that no other design beats in every objective.",
-    "Recommended": "The design on the front with the least total error.",
+    "Recommended": "The design with the least total error of those expected to pass, or of all where none is.",
     "Knee": "The design nearest to the ideal point, with objectives scaled over the front.",
     "Hypervolume": "Volume of the space of objectives that the front dominates; it grows as the search improves.",
     "Design by X": "The plan that is best by criterion X alone, as its own author would choose it, of all that were "

@@ -15,12 +15,15 @@ from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of, re
 from expdesign.app.api.recorded import referenced, say_unknown_columns
 from expdesign.app.api.result import TableResult
 from expdesign.arrays import FloatArray
+from expdesign.assurance.acceptance.decision import Decision
+from expdesign.assurance.acceptance.planned import informed_decision
 from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.reader import recordings_from_table, require_measured
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.recordings.references import reference_names
 from expdesign.errors import ArgumentError, NotIdentifiableError
 from expdesign.estimation.goodness import StatementOfFit
+from expdesign.estimation.identify import fitted_rows
 from expdesign.io.table import Table
 from expdesign.planning.plan import Plan, plan_frame, read_plan
 from expdesign.planning.problem import DesignProblem
@@ -44,6 +47,7 @@ class NextResult(TableResult):
         fit: whether the base model accounts for the recordings, or None where that is not tested, as for a robot whose
             diagnosis found more than the base model.
         undetermined: what the recordings alone do not determine, in words, or None.
+        decisions: whether the robot is expected to pass now and with each further measurement, k + 1 of them.
         accuracy: expected error, in tolerances, at which it was to stop, or None.
     """
 
@@ -52,11 +56,12 @@ class NextResult(TableResult):
     after: FloatArray
     fit: StatementOfFit | None
     undetermined: str | None
+    decisions: tuple[Decision, ...]
     accuracy: float | None = None
 
     @property
     def said(self) -> Said:
-        return next_said(self.totals, self.fit, self.undetermined, self.accuracy)
+        return next_said(self.totals, self.decisions, self.fit, self.undetermined, self.accuracy)
 
     @property
     def totals(self) -> FloatArray:
@@ -105,8 +110,9 @@ def plan_next(
     known = recorded_knowledge(problem, measured, _assumed_loads(problem, table, measured))
     most = count or (1 if accuracy is None else MOST)
     found = next_measurements(problem, known, count=most, accuracy=accuracy, seed=seed)
-    frame = _continued(problem, found.decisions, measured)
-    return NextResult(frame, measured, found.before, found.after, fit, undetermined, accuracy, purpose=purpose)
+    frame, rows = _continued(problem, found.decisions, measured), int(fitted_rows(measured).sum())
+    decided = tuple(informed_decision(problem, each, rows + more) for more, each in enumerate(found.informed))
+    return NextResult(frame, measured, found.before, found.after, fit, undetermined, decided, accuracy, purpose=purpose)
 
 
 def _require_sensible(count: int | None, accuracy: float | None, seed: int) -> None:

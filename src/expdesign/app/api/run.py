@@ -14,7 +14,7 @@ from expdesign.app.api.callbacks import Callback, never, shows_progress, silent
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import purpose_of
 from expdesign.app.api.result import PAGE, FolderResult, PathLike
-from expdesign.assurance.acceptance.planned import recommended_acceptance
+from expdesign.assurance.acceptance.planned import recommended_acceptance, with_recommended
 from expdesign.assurance.acceptance.said import acceptance_record
 from expdesign.assurance.model_error.statement import AccuracyStatement, hidden_by_plan
 from expdesign.assurance.model_error.unseen import Unseen, unseen_by
@@ -174,6 +174,7 @@ def run(
         raise InputError(what, where=f"{problem.source}, experiment", remedy=remedy)
     limit = _Limit(seconds, started, ended or never, callback or silent)
     problem, front = spent(problem, search(problem, limit.reported, ended=limit.searching))
+    front = with_recommended(problem, front)
     unbounded = LowerBound(None, "not computed yet")
     purpose = purpose_of("run", config)
     first = replace(_result(problem, front, unbounded, unbounded, limit.ended), purpose=purpose)

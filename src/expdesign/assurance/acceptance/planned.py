@@ -7,6 +7,8 @@ probability that the coverage states, conformity is proven where
     k·√(u_c² + s²) + k·s ≤ T,  that is  s ≤ (T² − U²)/(2·k·T).
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from expdesign.arrays import FloatArray
@@ -15,6 +17,7 @@ from expdesign.assurance.acceptance.decision import MOST_REPETITIONS, Basis, Dec
 from expdesign.assurance.acceptance.repetition import planned_repetitions
 from expdesign.mechanics.loads.load import Payload
 from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.information import Information
 from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
 
@@ -30,24 +33,37 @@ def planned_decisions(problem: DesignProblem, assessment: Assessment) -> list[De
 
 def planned_budgets(problem: DesignProblem, assessment: Assessment) -> list[UncertaintyBudget]:
     """The budgets of the designs of an assessment, before anything is measured."""
-    noises, loads, own = np.sqrt(assessment.noise_variance), np.sqrt(assessment.source_variances), own_payload(problem)
+    own = own_payload(problem)
+    noises, loads = assessment.noise_variance, assessment.source_variances
     constant = np.zeros(noises.shape[1:]) if own is None else own.deviation**2
     repetitions = planned_repetitions(assessment, constant)
     return [
-        UncertaintyBudget(
-            contributions=(
-                Contribution(NOISE, noise),
-                *(Contribution(source.source, load[..., index]) for index, source in enumerate(problem.loaded.sources)),
-                *(() if own is None else (own,)),
-            ),
-            tolerance=tolerances(problem),
-            axes=problem.loaded.robot.coordinates.deflection,
-            coverage=problem.coverage,
-            measurements=int(number),
-            repetition=repetition,
-        )
+        replace(_budget(problem, noise, load, own, int(number)), repetition=repetition)
         for noise, load, number, repetition in zip(noises, loads, assessment.number, repetitions, strict=True)
     ]
+
+
+def informed_decision(problem: DesignProblem, information: Information, measurements: int) -> Decision:
+    """The decision, as of a plan, that rests on what so many measurements say (one set without batch dimensions)."""
+    rows = problem.targets.observation
+    noise, load = information.variances(rows)[0], information.source_variances(rows)
+    return Decision(_budget(problem, noise, load, own_payload(problem), measurements), Basis.PLAN)
+
+
+def _budget(
+    problem: DesignProblem, noise: FloatArray, load: FloatArray, own: Contribution | None, measurements: int
+) -> UncertaintyBudget:
+    """Of variances due to noise (t, n) and to each source of load error (t, n, s), beside the targets' own payloads."""
+    contributions = [Contribution(NOISE, np.sqrt(noise))]
+    for index, source in enumerate(problem.loaded.sources):
+        contributions.append(Contribution(source.source, np.sqrt(load[..., index])))
+    return UncertaintyBudget(
+        contributions=(*contributions, *(() if own is None else (own,))),
+        tolerance=tolerances(problem),
+        axes=problem.loaded.robot.coordinates.deflection,
+        coverage=problem.coverage,
+        measurements=measurements,
+    )
 
 
 def own_payload(problem: DesignProblem) -> Contribution | None:
@@ -71,6 +87,14 @@ def own_payload(problem: DesignProblem) -> Contribution | None:
         change = change - payload.wrenches(jacobians.rotation, stated - step)
         variances += np.einsum("tij,tj->ti", yields, change) ** 2
     return Contribution(OWN_PAYLOAD, np.sqrt(variances))
+
+
+def with_recommended(problem: DesignProblem, front: Front) -> Front:
+    """The front whose recommended design has the least `total` of those expected to pass; of all where none is."""
+    passes = np.array([d.robot_passes for d in planned_decisions(problem, problem.assessed(front.decisions))])
+    total = front.criteria["total"]
+    best = int(np.where(passes, total, np.inf).argmin() if passes.any() else total.argmin())
+    return replace(front, recommended=best, passing=int(passes.sum()))
 
 
 def recommended_acceptance(problem: DesignProblem, front: Front) -> Decision:
