@@ -36,7 +36,9 @@ def test_coverage_factors() -> None:
 
 
 def test_the_budget_adds_up_to_the_criteria() -> None:
-    case = problem(HEXAPOD)
+    """Where no error of the load acts at the targets themselves, as the direction of gravity does."""
+    errors = [each for each in HEXAPOD["experiment"]["load_error"] if each["source"] != "direction"]
+    case = problem(HEXAPOD, {"experiment.load_error": errors})
     plan = plan_for(case)
     found = decision(case, plan).budget
     assessment = case.assess(plan.configurations[None], plan.loads[None], plan.series[None])

@@ -128,6 +128,40 @@ def test_one_u_for_a_target_in_every_command(tmp_path: Path, changes: dict[str, 
         assert evaluated["budget"]["own payload"] == pytest.approx(expected_own.deviation[0, 0])
 
 
+def test_what_recordings_showed_of_weights_and_gravity_is_applied_at_the_target(tmp_path: Path) -> None:
+    """The robot is commanded to where it stands right under the weights as they are, on the base as it is."""
+    errors = [{"source": "com", "std": [0.02, 0.02, 0.02]}, {"source": "direction", "std": [0.02, 0.02]}]
+    changes = {"experiment.load_error": errors, "experiment.measurements": 8, "experiment.load.gravity": ...}
+    case = problem(HEXAPOD, changes | {"targets.0.payload.same_as": "experiment"})
+    robot = case.loaded.robot
+    chain = Chain(
+        robot, (effect("H1", "payload_com_offset", "payload"), effect("H1", "load_direction_tilt", "payload"))
+    )
+    values = np.r_[np.linspace(0.9, 1.1, 6), 0.02, -0.03, 0.01, 0.02, -0.01]
+    truth = model_of(chain, values, np.zeros((11, 11)))
+    plan = xd.run(case).plan
+    recorded = xd.simulate(case, plan, noise=False, load_errors=False).frame
+    table = parse_table(csv_text(recorded), "rec.csv")
+    readings = chain.predict(row_data(points_from_table(table, robot), robot), values)
+    recorded[list(robot.coordinates.deflection)] = readings[np.argsort(np.argsort(table.lines))]
+    identified = xd.identify(HEXAPOD["robot"], recorded, targets=case)
+    found = xd.compensate(identified, case)
+    poses = found.frame[[f"target_{name}" for name in POSES]].set_axis(POSES, axis=1)
+    wanted = pd.concat([found.frame[["sequence", "series", *PAYLOAD, "same_as"]], poses], axis=1)
+    expected = compensate(truth, *read(wanted, truth))
+    stiffness_alone = model_of(Chain(robot), values[:6], np.zeros((6, 6)))
+    plain = compensate(stiffness_alone, *read(wanted.drop(columns="same_as"), truth))
+    away = found.compensation.commands - expected.commands
+    assert (np.abs(away) < 0.5 * found.corrections.expanded).all()
+    assert (np.abs(plain.commands - expected.commands) > 2.0 * found.corrections.expanded).any()
+    assert "applied at every target: load_direction_tilt" in " ".join(found.scope)
+    identified.save(tmp_path / "out")
+    read_again = xd.compensate(tmp_path / "out" / "model.yaml", case)
+    pd.testing.assert_frame_equal(read_again.frame, found.frame, rtol=1e-12)
+    assert identified.acceptance is not None
+    assert {"com", "direction"} <= {one.name for one in identified.acceptance.budget.contributions}
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [

@@ -6,6 +6,8 @@ from functools import reduce
 import numpy as np
 import pytest
 
+from expdesign.assurance.acceptance.planned import acting_loads
+from expdesign.estimation.gaussian import NOISE, Gaussian, Term
 from expdesign.estimation.load_errors import Estimator
 from expdesign.planning.criteria.accuracy import expected_total
 from expdesign.planning.criteria.criterion import known_criteria
@@ -173,7 +175,35 @@ def test_what_each_source_adds_is_the_dense_sum_over_it() -> None:
     rows, errors = here.whitened(*here.space.decode(design))
     targets = here.targets.observation * here.loaded.scale
     assessment = here.assessed(design[None])
+    nothing = tuple(np.zeros((*targets.shape[:2], len(s.deviation))) for s in here.loaded.sources)
+    noise, sources = assessment.information.budget(here.targets.observation, nothing)
+    np.testing.assert_allclose(noise, assessment.noise_variance, rtol=1e-12)
     for index, some in enumerate((here.shared_errors, ~here.shared_errors)):
         _, force = dense(rows * here.loaded.scale, errors * some, here.shared_errors, targets, "weighted")
-        np.testing.assert_allclose(assessment.source_variances[0, ..., index], force, rtol=1e-9)
-    np.testing.assert_allclose(assessment.source_variances.sum(axis=-1), assessment.force_variance, rtol=1e-12)
+        np.testing.assert_allclose(sources[0, ..., index], force, rtol=1e-9)
+    np.testing.assert_allclose(sources.sum(axis=-1), assessment.force_variance, rtol=1e-12)
+
+
+@pytest.mark.parametrize("shared_reference", [False, True])
+def test_errors_that_act_at_targets_as_well_are_those_of_the_joint_model(shared_reference: bool) -> None:
+    """(T·K·B_s − T_s)·S_s·(…)ᵀ of every source, and the noise's part (`estimation/gaussian.py`)."""
+    sources = [*ERRORS, {"source": "direction", "std": [0.01, 0.02], "shared": True}]
+    changes = {"experiment.load_error": sources, "experiment.deflection_noise.shared_reference": shared_reference}
+    here = problem(HEXAPOD, changes)
+    assessment, acting = here.assessed(drawn(here, 6)[None]), acting_loads(here)
+    assert [bool(each.any()) for each in acting] == [False, False, True]
+    targets = here.targets.observation.reshape(-1, 6)
+    errors = assessment.measurements.compliance @ assessment.measurements.load_errors
+    terms = [Term("stiffness", assessment.white(assessment.measurements.observation)[0], targets)]
+    for source, part, at in zip(here.loaded.sources, assessment.measurements.sources, acting, strict=True):
+        columns = assessment.white(errors[..., part])[0]
+        if not source.shared:
+            each = np.eye(assessment.count)[:, None, :, None] * errors[0, ..., part][:, :, None]
+            columns = assessment.white(each.reshape(1, *each.shape[:2], -1))[0]
+        at_targets = at.reshape(len(targets), -1) if source.shared else None
+        terms.append(Term(source.source, columns, at_targets, np.ones(columns.shape[1])))
+    expected = Gaussian.planned(terms).budget
+    noise, parts = assessment.information.budget(here.targets.observation, acting)
+    np.testing.assert_allclose(noise[0].ravel(), np.diag(expected[NOISE]), rtol=1e-8)
+    for index, source in enumerate(here.loaded.sources):
+        np.testing.assert_allclose(parts[0, ..., index].ravel(), np.diag(expected[source.source]), rtol=1e-8)

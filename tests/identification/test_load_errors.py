@@ -1,5 +1,6 @@
 """Declared errors of the recorded loads are weighed by the fit, and are in all that is said of it (theory.md 5.6)."""
 
+from copy import deepcopy
 from dataclasses import replace
 from typing import Any
 
@@ -7,7 +8,11 @@ import numpy as np
 import pytest
 
 import expdesign as xd
+from expdesign.app.api.at_targets import AtTargets
 from expdesign.arrays import FloatArray
+from expdesign.assurance.acceptance.fitted import attained_at_targets, fitted_budget
+from expdesign.assurance.acceptance.planned import planned_budgets
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
 from expdesign.estimation.identify import Identification, identify
@@ -165,7 +170,8 @@ class Experiments:
 
     def identified(self, random: np.random.Generator, actual: float, estimator: Estimator) -> Identification:
         """One repetition with load errors `actual` times as large as they are declared."""
-        moved = self.columns @ (actual * random.standard_normal(self.columns.shape[-1]))
+        self.drawn = actual * random.standard_normal(self.columns.shape[-1])
+        moved = self.columns @ self.drawn
         noise = self.deviations * random.standard_normal(self.deviations.shape)
         recorded = replace(self.recordings, deflections=self.recordings.deflections + moved + noise)
         return identify(self.case.loaded.robot, recorded, load_errors=self.case.load_errors, estimator=estimator)
@@ -179,6 +185,48 @@ class Experiments:
             inside.append((own.low <= truth) & (truth <= own.high))
             errors.append(own.estimate / truth - 1.0)
         return float(np.mean(inside)), float(np.sqrt(np.mean(np.square(errors))))
+
+
+@pytest.mark.parametrize("estimator", ["generalised", "weighted"])
+def test_coverage_of_targets_at_which_load_errors_act(estimator: Estimator) -> None:
+    """The direction of gravity at all, the weights' errors where these are carried: what is left of them is in U."""
+    experiments = Experiments([*SHARED, {"source": "direction", "std": [0.02, 0.02], "shared": True}])
+    case = deepcopy(experiments.case.config)
+    case["targets"].append(deepcopy(case["targets"][0]))
+    case["targets"][0]["payload"]["same_as"] = "experiment"
+    here, random, ratios = problem(case, {"experiment.estimator": estimator}), np.random.default_rng(3), []
+    for _ in range(100):
+        found = experiments.identified(random, 1.0, estimator)
+        assert found.loads is not None
+        acting, units = found.loads.at_targets(found.fit), found.loads.acting.units
+        assert acting is not None
+        sensitivities = attained_at_targets(here, found.fit, experiments.recordings, acting).sensitivities
+        wrong = np.concatenate([found.fit.values - 1.0, acting.values - units * experiments.drawn])
+        budget = fitted_budget(here, AtTargets.identified(here, found).model)
+        ratios.append((sensitivities @ wrong) / budget.standard)
+    spread = np.sqrt(np.mean(np.square(ratios), axis=0))
+    np.testing.assert_allclose(spread, 1.0, atol=0.21)  # three standard errors of a root mean square of 100
+    expected = planned_budgets(here, here.assess(*plan_of(experiments.recordings)))[0]
+    np.testing.assert_allclose(expected.standard, budget.standard, rtol=0.35)
+    for each in (expected, budget):
+        assert each.repetition is not None
+        once = each.repetition.variances(1.0)
+        if each is expected or estimator == "weighted":  # a fit weighs less than its intervals contain
+            np.testing.assert_allclose(once, each.standard**2, rtol=1e-6)
+    configurations, loads = (np.repeat(each, 5, axis=1) for each in plan_of(experiments.recordings))
+    several = planned_budgets(here, here.assess(configurations, loads))[0]
+    np.testing.assert_allclose(expected.repeated(5.0), several.expanded, rtol=1e-6)
+    names = [one.name for one in budget.contributions]
+    for name in ("mass", "com"):  # carried or not, U differs
+        both = budget.contributions[names.index(name)].deviation
+        assert np.abs(both[0] / both[1] - 1.0).max() > 0.05
+
+
+def plan_of(recorded: Recordings) -> tuple[FloatArray, FloatArray]:
+    """Configurations and loads of one design."""
+    assert recorded.payload is not None
+    loads = np.concatenate([recorded.payload, recorded.gravity], axis=1)
+    return recorded.configurations[None], loads[None]
 
 
 @pytest.mark.parametrize("estimator", ["generalised", "weighted"])

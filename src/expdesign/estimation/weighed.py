@@ -20,8 +20,10 @@ from scipy.optimize import minimize
 
 from expdesign.arrays import BoolArray, FloatArray, as_matrix
 from expdesign.chain.chain import Chain
+from expdesign.chain.models.acting import ActingLoads
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.recordings.recordings import Recordings
+from expdesign.estimation.acting_loads import AtTargets, EstimatedLoads
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.gaussian import Gaussian, Term
 from expdesign.estimation.load_errors import DeclaredLoadErrors, Estimator, LoadEffect, load_columns
@@ -76,23 +78,49 @@ class WeighedLoads:
         effects: at the fitted parameters.
         weights: λ of every effect, in declared standard deviations; 0 for the `weighted` estimator.
         sizes: μ of every effect; 1 for the `weighted` estimator.
-        mean: posterior mean of the shared errors, in declared standard deviations, effect after effect, shape (d,).
-        covariance: of the same, shape (d, d).
+        estimated: the shared errors, as the recordings show them; 0 for the `weighted` estimator.
+        deviations: standard deviations of these estimates, in declared ones, shape (d,).
+        acting: those that act at targets as well.
         propagated: what μ standard deviations of every error do to the parameters.
+        joined: the same, and to the error of the estimates of `acting`.
     """
 
     estimator: Estimator
     effects: tuple[LoadEffect, ...]
     weights: FloatArray
     sizes: FloatArray
-    mean: FloatArray
-    covariance: FloatArray
+    estimated: EstimatedLoads
+    deviations: FloatArray
+    acting: AtTargets
     propagated: Propagated
+    joined: Propagated
 
     @property
     def excess(self) -> FloatArray:
         """K·(C(μ) − C(λ))·Kᵀ: what sizes beyond the weights add to the covariance of the parameters, shape (p, p)."""
-        return self.propagated.covariance((1.0 - (self.weights / self.sizes) ** 2).tolist())
+        return _excess(self.propagated, self.weights, self.sizes)
+
+    def at_targets(self, fit: Fit) -> ActingLoads | None:
+        """What acts at targets beside a fit whose covariance is that with which it predicts."""
+        return self.acting.shown(self.estimated, fit)
+
+    def acting_at(self, moved: FloatArray, *, weighed: bool) -> list[FloatArray]:
+        """What every effect does at targets, (t, n, d) each, 0 where it does not act, per declared standard deviation.
+
+        Args:
+            moved: what those do that act, per unit of their parameters, shape (t, n, a).
+            weighed: per standard deviation that the fit took instead.
+        """
+        sizes = self.weights if weighed else np.ones(len(self.effects))
+        own = np.zeros((*moved.shape[:-1], len(self.estimated.mean)))
+        own[..., self.acting.columns] = moved * self.acting.units
+        found, start = [], 0
+        for effect, size in zip(self.effects, sizes.tolist(), strict=True):
+            width = effect.moved.shape[-1]
+            part = own[..., start : start + width] if effect.shared else np.zeros((*moved.shape[:-1], width))
+            found.append(size * part)
+            start += width * effect.shared
+        return found
 
     @property
     def sentence(self) -> str:
@@ -112,15 +140,14 @@ class WeighedLoads:
     def record(self) -> dict[str, Any]:
         """What a document says of them."""
         first, entries = 0, []
-        deviations = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
         for effect, weight, size in zip(self.effects, self.weights, self.sizes, strict=True):
             entry: dict[str, Any] = {"source": effect.source, "unit": effect.unit, "shared": effect.shared}
             entry |= {"weight": effect.weight} if effect.weight else {}
             entry |= {"declared_std": effect.deviation.tolist(), "weight_taken": float(weight), "scale": float(size)}
             if effect.shared:
                 part = slice(first, first + len(effect.deviation))
-                entry["estimate"] = (self.mean[part] * effect.deviation).tolist()
-                entry["std"] = (deviations[part] * effect.deviation).tolist()
+                entry["estimate"] = (self.estimated.mean[part] * effect.deviation).tolist()
+                entry["std"] = (self.deviations[part] * effect.deviation).tolist()
                 first = part.stop
             entries.append(entry)
         return {"estimator": self.estimator, "sources": entries}
@@ -253,23 +280,31 @@ def _posterior(
     """What the readings say of the shared errors, and what errors do to the parameters, for either estimator."""
     weights, sizes = scales
     whitening = noise.weighing(load_columns(effects, weights) if estimator == "generalised" else None)
-    residuals, sensitivities = fitted.linearised(fit.values)
-    columns = load_columns(effects, sizes)
-    rows = noise.weighing(LoadColumns(columns.shared[..., :0], columns.own))
     unit = load_columns(effects, np.ones(len(effects))).shared
-    root = np.concatenate(
-        [np.empty(0), *(np.full(e.moved.shape[2], s) for e, s in zip(effects, sizes, strict=True) if e.shared)]
-    )
-    loads = Term("loads", as_matrix(rows.apply(unit)), root=root, scope="campaign")
-    parameters = _parameters(fitted, fit.values, as_matrix(rows.apply(sensitivities)))
-    model = Gaussian((*parameters, loads), rows.apply(residuals).ravel())
-    part = model.slices["loads"]
+    rows = noise.weighing(LoadColumns(unit[..., :0], load_columns(effects, sizes).own))
+    shared = [np.full(e.moved.shape[2], size) for e, size in zip(effects, sizes, strict=True) if e.shared]
+    spread = np.concatenate([np.empty(0), *shared])
+    propagated = Propagated.of(fit, whitening, effects, sizes.tolist())
+    if estimator == "generalised":
+        estimated = EstimatedLoads.of(unit, spread, rows, fitted.linearised(fit.values))
+    else:
+        moved = [each[0] for e, each in zip(effects, propagated.moved, strict=True) if e.shared]
+        nothing = np.empty((len(fit.values), 0))
+        estimated = EstimatedLoads.propagated(spread, np.hstack([nothing, *moved]), fitted.train.deflections.shape)
+    known = fit.estimable.generalised + _excess(propagated, weights, sizes)
+    acting = AtTargets.of(fitted.chain.robot, fitted.train, effects)
     return WeighedLoads(
-        estimator,
-        effects,
-        weights,
-        sizes,
-        model.mean_of("loads"),
-        model.estimable.generalised[part, part],
-        Propagated.of(fit, whitening, effects, sizes.tolist()),
+        estimator=estimator,
+        effects=effects,
+        weights=weights,
+        sizes=sizes,
+        estimated=estimated,
+        deviations=np.sqrt(np.diag(estimated.covariance(known))),
+        acting=acting,
+        propagated=propagated,
+        joined=acting.joined(estimated, propagated, sizes, rows),
     )
+
+
+def _excess(propagated: Propagated, weights: FloatArray, sizes: FloatArray) -> FloatArray:
+    return propagated.covariance((1.0 - (weights / sizes) ** 2).tolist())

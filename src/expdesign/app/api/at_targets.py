@@ -17,11 +17,8 @@ from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.model_error.recorded import Shown
 from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden
 from expdesign.chain.identified import ChainBeside
-from expdesign.estimation.fit import Fit
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.load_errors import load_columns
-from expdesign.estimation.propagated import Propagated
-from expdesign.estimation.weighed import WeighedLoads
 from expdesign.planning.criteria.targets import GivenVariances
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.blocks import PageSection
@@ -85,9 +82,8 @@ class AtTargets:
     def identified(cls, problem: DesignProblem, result: Identification) -> "AtTargets":
         """An identified robot; not decided where it is refuted."""
         noise, recorded = result.noise, result.recordings.rows(result.fitted)
-        loads = _moved(result.loads, result.fit)
         drawing = None if result.arm is None else result.arm.drawing
-        model = FittedModel(result.fit, recorded, result.whitening, noise.degrees, loads, drawing)
+        model = FittedModel(result.fit, recorded, result.whitening, noise.degrees, result.loads, drawing)
         return cls(problem, model, result.goodness.refuted)
 
     @classmethod
@@ -102,10 +98,9 @@ class AtTargets:
         degrees = result.noise.degrees
         if result.noise.origin == "residuals":  # what was found takes some
             degrees = min(degrees, float(max(result.after.dof, 1)))
-        loads = _moved(result.loads, known)
         chain = result.predictive.fit.chain
         drawing = chain.drawing if isinstance(chain, ChainBeside) else None
-        model = FittedModel(known.seen_by(counts), recorded, whitening.rows(counts), degrees, loads, drawing)
+        model = FittedModel(known.seen_by(counts), recorded, whitening.rows(counts), degrees, result.loads, drawing)
         remedy = "record what separates the explanations, or look at the place that is named"
         return cls(problem, model, result.refuted, remedy)
 
@@ -126,11 +121,6 @@ class AtTargets:
         found = (shown or Shown(self.problem, self.model.recordings, self.model.whitening)).hidden()
         accuracy = _accuracy(self.problem, self.decision.budget, found)
         return StatedAtTargets(self.problem.source, self.decision, found, accuracy)
-
-
-def _moved(loads: WeighedLoads | None, known: Fit) -> Propagated | None:
-    """What errors of the loads do to the parameters, as the covariance of a model contains it."""
-    return None if loads is None else loads.propagated.scaled(float(np.sqrt(known.inflation)))
 
 
 def _accuracy(problem: DesignProblem, budget: UncertaintyBudget, hidden: WhatIsHidden) -> AccuracyStatement | None:

@@ -216,6 +216,7 @@ def diagnose(
     result = replace(result, doubts=doubts(measured, machine.robot, result.after.left, calibrated))
     model = recorded_model(
         result.known,
+        result.loads,
         machine,
         measured,
         ~measured.test,

@@ -218,6 +218,7 @@ def identify(
     goodness = result.goodness
     model = recorded_model(
         result.fit,
+        result.loads,
         machine,
         measured,
         result.fitted,

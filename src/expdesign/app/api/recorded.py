@@ -14,12 +14,14 @@ from expdesign.app.api.result import FolderResult, PathLike, Result
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.recordings import recordings_findings
-from expdesign.chain.models.model_file import Model, ModelSource
+from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.reader import read_several, recordings_from_table, require_measured
 from expdesign.chain.recordings.recordings import SESSION, STATION, Recordings
 from expdesign.chain.recordings.references import Points, Sharing, with_references
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import InputError
+from expdesign.estimation.fit import Fit
+from expdesign.estimation.weighed import WeighedLoads
 from expdesign.io.tables_in_units import synonym
 
 if TYPE_CHECKING:  # most recordings have no targets, and need not wait for planning
@@ -135,7 +137,8 @@ def referenced(points: Points, option: bool | None, problem: "DesignProblem | No
 
 
 def recorded_model(
-    fit: ModelSource,
+    fit: Fit,
+    loads: WeighedLoads | None,
     robot: RobotFile,
     recordings: Recordings,
     fitted: BoolArray,
@@ -148,6 +151,7 @@ def recorded_model(
 
     Args:
         fit: parameters and covariance.
+        loads: errors of the recorded loads; None where none are declared.
         robot: with its file.
         recordings: of the robot.
         fitted: rows that the fit has seen, shape (N,).
@@ -164,6 +168,7 @@ def recorded_model(
         reading_std=dict(zip(names, reading_deviations.tolist(), strict=True)),
         verdict=verdict,
         recordings=recordings.rows(fitted),
+        acting=None if loads is None else loads.at_targets(fit),
     )
 
 

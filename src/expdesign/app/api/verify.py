@@ -148,9 +148,10 @@ def verify(
     check = replace(check, points=after_campaign(identified, check.points))
     problem = problem_of_robot(config, robot, identified.source, confirmed=other_robot)
     loads = TargetLoads.of_table(table, robot.coordinates)
-    deviations = _deviations(identified, check, loads, problem)
+    acting = identified.at_targets
+    deviations = _deviations(acting, check, loads, problem)
     check = replace(check, points=referenced(check.points, shared_reference, problem))
-    comparison = compare(identified, check, deviations, loads)
+    comparison = compare(acting, check, deviations, loads)
     chosen = Coverage(coverage) if coverage is not None else STANDARD if problem is None else problem.coverage
     columns = [robot.coordinates.deflection[axis] for axis in check.axes]
     statement = comparison.statement(check.points, columns)

@@ -14,6 +14,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import NOISE, OWN_PAYLOAD, Contribution, UncertaintyBudget, tolerances
 from expdesign.assurance.acceptance.repetition import fitted_repetition
+from expdesign.chain.models.acting import ActingLoads
 from expdesign.chain.models.estimable import Calibrated
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.points import points_from_table
@@ -26,6 +27,7 @@ from expdesign.estimation.compensation.target_loads import AttainedUncertainty, 
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.load_errors import declared_load_errors
 from expdesign.estimation.propagated import Propagated
+from expdesign.estimation.weighed import WeighedLoads
 from expdesign.estimation.whitening import Whitening
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.target_table import targets_table
@@ -40,7 +42,7 @@ class FittedModel:
         recordings: the rows that were fitted.
         whitening: of these rows.
         degrees: degrees of freedom of the noise level, infinite where it is stated.
-        loads: load errors that the covariance of the fit contains; None where it contains none.
+        loads: load errors that the covariance of the fit contains, of which some act at targets too; None for none.
         drawing: what no reading shows and the covariance does not contain: steps of the parameters by which the robot
             may differ from its drawing, one standard deviation each, shape (p, d); None for nothing.
     """
@@ -49,7 +51,7 @@ class FittedModel:
     recordings: Recordings
     whitening: Whitening
     degrees: float = float("inf")
-    loads: Propagated | None = None
+    loads: WeighedLoads | None = None
     drawing: FloatArray | None = None
 
 
@@ -61,9 +63,11 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
             is calibrated and the model has none.
     """
     require_what_is_calibrated(problem, shown=not model.fit.chain.reading.linear)
-    attained = attained_at_targets(problem, model.fit, model.recordings)
+    acting = None if model.loads is None else model.loads.at_targets(model.fit)
+    attained = attained_at_targets(problem, model.fit, model.recordings, acting)
     sensitivities, deviations = attained.sensitivities, attained.known
-    generalised = model.fit.estimable.generalised
+    known = model.fit.estimable if acting is None else acting.joined(model.fit.estimable)
+    generalised = known.generalised
     together = np.einsum("tnp,pq,smq->tnsm", sensitivities, generalised, sensitivities, optimize=True)
     loads = []
     propagated = _propagated(problem, model)
@@ -82,15 +86,19 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
         own = np.sqrt((attained.own**2).sum(axis=-1))
         contributions.append(Contribution(OWN_PAYLOAD, own, covariance=spread))
     steps = np.zeros((len(model.fit.values), 0)) if model.drawing is None else model.drawing
+    of_machine, there = np.split(sensitivities, [len(steps)], axis=-1)
+    at = [np.zeros((*there.shape[:-1], effect.moved.shape[-1])) for effect in propagated.effects]
+    if model.loads is not None:
+        at = model.loads.acting_at(there, weighed=model.whitening.loads is not None)
     return UncertaintyBudget(
         contributions=tuple(contributions),
         tolerance=tolerances(problem),
         axes=problem.loaded.robot.coordinates.deflection,
         coverage=problem.coverage,
         measurements=len(model.recordings),
-        drawing=np.sqrt(((sensitivities @ steps) ** 2).sum(axis=-1)),
+        drawing=np.sqrt(((of_machine @ steps) ** 2).sum(axis=-1)),
         repetition=fitted_repetition(
-            model.fit, model.whitening, propagated.effects, sensitivities, (attained.own**2).sum(axis=-1)
+            model.fit, model.whitening, propagated.effects, (of_machine, at), (attained.own**2).sum(axis=-1)
         ),
     )
 
@@ -108,15 +116,23 @@ def places_tip(fit: Fit) -> bool:
     return fit.chain.robot.jointed and not fit.chain.reading.linear
 
 
-def attained_at_targets(problem: DesignProblem, fit: Fit, recordings: Recordings) -> AttainedUncertainty:
+def attained_at_targets(
+    problem: DesignProblem, fit: Fit, recordings: Recordings, acting: ActingLoads | None = None
+) -> AttainedUncertainty:
     """How well the attained poses are known along the axes of the tolerances, as `compensate` states it.
 
     Of an arm they are those of its tip; of a robot on legs the motion counts from the command.
+
+    Args:
+        problem: with the targets.
+        fit: of the recordings.
+        recordings: that were fitted.
+        acting: errors of their loads that act at targets as well.
     """
     table, robot = targets_table(problem), fit.chain.robot
     known = Calibrated.of(recordings, robot, ordered=fit.chain.counts_rows)
     bare = Model(fit.chain, fit.values, fit.covariance, {}, Path(), problem.source, fit.subspace)
-    model = replace(bare, calibrated=known)
+    model = replace(bare, calibrated=known, acting=acting).at_targets
     points = after_campaign(model, points_from_table(table, robot))
     chain = chain_of(model, platform=True, from_command=True)
     if robot.jointed:
@@ -128,7 +144,7 @@ def attained_at_targets(problem: DesignProblem, fit: Fit, recordings: Recordings
 def _propagated(problem: DesignProblem, model: FittedModel) -> Propagated:
     """What errors of the loads do to the parameters: those that the fit contains, else as they are declared."""
     if model.loads is not None:
-        return model.loads
+        return model.loads.joined.scaled(float(np.sqrt(model.fit.inflation)))
     fit, recorded = model.fit, model.recordings
     errors = declared_load_errors(fit.chain.robot, recorded, problem.load_errors)
     effects = () if errors is None else errors.effects(fit.chain, fit.values, recorded)

@@ -15,7 +15,9 @@ from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import NOISE, OWN_PAYLOAD, Contribution, UncertaintyBudget, tolerances
 from expdesign.assurance.acceptance.decision import MOST_REPETITIONS, Basis, Decision
 from expdesign.assurance.acceptance.repetition import planned_repetitions
-from expdesign.mechanics.loads.load import Payload
+from expdesign.estimation.acting_loads import ACTING
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.loads.errors.source import CentreOfMassError, DirectionError, LoadErrorSource, MassError
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.information import Information
 from expdesign.planning.front import Front
@@ -33,10 +35,10 @@ def planned_decisions(problem: DesignProblem, assessment: Assessment) -> list[De
 
 def planned_budgets(problem: DesignProblem, assessment: Assessment) -> list[UncertaintyBudget]:
     """The budgets of the designs of an assessment, before anything is measured."""
-    own = own_payload(problem)
-    noises, loads = assessment.noise_variance, assessment.source_variances
+    own, acting = own_payload(problem), acting_loads(problem)
+    noises, loads = assessment.information.budget(problem.targets.observation, acting)
     constant = np.zeros(noises.shape[1:]) if own is None else own.deviation**2
-    repetitions = planned_repetitions(assessment, constant)
+    repetitions = planned_repetitions(assessment, acting, constant)
     return [
         replace(_budget(problem, noise, load, own, int(number)), repetition=repetition)
         for noise, load, number, repetition in zip(noises, loads, assessment.number, repetitions, strict=True)
@@ -45,8 +47,7 @@ def planned_budgets(problem: DesignProblem, assessment: Assessment) -> list[Unce
 
 def informed_decision(problem: DesignProblem, information: Information, measurements: int) -> Decision:
     """The decision, as of a plan, that rests on what so many measurements say (one set without batch dimensions)."""
-    rows = problem.targets.observation
-    noise, load = information.variances(rows)[0], information.source_variances(rows)
+    noise, load = information.budget(problem.targets.observation, acting_loads(problem))
     return Decision(_budget(problem, noise, load, own_payload(problem), measurements), Basis.PLAN)
 
 
@@ -66,27 +67,51 @@ def _budget(
     )
 
 
+def acting_loads(problem: DesignProblem) -> tuple[FloatArray, ...]:
+    """What shared errors of the load do at the targets, per standard deviation of each source, shape (t, n, d) each.
+
+    The direction of gravity acts at every target, which stands on the same base, errors of the weights where a target
+    carries these (`estimation/compensation/target_loads`). An error that every measurement has for itself acts nowhere.
+    """
+    targets, own, found = problem.targets, problem.own_loads, []
+    for source in problem.loaded.sources:
+        acts = np.zeros(len(targets.weights), dtype=bool)
+        if source.shared and problem.loaded.load.has_mass and source.source in ACTING:
+            acts = (
+                np.ones_like(acts) if source.source == DirectionError.source else acts if own is None else own.carries
+            )
+        nothing = np.zeros((*targets.importance.shape, len(source.deviation)))
+        found.append(np.where(acts[:, None, None], _moved(problem, source), 0.0) if acts.any() else nothing)
+    return tuple(found)
+>>>>>>> 8aba65e0 (Load errors that recordings showed act at the targets: gravity's direction at all, the weights' where these are carried, in U of every command and in the command itself)
+
+
 def own_payload(problem: DesignProblem) -> Contribution | None:
-    """What is not known of the targets' own payloads, J·diag(1/apK)·Jᵀ·L·Σ_δ along the axes of the tolerances.
+    """What is not known of the targets' own payloads, D·L·Σ_δ along the axes of the tolerances.
 
     No plan shows it (`estimation/compensation/target_loads`). None where all payloads are exact.
     """
-    loads, robot, targets = problem.own_loads, problem.loaded.robot, problem.targets
+    loads, robot = problem.own_loads, problem.loaded.robot
     if loads is None or not loads.deviations.any():
         return None
-    jacobians, payload = robot.jacobians(targets.configurations), Payload(robot.coordinates)
-    yields = jacobians.pose * robot.compliance @ jacobians.pose.swapaxes(-1, -2)
-    if targets.axes is not None:
-        yields = targets.axes @ yields
-    stated = np.array([parameters for _, parameters in problem.target_loads])
-    variances = np.zeros(yields.shape[:2])
-    for index in range(loads.deviations.shape[1]):
-        step = np.zeros_like(stated)
-        step[:, index] = 0.5 * loads.deviations[:, index]
-        change = payload.wrenches(jacobians.rotation, stated + step)
-        change = change - payload.wrenches(jacobians.rotation, stated - step)
-        variances += np.einsum("tij,tj->ti", yields, change) ** 2
-    return Contribution(OWN_PAYLOAD, np.sqrt(variances))
+    unit = MassError(np.ones(1)), CentreOfMassError(np.ones(len(robot.coordinates.centre_of_mass)))
+    moved = np.concatenate([_moved(problem, source) for source in unit], axis=-1)
+    return Contribution(OWN_PAYLOAD, np.sqrt(((moved * loads.deviations[:, None, :]) ** 2).sum(axis=-1)))
+
+
+def _moved(problem: DesignProblem, source: LoadErrorSource) -> FloatArray:
+    """Change of the poses attained at the targets, per standard deviation of an error of the load there, (t, n, d)."""
+    targets = problem.targets
+    moved = np.zeros((*targets.importance.shape, len(source.deviation)))
+    for here in {id(each): each for each, _ in problem.target_loads}.values():
+        inside = np.array([each is here for each, _ in problem.target_loads])
+        if source.dimension(here.load) != len(source.deviation):
+            continue
+        loads = np.array([load for each, load in problem.target_loads if each is here])
+        wrong = LoadedRobot(here.robot, here.load, (source,), here.regressor, here.physics, instrument=False)
+        measured = wrong.measure(targets.configurations[inside], loads)
+        moved[inside] = measured.compliance @ measured.load_errors
+    return moved if targets.axes is None else targets.axes @ moved
 
 
 def with_recommended(problem: DesignProblem, front: Front) -> Front:

@@ -8,7 +8,8 @@ decomposition gives it for every k: with Λ = RᵀR and R⁻ᵀ·M·R⁻¹ = V·
 
 By `generalised` least squares shared load errors are among the unknowns, with their prior in Λ_0: more readings
 determine them better where the readings tell them from the parameters (μ > 0), and never where they do not (μ = 0).
-By `weighted` ones they reach the estimate as S_0 + k·S, and those that every measurement has of its own as √k·N.
+By `weighted` ones they reach the estimate as S_0 + k·S, and those that every measurement has of its own as √k·N. What
+acts at the targets as well stands in T with the errors that are estimated, and is taken off the others (`budget`).
 """
 
 from collections.abc import Sequence
@@ -35,6 +36,7 @@ class Repetition:
         known: what shared load errors do by what is known beside the readings, per standard deviation, shape (q, d).
         shared: by the readings of one copy, shape (q, d).
         own: what the load errors do that each measurement has of its own, shape (q, e).
+        acting: what the shared load errors that are not estimated do at the targets themselves, shape (t, n, d).
         constant: variance that no reading changes (m², rad²), shape (t, n).
     """
 
@@ -43,45 +45,57 @@ class Repetition:
     known: FloatArray
     shared: FloatArray
     own: FloatArray
+    acting: FloatArray
     constant: FloatArray
 
     @classmethod
     def of(
-        cls, readings: Information, information: Information, targets: FloatArray, constant: FloatArray
+        cls,
+        readings: Information,
+        information: Information,
+        targets: tuple[FloatArray, Sequence[FloatArray]],
+        constant: FloatArray,
     ) -> "Repetition":
         """Of one copy of an experiment.
 
         Args:
             readings: what its readings say, one set without batch dimensions.
             information: the same with what is known beside them, the prior of load errors that are estimated included.
-            targets: rows of the parameters, shape (t, n, p).
+            targets: rows of the parameters, shape (t, n, p), and of the load errors of each source, 0 where they do not
+                act there, (t, n, d) each.
             constant: variance that no reading changes (m², rad²), shape (t, n).
         """
+        rows, acting = targets
         inverse = _inverse(information)
         left, values, turned = np.linalg.svd(readings.root @ inverse)
         directions = inverse @ turned.T
-        gain = targets @ directions[sum(information.estimated) :]
-        gain[~information.estimable(targets)] = np.nan
+        none_there: FloatArray = np.zeros((*rows.shape[:-1], 0))
+        estimated = [at for at, width in zip(acting, information.estimated, strict=True) if width]
+        gain = np.concatenate([none_there, *estimated, rows], axis=-1) @ directions
+        gain[~information.estimable(rows)] = np.nan
         nothing: FloatArray = np.zeros((len(values), 0))
-        known, shared, own = [nothing], [nothing], [nothing]
+        known, shared, own, there = [nothing], [nothing], [nothing], [none_there]
         # The covariance of generalised least squares holds them already.
         propagated = readings.shared if information.estimator == "weighted" else ()
-        for here, every, common in zip(readings.errors, information.errors, propagated, strict=False):
+        for here, every, common, at in zip(readings.errors, information.errors, propagated, acting, strict=False):
             seen, reach = values[:, None] * (left.T @ here), directions.T @ (information.root.T @ every)
             if common:  # what the readings do not give of it, the rest does
                 known.append(reach - seen)
                 shared.append(seen)
+                there.append(at)
                 continue
             own.append(seen)
             before = reach[:, : reach.shape[1] - seen.shape[1]]  # of measurements that stand before these
             known.append(before)
             shared.append(np.zeros(before.shape))
+            there.append(np.zeros((*rows.shape[:-1], before.shape[1])))
         return cls(
             gain,
             np.minimum(values**2, 1.0),
             known=np.concatenate(known, axis=1),
             shared=np.concatenate(shared, axis=1),
             own=np.concatenate(own, axis=1),
+            acting=np.concatenate(there, axis=-1),
             constant=constant,
         )
 
@@ -89,7 +103,7 @@ class Repetition:
         """Variances (m², rad²) with k copies, k of any shape that goes with (t, n): of that shape; NaN as in `gain`."""
         k = np.broadcast_to(times, np.broadcast_shapes(np.shape(times), self.constant.shape))
         weighed = self.gain / (1.0 + (k[..., None] - 1.0) * self.share)
-        moved = weighed @ self.known + k[..., None] * (weighed @ self.shared)
+        moved = weighed @ self.known + k[..., None] * (weighed @ self.shared) - self.acting
         own = k * ((weighed @ self.own) ** 2).sum(axis=-1)
         found: FloatArray = (weighed * self.gain).sum(axis=-1) + (moved**2).sum(axis=-1) + own + self.constant
         return found
@@ -105,11 +119,13 @@ def _inverse(information: Information) -> FloatArray:
     return inverse
 
 
-def planned_repetitions(assessment: Assessment, constant: FloatArray) -> list[Repetition]:
-    """Of the designs of an assessment, which has `constant` variances (t, n) that no reading changes beside its own."""
+def planned_repetitions(assessment: Assessment, acting: Sequence[FloatArray], constant: FloatArray) -> list[Repetition]:
+    """Of the designs of an assessment, whose sources are `acting` at the targets, (t, n, d) each, which have `constant`
+    variances (t, n) that no reading changes beside their own.
+    """
     readings, information, rows = assessment.readings, assessment.information, assessment.targets.observation
     return [
-        Repetition.of(readings.part(design), information.part(design), rows, constant)
+        Repetition.of(readings.part(design), information.part(design), (rows, acting), constant)
         for design in range(assessment.batch)
     ]
 
@@ -118,7 +134,7 @@ def fitted_repetition(
     fit: Fit,
     whitening: Whitening,
     effects: Sequence[LoadEffect],
-    sensitivities: FloatArray,
+    targets: tuple[FloatArray, Sequence[FloatArray]],
     constant: FloatArray,
 ) -> Repetition:
     """Of recordings that a fit was made of.
@@ -127,10 +143,11 @@ def fitted_repetition(
         fit: of the recorded rows.
         whitening: of these rows, by the load errors too where the fit weighs them.
         effects: load errors, which the fit only propagates where its whitening has none.
-        sensitivities: of the attained pose to the parameters, shape (t, n, p).
+        targets: sensitivities of the attained pose to the parameters, shape (t, n, p), and to what the fit takes for a
+            standard deviation of each effect, 0 where it does not act there, (t, n, d) each.
         constant: variance that no reading changes (m², rad²), shape (t, n).
     """
-    loads = whitening.loads
+    loads, (sensitivities, acting) = whitening.loads, targets
     estimator: Estimator = "weighted" if loads is None else "generalised"
     alone = whitening if loads is None else whitening.weighing(replace(loads, shared=loads.shared[..., :0]))
     level, scale = np.sqrt(fit.inflation), fit.chain.scales()
@@ -139,6 +156,10 @@ def fitted_repetition(
         errors, shared = [alone.apply(effect.moved) for effect in effects], [effect.shared for effect in effects]
     else:
         errors, shared = [alone.apply(loads.shared)], [True]
+        none_there: FloatArray = np.zeros((*sensitivities.shape[:-1], 0))
+        acting = [
+            np.concatenate([none_there, *(at for e, at in zip(effects, acting, strict=True) if e.shared)], axis=-1)
+        ]
     before = fit.chain.knowledge()
     known = None
     if before is not None:
@@ -146,4 +167,4 @@ def fitted_repetition(
         roots = np.diag(np.concatenate([np.zeros(estimated), scale / before[1]]))
         known = Information(roots)
     of = partial(Information.of_measurements, rows, tuple(errors), tuple(shared), estimator=estimator)
-    return Repetition.of(of(), of(known=known, closed=True), sensitivities * scale, constant)
+    return Repetition.of(of(), of(known=known, closed=True), (sensitivities * scale, acting), constant)

@@ -7,7 +7,7 @@ covariance, number for number.
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Protocol
 
@@ -16,6 +16,7 @@ from pydantic import Field
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
+from expdesign.chain.models.acting import ActingLoads, ActingSection, acting_entry, acting_of
 from expdesign.chain.models.checked import covariance_of, relative_compliances, require_ordered, require_yielding
 from expdesign.chain.models.effect_entry import EffectSection, effect_entry, effect_of, require_identifiers
 from expdesign.chain.models.estimable import Calibrated, Estimable, EstimableSection, estimable_entry, subspace_of
@@ -64,6 +65,7 @@ class Model(Copied):
             column that states it; empty where it is not known.
         fit: what the recordings say of the model (`goodness.Verdict`); empty where that is not known.
         calibrated: ranges of the recordings; None where they are not known.
+        acting: errors of the recorded loads that act at targets as well; None where there are none.
     """
 
     chain: Chain
@@ -77,6 +79,7 @@ class Model(Copied):
     reading_std: Mapping[str, float] = field(default_factory=dict)
     fit: str = ""
     calibrated: Calibrated | None = None
+    acting: ActingLoads | None = None
 
     def __repr__(self) -> str:
         effects = ", ".join(f"{effect.physics} at {effect.component}" for effect in self.chain.effects)
@@ -93,6 +96,7 @@ class Model(Copied):
         reading_std: Mapping[str, float] | None = None,
         verdict: str = "",
         recordings: LoadedPoints | None = None,
+        acting: ActingLoads | None = None,
     ) -> "Model":
         """The model of a fit to `recordings` of the robot that a document describes, its covariance as it predicts."""
         return cls(
@@ -107,7 +111,25 @@ class Model(Copied):
             reading_std or {},
             verdict,
             None if recordings is None else Calibrated.of(recordings, fit.chain.robot, ordered=fit.chain.counts_rows),
+            acting,
         )
+
+    @property
+    def at_targets(self) -> "Model":
+        """The model of what acts at targets: with the errors of the recorded loads among its effects."""
+        if self.acting is None:
+            return self
+        chain, known = self.chain, self.acting.joined(self.estimable)
+        effects = (*chain.effects, *self.acting.effects)
+        longer = Chain(
+            chain.robot,
+            effects,
+            instrument=chain.instrument,
+            from_command=chain.from_command,
+            reading=chain.reading,
+        )
+        values = np.concatenate([self.values, self.acting.values])
+        return replace(self, chain=longer, values=values, covariance=known.covariance, subspace=known, acting=None)
 
     @property
     def estimable(self) -> Estimable:
@@ -141,6 +163,7 @@ class _ModelSection(Section):
     parameters: list[str]
     covariance: MatrixRows
     estimable: EstimableSection | None = None
+    load_errors: ActingSection | None = None
     birge_ratio: Annotated[Number, Field(gt=0.0)] = 1.0  # earlier versions wrote ratios below 1
     reading_std: dict[str, Positive] = Field(default_factory=dict)
     fit: str = ""
@@ -175,6 +198,7 @@ def model_text(model: Model, folder: Path) -> str:
         **({"reading_std": dict(model.reading_std)} if model.reading_std else {}),
         **({"fit": model.fit} if model.fit else {}),
         **estimable_entry(model.estimable.in_units(scale)),
+        **acting_entry(model.acting, scale),
     }
     head = (
         "# Identified model, for `expdesign predict`, `compensate` and `simulate`. Compliances in m/N (rad/(N m));\n"
@@ -224,11 +248,14 @@ def model_from_document(document: YamlDocument) -> Model:
     require_yielding(values[0], covariance, robot, section.where())
     require_ordered(section.calibrated, section.where("calibrated"))
     joined = np.concatenate(values)
+    subspace = subspace_of(section.estimable, len(scale), 1.0 / scale)
+    known = Estimable.from_covariance(covariance) if subspace is None else subspace
     return Model(
         chain=chain,
         values=joined,
         covariance=covariance,
-        subspace=subspace_of(section.estimable, len(scale), 1.0 / scale),
+        subspace=subspace,
+        acting=acting_of(section.load_errors, robot, known, scale),
         birge_ratio=section.birge_ratio,
         reading_std=section.reading_std,
         fit=section.fit,

@@ -72,6 +72,7 @@ def compensate(model: Model, targets: LoadedPoints, loads: TargetLoads | None = 
         SingularConfigurationError: the robot is singular at a target.
         InfeasibleError: a command is beyond the robot's limits.
     """
+    model = model.at_targets
     robot = model.chain.robot
     if robot.jointed:
         return compensate_arm(model, of_joints(robot, targets), loads)
@@ -103,6 +104,7 @@ def compensate(model: Model, targets: LoadedPoints, loads: TargetLoads | None = 
 
 def compensate_arm(model: Model, targets: ArmTargets, loads: TargetLoads | None = None) -> Compensation:
     """Commands for poses of an arm's tip; deviations are along the axes of the targets' frame. See `compensate`."""
+    model = model.at_targets
     robot, points = model.chain.robot, targets.points
     loads = loads or TargetLoads.exact(len(points), robot.coordinates)
     found = joint_commands(model, targets, loads)

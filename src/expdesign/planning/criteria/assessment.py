@@ -306,11 +306,6 @@ class Assessment(TargetVariances):
         return self.information.force_root(self.targets.observation)
 
     @property
-    def source_variances(self) -> FloatArray:
-        """What each source of load error adds to `force_variance`, shape (b, t, n, s); NaN rows."""
-        return self.information.source_variances(self.targets.observation)
-
-    @property
     def parameter_covariance(self) -> tuple[FloatArray, FloatArray]:
         """Covariances of the identified compliances (m²/N² …) due to noise, M⁻¹, and due to load errors.
 

@@ -326,11 +326,39 @@ class Information:
         gain = self.gain(targets)
         return parted(gain, gain, self._together, None, self.estimator)
 
-    def source_variances(self, targets: FloatArray) -> FloatArray:
-        """What each source of load error adds to the variances, shape (..., t, r, s): the budget of errors."""
-        gain = self.gain(targets)
-        found = [sum_of_squares(gain @ each[..., None, :, :], -1) for each in self.reach]
-        return np.stack(found, axis=-1) if found else np.zeros((*gain.shape[:-1], 0))
+    def budget(self, targets: FloatArray, acting: tuple[FloatArray, ...]) -> tuple[FloatArray, FloatArray]:
+        """Variances of what is attained at targets (t, r, p) where errors of the load act at them as well, as
+        (T·K·B_s − T_s)·(…)ᵀ has them: due to noise, shape (..., t, r), and to each source, shape (..., t, r, s).
+
+        Load errors that are estimated are corrected at the targets as well; DUIR and FEIR are of the estimate alone.
+
+        Args:
+            targets: T of the parameters.
+            acting: T_s of each source that measurements share, per standard deviation, (t, r, f) each; 0 where it does
+                not act at a target.
+        """
+        count, complete = sum(self.estimated), self._complete
+        # [T_s, T]·R⁻¹ of the triangular R, whose first unknowns are the load errors that are estimated.
+        first = np.linalg.inv(complete.root[..., :count, :count])
+        across = first @ complete.root[..., :count, count:] @ self.inverse
+        chosen = [each for each, width in zip(acting, self.estimated, strict=True) if width]
+        at = np.concatenate([np.zeros((*targets.shape[:-1], 0)), *chosen], axis=-1)
+        rest = self.gain(targets) - at @ across[..., None, :, :]
+        gain = np.concatenate([at @ first[..., None, :, :], rest], axis=-1)
+        before = np.concatenate([first, -across], axis=-1).swapaxes(-1, -2)  # the prior's rows of Q
+        parts, start = np.zeros((*gain.shape[:-1], len(acting))), 0
+        for index, (errors, width) in enumerate(zip(complete.errors, self.estimated, strict=True)):
+            if width:
+                missed = gain @ before[..., None, :, start : start + width]
+                start += width
+            else:
+                missed = gain @ errors[..., None, :, :]
+                missed = missed - acting[index] if self.shared[index] else missed
+            parts[..., index] = sum_of_squares(missed, -1)
+        whole = sum_of_squares(gain, -1)
+        if self.estimator == "weighted":
+            return whole, parts
+        return np.maximum(whole - parts.sum(axis=-1), _ROUNDING * whole), parts
 
 
 @dataclass(frozen=True)
