@@ -87,7 +87,7 @@ class EstimatedLoads:
 
 
 @dataclass(frozen=True)
-class AtTargets:
+class LoadsAtTargets:
     """The errors of the loads that act at targets, as effects of the chain.
 
     Attributes:
@@ -101,7 +101,7 @@ class AtTargets:
     units: FloatArray
 
     @classmethod
-    def of(cls, robot: Robot, recorded: Recordings, errors: Sequence[LoadEffect]) -> "AtTargets":
+    def of(cls, robot: Robot, recorded: Recordings, errors: Sequence[LoadEffect]) -> "LoadsAtTargets":
         """Those of recorded payloads; errors of a wrench that was applied stay with what applied it."""
         effects: list[Effect] = []
         columns: list[IntArray] = [np.empty(0, dtype=np.int64)]

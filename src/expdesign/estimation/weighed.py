@@ -23,7 +23,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.models.acting import ActingLoads
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.estimation.acting_loads import AtTargets, EstimatedLoads
+from expdesign.estimation.acting_loads import LoadsAtTargets, EstimatedLoads
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.gaussian import Gaussian, Term
 from expdesign.estimation.load_errors import DeclaredLoadErrors, Estimator, LoadEffect, load_columns
@@ -91,7 +91,7 @@ class WeighedLoads:
     sizes: FloatArray
     estimated: EstimatedLoads
     deviations: FloatArray
-    acting: AtTargets
+    acting: LoadsAtTargets
     propagated: Propagated
     joined: Propagated
 
@@ -292,7 +292,7 @@ def _posterior(
         nothing = np.empty((len(fit.values), 0))
         estimated = EstimatedLoads.propagated(spread, np.hstack([nothing, *moved]), fitted.train.deflections.shape)
     known = fit.estimable.generalised + _excess(propagated, weights, sizes)
-    acting = AtTargets.of(fitted.chain.robot, fitted.train, effects)
+    acting = LoadsAtTargets.of(fitted.chain.robot, fitted.train, effects)
     return WeighedLoads(
         estimator=estimator,
         effects=effects,

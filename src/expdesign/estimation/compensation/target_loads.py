@@ -188,14 +188,14 @@ class AttainedUncertainty:
 
 def said_of_loads(chain: Chain, loads: TargetLoads) -> list[str]:
     """Which errors of the load are applied at the targets, which not, and whether their own are in U."""
-    weights = [effect.physics for effect in chain.effects if effect.of_weights]
+    weights = list(dict.fromkeys(effect.physics for effect in chain.effects if effect.of_weights))
     surroundings = [effect.physics for effect in chain.effects if effect.physics == "load_direction_tilt"]
     carrying, count = int(loads.carries.sum()), len(loads.carries)
     texts = []
     if weights:
-        named = ", ".join(dict.fromkeys(weights))
         where = "at no target" if carrying == 0 else f"at {carrying} of {count} targets" if carrying < count else ""
-        text = f"applied {where or 'at every target'}: {named}, an error of the weights that were recorded"
+        of = "an error" if len(weights) == 1 else "errors"
+        text = f"applied {where or 'at every target'}: {', '.join(weights)}, {of} of the weights that were recorded"
         texts.append(text if carrying else f"{text} (`same_as: experiment` at a target that carries them)")
     if surroundings:
         texts.append("applied at every target: load_direction_tilt, the direction of gravity")
