@@ -23,7 +23,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.models.acting import ActingLoads
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.estimation.acting_loads import LoadsAtTargets, EstimatedLoads
+from expdesign.estimation.acting_loads import EstimatedLoads, LoadsAtTargets
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.gaussian import Gaussian, Term
 from expdesign.estimation.load_errors import DeclaredLoadErrors, Estimator, LoadEffect, load_columns
