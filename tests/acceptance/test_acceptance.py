@@ -47,7 +47,7 @@ def test_the_budget_adds_up_to_the_criteria() -> None:
     from expdesign.planning.criteria.criterion import known_criteria  # noqa: PLC0415
 
     assert total == pytest.approx(float(known_criteria()["total"].values(assessment)[0]), rel=1e-12)
-    assert [one.name for one in found.contributions] == ["noise", "com", "mass", "direction", "wrench"]
+    assert [one.name for one in found.contributions] == ["noise", "com", "mass", "wrench"]
     assert np.isinf(found.degrees).all()
 
 
