@@ -83,7 +83,6 @@ def acting_loads(problem: DesignProblem) -> tuple[FloatArray, ...]:
         nothing = np.zeros((*targets.importance.shape, len(source.deviation)))
         found.append(np.where(acts[:, None, None], _moved(problem, source), 0.0) if acts.any() else nothing)
     return tuple(found)
->>>>>>> 8aba65e0 (Load errors that recordings showed act at the targets: gravity's direction at all, the weights' where these are carried, in U of every command and in the command itself)
 
 
 def own_payload(problem: DesignProblem) -> Contribution | None:
