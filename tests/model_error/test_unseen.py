@@ -4,13 +4,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 import expdesign
 from expdesign.assurance.model_error.meir import Meir
 from expdesign.assurance.model_error.physics import offsets, plan_points
 from expdesign.assurance.model_error.unseen import SHARE, unseen_by
+from expdesign.chain.component import Part
 from expdesign.chain.row import row_data
 from expdesign.planning.criteria.criterion import known_criteria
+from tests.acceptance.test_recommended import TWO_LEGS
 from tests.design.problems import BIPOD, problem
 
 SPRINGS = {"model_error": {"physics": ["leg_nonlinear_stiffness"]}}
@@ -78,6 +81,25 @@ def test_a_plan_at_one_pose_is_told_what_it_cannot_see_and_the_fewest_further_me
     total = known_criteria()["total"].values(checked.problem.assessed(checked.decisions[None]))[0]
     assert f"becomes {total:.4g})" in found.sentence
     assert "min more" not in found.sentence
+
+
+@pytest.mark.parametrize("base", [BIPOD, TWO_LEGS])
+@pytest.mark.parametrize("poses", [1, 4])
+def test_what_further_measurements_leave_is_the_largest_of_all_physics(base: dict[str, Any], poses: int) -> None:
+    """At any component, not at that one alone of which the plan hides most."""
+    case = problem(base, {"experiment.measurements": 4})
+    found = unseen_by(case, plan_at(case, poses))
+    assert found is not None
+    checked, everything = found.checked, Meir(case)
+    assert checked is not None
+    hidden = np.sqrt(everything.hidden(checked.problem.assessed(checked.decisions[None])).axes[0]).max(axis=(1, 2))
+    counts = [entry.effect.component.part is not Part.PAYLOAD for entry in everything.physics]
+    largest = int(np.where(counts, hidden, 0.0).argmax())
+    assert checked.left == pytest.approx(hidden[largest], rel=1e-9)
+    assert checked.phrase == everything.physics[largest].effect.phrase
+    assert f"would leave {checked.left:.2g} of a tolerance at most, of {checked.phrase}" in found.sentence
+    assert ("still more than a third" in found.sentence) is not checked.shows
+    assert checked.left < 0.9 * found.error
 
 
 def test_a_plan_that_hides_little_gets_the_sentence_at_one_pose_only() -> None:

@@ -153,15 +153,25 @@ class Meir(Criterion):
         columns = zip(pairs, moved.T, strict=True)
         return np.array([sizes.of(self.assumptions.size(*pair), *pair, column) for pair, column in columns])
 
-    def whitened(self, assessment: Assessment) -> tuple[FloatArray, FloatArray]:
-        """Ã in units of 1/apK (b, M, n_p) and B̃ in units of the prior sizes (b, M, D) of b designs."""
-        assert assessment.states is not None
-        configurations, loads = assessment.states
+    def rows(self, configurations: FloatArray, loads: FloatArray) -> FloatArray:
+        """Deflections by each parameter at configurations (..., n_q) under loads (..., k), shape (..., n, D)."""
         # Designs that are compared have most measurements in common.
-        states = np.concatenate([configurations, loads], axis=2).reshape(-1, configurations.shape[2] + loads.shape[2])
+        width = configurations.shape[-1]
+        states = np.concatenate([configurations, loads], axis=-1).reshape(-1, width + loads.shape[-1])
         distinct, place = np.unique(states, axis=0, return_inverse=True)
-        points = plan_points(self.problem.loaded, *np.split(distinct, [configurations.shape[2]], axis=1))
-        rows = self.directions.at(row_data(points, self.directions.base.robot))[place.reshape(loads.shape[:2])]
+        points = plan_points(self.problem.loaded, *np.split(distinct, [width], axis=1))
+        found: FloatArray = self.directions.at(row_data(points, self.directions.base.robot))
+        return found[place.reshape(loads.shape[:-1])]
+
+    def whitened(self, assessment: Assessment, rows: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
+        """Ã in units of 1/apK (b, M, n_p) and B̃ in units of the prior sizes (b, M, D) of b designs.
+
+        Args:
+            assessment: of the designs.
+            rows: of their measurements, shape (b, m, n, D), where they are known.
+        """
+        assert assessment.states is not None
+        rows = self.rows(*assessment.states) if rows is None else rows
         base = assessment.weighed(assessment.measurements.observation) * self.compliance
         return base, assessment.weighed(rows) * self.deviations
 
@@ -213,9 +223,9 @@ class Meir(Criterion):
             squares.max(axis=-1) if targets.aggregate == "max" else squares @ (targets.weights / targets.weights.sum())
         )
 
-    def hidden(self, assessment: Assessment) -> Hidden:
-        """What the designs of an assessment by this problem hide."""
-        return self.hidden_from(*self.whitened(assessment))
+    def hidden(self, assessment: Assessment, rows: FloatArray | None = None) -> Hidden:
+        """What the designs of an assessment hide, `rows` being as of `whitened`."""
+        return self.hidden_from(*self.whitened(assessment, rows))
 
     def values(self, assessment: Assessment) -> FloatArray:
         return np.sqrt(self.hidden(assessment).squares.max(axis=1))
