@@ -71,6 +71,22 @@ def test_what_repeated_recordings_will_say_is_what_they_say(estimator: str, with
     assert (four.expanded < 0.8 * once.expanded).any()
 
 
+def test_a_prior_is_known_once_however_often_the_plan_is_repeated() -> None:
+    """Readings of which a prior of the stiffness decides say more when there are more of them, but not as √k."""
+    changes = {f"experiment.deflection_noise.std.{axis}_m": 2e-5 for axis in ("dx", "dy", "dz")}
+    changes |= {f"experiment.deflection_noise.std.{axis}_rad": 1e-4 for axis in ("drx", "dry", "drz")}
+    case, found = problem(HEXAPOD, {**FEW, **ERRORS["none"], **changes}), []
+    for count in (1, 4):
+        rows = plan_frame(copies(plan_for(case, 2), count), case.loaded, False)
+        recordings = xd.simulate(case, rows, noise=False, load_errors=False).frame
+        decided = xd.identify(HEXAPOD["robot"], recordings, targets=case, prior=0.2).acceptance
+        assert decided is not None
+        found.append(decided.budget)
+    once, four = found
+    np.testing.assert_allclose(once.repeated(4.0), four.expanded, rtol=1e-6)
+    assert (four.expanded > 0.55 * once.expanded).any()
+
+
 def test_estimated_noise_has_degrees_of_freedom() -> None:
     case = problem(HEXAPOD, FEW)
     measured = recorded(case, load_errors=False)

@@ -18,12 +18,13 @@ from functools import partial
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import FloatArray, as_matrix
+from expdesign.chain.models.estimable import Estimable
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.load_errors import Estimator, LoadEffect
 from expdesign.estimation.whitening import Whitening
 from expdesign.planning.criteria.assessment import Assessment
-from expdesign.planning.criteria.information import Information
+from expdesign.planning.criteria.information import RANK_TOLERANCE, Information
 
 
 @dataclass(frozen=True)
@@ -150,8 +151,8 @@ def fitted_repetition(
     loads, (sensitivities, acting) = whitening.loads, targets
     estimator: Estimator = "weighted" if loads is None else "generalised"
     alone = whitening if loads is None else whitening.weighing(replace(loads, shared=loads.shared[..., :0]))
-    level, scale = np.sqrt(fit.inflation), fit.chain.scales()
-    rows = whitening.unshared(fit.sensitivities) * (scale / level)
+    root, level = _root(fit.estimable), np.sqrt(fit.inflation)
+    rows = whitening.unshared(fit.sensitivities) @ root / level
     if loads is None:
         errors, shared = [alone.apply(effect.moved) for effect in effects], [effect.shared for effect in effects]
     else:
@@ -160,11 +161,20 @@ def fitted_repetition(
         acting = [
             np.concatenate([none_there, *(at for e, at in zip(effects, acting, strict=True) if e.shared)], axis=-1)
         ]
-    before = fit.chain.knowledge()
-    known = None
-    if before is not None:
-        estimated = sum(each.shape[-1] for each in errors) if loads is not None else 0
-        roots = np.diag(np.concatenate([np.zeros(estimated), scale / before[1]]))
-        known = Information(roots)
+    # What the fit knows of its parameters is 1 in units of the root; what the readings do not say of it, priors do.
+    seen = as_matrix(fit.sensitivities) @ root / level
+    beside, axes = np.linalg.eigh(np.eye(len(root.T)) - seen.T @ seen)
+    prior = np.sqrt(np.maximum(beside, 0.0))[:, None] * axes.T
+    estimated = 0 if loads is None else loads.shared.shape[-1]
+    known = Information(np.pad(prior, ((estimated, 0), (estimated, 0))))
     of = partial(Information.of_measurements, rows, tuple(errors), tuple(shared), estimator=estimator)
-    return Repetition.of(of(), of(known=known, closed=True), (sensitivities * scale, acting), constant)
+    return Repetition.of(of(), of(known=known, closed=True), (sensitivities @ root, acting), constant)
+
+
+def _root(known: Estimable) -> FloatArray:
+    """B with P = B·Bᵀ of what is estimable, shape (p, r)."""
+    scale = known.resolution
+    values, vectors = np.linalg.eigh(known.generalised / np.outer(scale, scale))
+    kept = values > RANK_TOLERANCE**2 * values.max(initial=0.0)
+    found: FloatArray = scale[:, None] * vectors[:, kept] * np.sqrt(values[kept])
+    return found
