@@ -172,6 +172,17 @@ PREDICTED = f"predict {MODEL} plan.csv --out predicted.csv"
 COMPENSATED = f"compensate {MODEL} plan.csv --out commands.csv"
 SIMULATED = "simulate config.yaml plan.csv --out rows.csv"
 REPEATED = "montecarlo bipod.yaml bipod-plan.csv --out out"
+LOAD_ERRORS: dict[str, Any] = {
+    "effects": [
+        {
+            "physics": "payload_mass_error",
+            "component": "payload",
+            "identifier": "load.mass_error",
+            "variant": "forgotten",
+            "parameters": {"forgotten_N": 1.0},
+        }
+    ]
+}
 TWO_POSES: dict[str, Any] = {
     "experiment.poses": {"candidates": [[0.0] * 6, [0.01, *[0.0] * 5], [0.0] * 6]},
     "experiment.load.mass_kg": {"choices": [50, 50.0]},
@@ -370,6 +381,26 @@ MODELS = [
     Wrong(PREDICTED, "compliance.leg 1: a negative compliance", rising("compliance")),
     Wrong(PREDICTED, "compliance.leg 1: a negative compliance", rising("compliance", "relative_compliance")),
     Wrong(PREDICTED, ", covariance: no covariance: some combination", more_than_certain),
+    Wrong(
+        PREDICTED,
+        ", covariance: infinite beside finite variances",
+        entries("identified/model.yaml", {"covariance.0.1": float("inf"), "covariance.1.0": float("inf")}),
+    ),
+    Wrong(
+        COMPENSATED,
+        ", load_errors.covariance: 1 rows of 7 numbers are needed here",
+        entries("identified/model.yaml", {"load_errors": LOAD_ERRORS | {"covariance": [[1e-6]]}}),
+    ),
+    Wrong(
+        COMPENSATED,
+        ", load_errors.covariance: finite numbers are needed here",
+        entries("identified/model.yaml", {"load_errors": LOAD_ERRORS | {"covariance": [[0.0] * 6 + [float("inf")]]}}),
+    ),
+    Wrong(
+        COMPENSATED,
+        ", load_errors.covariance: no covariance: some combination",
+        entries("identified/model.yaml", {"load_errors": LOAD_ERRORS | {"covariance": [[1.0] * 6 + [1e-6]]}}),
+    ),
 ]
 
 OTHER_FILES = [

@@ -79,6 +79,8 @@ def acting_of(section: ActingSection | None, robot: Robot, known: Estimable, sca
         raise place.fault(
             f"{count} rows of {width} numbers are needed here", f"Order: `parameters`, then these. {AGAIN}"
         )
+    if not np.isfinite(section.covariance).all():
+        raise place.fault("finite numbers are needed here", AGAIN)
     rows = np.array(section.covariance) / np.concatenate([scale, np.ones(count)])
     found = ActingLoads(effects, np.array(values), rows)
     whole = found.joined(known).generalised

@@ -92,6 +92,8 @@ def covariance_of(rows: Sequence[Sequence[float]], count: int, place: FilePlace)
         raise place.below(row, column).fault(what, AGAIN)
     known = np.isfinite(np.diag(covariance))
     inner = covariance[np.ix_(known, known)]
+    if not np.isfinite(inner).all():
+        raise place.fault("infinite beside finite variances: what is determined has finite covariances", AGAIN)
     variance = np.diag(inner)
     if np.any(np.diag(covariance) < 0.0) or not np.allclose(inner, inner.T, rtol=1e-6, atol=0.0):
         raise place.fault("a covariance is symmetric with a diagonal of variances", AGAIN)
