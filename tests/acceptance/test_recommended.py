@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
 import yaml
@@ -85,3 +86,17 @@ def test_next_says_what_an_evaluation_of_the_same_rows_says(config: Path, found:
     assert ("with 1 more the robot is expected to pass" in text) is proposed.decisions[1].robot_passes
     enough = xd.plan_next(config, xd.simulate(config, both).frame, count=1)
     assert "No further measurement is needed" in " ".join(enough.said.sentences)
+
+
+def test_next_widens_by_student_where_the_noise_is_estimated(config: Path, found: xd.RunResult) -> None:
+    """As `identify --targets` does of the same recordings."""
+    rows = pd.concat([found.plan_of(0), found.plan_of(len(found.front) - 1)], ignore_index=True)
+    rows["sequence"] = rows["series"] = np.arange(len(rows)) + 1
+    recorded = xd.simulate(config, rows).frame.drop(columns=["sx_m", "sy_m"])
+    proposed = xd.plan_next(config, recorded, count=2)
+    identified = xd.identify(TWO_LEGS["robot"], recorded, targets=config).acceptance
+    assert identified is not None
+    now, *later = (decision.budget.factor[decision.budget.matters].max() for decision in proposed.decisions)
+    assert now > 2.1
+    assert now == pytest.approx(identified.budget.factor[identified.budget.matters].max(), rel=0.1)
+    assert all(factor < now for factor in later)

@@ -106,12 +106,15 @@ def plan_next(
     require_measured(measured, problem.loaded.robot)
     require_readings_of(problem, measured)
     say_unknown_columns(measured)
-    fit, undetermined = _fit_so_far(problem, measured)
+    fit, undetermined, degrees = _fit_so_far(problem, measured)
     known = recorded_knowledge(problem, measured, _assumed_loads(problem, table, measured))
     most = count or (1 if accuracy is None else MOST)
     found = next_measurements(problem, known, count=most, accuracy=accuracy, seed=seed)
     frame, rows = _continued(problem, found.decisions, measured), int(fitted_rows(measured).sum())
-    decided = tuple(informed_decision(problem, each, rows + more) for more, each in enumerate(found.informed))
+    decided = tuple(
+        informed_decision(problem, each, rows + more, degrees + more * len(measured.axes))
+        for more, each in enumerate(found.informed)
+    )
     return NextResult(frame, measured, found.before, found.after, fit, undetermined, decided, accuracy, purpose=purpose)
 
 
@@ -134,13 +137,15 @@ def _assumed_loads(problem: DesignProblem, table: Table, measured: Recordings) -
     return loads
 
 
-def _fit_so_far(problem: DesignProblem, measured: Recordings) -> tuple[StatementOfFit | None, str | None]:
-    """Whether the base model accounts for the recordings, and what it does not determine."""
+def _fit_so_far(problem: DesignProblem, measured: Recordings) -> tuple[StatementOfFit | None, str | None, float]:
+    """Whether the base model accounts for the recordings, what it does not determine, and the degrees of freedom of the
+    noise level, infinite where it is stated.
+    """
     try:
         found = identified_so_far(problem, measured)
     except NotIdentifiableError as error:
-        return None, error.message
-    return (found.goodness if problem.found is None else None), None
+        return None, error.message, float("inf")
+    return (found.goodness if problem.found is None else None), None, found.noise.degrees
 
 
 def _continued(problem: DesignProblem, decisions: FloatArray, measured: Recordings) -> pd.DataFrame:

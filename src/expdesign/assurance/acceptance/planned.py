@@ -45,17 +45,27 @@ def planned_budgets(problem: DesignProblem, assessment: Assessment) -> list[Unce
     ]
 
 
-def informed_decision(problem: DesignProblem, information: Information, measurements: int) -> Decision:
-    """The decision, as of a plan, that rests on what so many measurements say (one set without batch dimensions)."""
+def informed_decision(
+    problem: DesignProblem, information: Information, measurements: int, degrees: float = float("inf")
+) -> Decision:
+    """The decision, as of a plan, that rests on what so many measurements say (one set without batch dimensions).
+
+    `degrees` are those of freedom of the noise level, infinite where it is stated.
+    """
     noise, load = information.budget(problem.targets.observation, acting_loads(problem))
-    return Decision(_budget(problem, noise, load, own_payload(problem), measurements), Basis.PLAN)
+    return Decision(_budget(problem, noise, load, own_payload(problem), measurements, degrees), Basis.PLAN)
 
 
 def _budget(
-    problem: DesignProblem, noise: FloatArray, load: FloatArray, own: Contribution | None, measurements: int
+    problem: DesignProblem,
+    noise: FloatArray,
+    load: FloatArray,
+    own: Contribution | None,
+    measurements: int,
+    degrees: float = float("inf"),
 ) -> UncertaintyBudget:
     """Of variances due to noise (t, n) and to each source of load error (t, n, s), beside the targets' own payloads."""
-    contributions = [Contribution(NOISE, np.sqrt(noise))]
+    contributions = [Contribution(NOISE, np.sqrt(noise), degrees)]
     for index, source in enumerate(problem.loaded.sources):
         contributions.append(Contribution(source.source, np.sqrt(load[..., index])))
     return UncertaintyBudget(
