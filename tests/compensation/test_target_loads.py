@@ -1,5 +1,6 @@
 """What acts at a target: errors of the weights that were recorded stay with them, a payload of its own has its own."""
 
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -172,3 +173,58 @@ def test_what_recordings_showed_of_weights_and_gravity_is_applied_at_the_target(
 def test_a_configuration_s_payloads_that_cannot_be(changes: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         problem(HEXAPOD, changes)
+
+
+def simulated(case: Any, frame: pd.DataFrame, **options: Any) -> Any:
+    """Deflections (N, 6) of a table, without noise."""
+    made = xd.simulate(case, frame, noise=False, **options).frame
+    return made[["dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad"]].to_numpy(dtype=float)
+
+
+def test_a_rehearsed_check_has_the_loads_of_its_targets() -> None:
+    """The base of the campaign at all, its weights where they are carried, and a payload's own errors once for each."""
+    sources = {
+        "com": {"source": "com", "std": [0.02, 0.02, 0.02]},
+        "direction": {"source": "direction", "std": [0.02, 0.02]},
+        "wrench": {"source": "wrench", "std": [5.0] * 3 + [0.5] * 3, "shared": False},
+    }
+    change = {"experiment.load.gravity": ...}
+    weights, base, each = (problem(HEXAPOD, change | {"experiment.load_error": [one]}) for one in sources.values())
+    plain = targets()
+    there = {f"target_{name}": plain[name] for name in POSES}
+    exact = simulated(base, plain, load_errors=False)
+    np.testing.assert_allclose(simulated(base, plain.assign(**there)), simulated(base, plain), rtol=1e-12)
+    for case in (weights, each):
+        np.testing.assert_allclose(simulated(case, plain.assign(**there)), exact, rtol=1e-12)
+        carried = simulated(case, plain.assign(same_as=["experiment", ""], **there))
+        np.testing.assert_allclose(carried[1], exact[1], rtol=1e-12)
+        assert np.abs(carried[0] / exact[0] - 1.0).max() > 1e-3
+    np.testing.assert_allclose(
+        simulated(weights, plain.assign(same_as="experiment", **there)), simulated(weights, plain)
+    )
+    alike = pd.concat([plain.iloc[:1]] * 2).assign(sequence=[1, 2], series=[1, 2], error_mass_kg=0.5)
+    alike = alike.assign(**{f"target_{name}": alike[name] for name in POSES})
+    first, second = simulated(weights, alike)
+    np.testing.assert_array_equal(first, second)
+    ratio = first / exact[0]
+    np.testing.assert_allclose(ratio, ratio[0], rtol=1e-9)
+    assert 1e-4 < abs(ratio[0] - 1.0) < 0.1  # of 25 kg
+
+
+def test_the_weights_of_a_seed_are_the_same_whatever_is_measured() -> None:
+    """Also where errors that every measurement has for itself are declared before."""
+    first = {"source": "wrench", "std": [5.0] * 3 + [0.5] * 3, "shared": False}
+    shared = {"source": "mass", "std": 1.0}
+    both, alone = (
+        problem(HEXAPOD, {"experiment.load_error": errors, "experiment.load.gravity": ...})
+        for errors in ([first, shared], [shared])
+    )
+    there = targets(same_as="experiment").assign(**{f"target_{name}": targets()[name] for name in POSES})
+    plan = pd.concat([targets()] * 3).assign(sequence=range(1, 7), series=range(1, 7))
+    campaign = simulated(alone, plan)
+    assert np.abs(campaign / simulated(alone, plan, load_errors=False) - 1.0).min() > 1e-3
+    np.testing.assert_allclose(simulated(alone, there), campaign[:2], rtol=1e-9)
+    silent = deepcopy(both.config)
+    silent["experiment"]["load_error"][0]["std"] = [1e-9] * 6
+    hardly = problem(silent, {})
+    np.testing.assert_allclose(simulated(hardly, there), simulated(alone, there), rtol=1e-6)

@@ -2,7 +2,9 @@
 random.
 
 The loads of the plan are the assumed ones; what acts is the assumed load with the errors of the configuration added to
-first order (theory.md 5.2), and what is written down is still the assumed load.
+first order (theory.md 5.2), and what is written down is still the assumed load. Of one seed the weights and the
+direction of gravity are the same in every table. A check measurement of targets has the direction of gravity, the
+errors of the weights where it carries these, and those of a payload of its own as far as they are stated.
 """
 
 from dataclasses import replace
@@ -18,11 +20,13 @@ from expdesign.chain.readings.reading import MeasuredPose, Reading
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
+from expdesign.estimation.compensation.target_loads import TargetLoads
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.loads.errors.source import DirectionError
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 
-_LOAD_STREAM, _NOISE_STREAM = 1, 2
+_LOAD_STREAM, _NOISE_STREAM, _PAYLOAD_STREAM = 1, 2, 3
 
 
 def simulated_deflections(
@@ -34,6 +38,7 @@ def simulated_deflections(
     *,
     noise: bool,
     errors: bool,
+    targets: TargetLoads | None = None,
 ) -> FloatArray:
     """Deflections of all pose coordinates (m, rad), shape (N, n), noise on the measured ones only.
 
@@ -45,9 +50,10 @@ def simulated_deflections(
         seed: the same seed gives the same errors of the loads and the same noise, whichever of them is switched off.
         noise: whether there is noise.
         errors: whether the loads have errors.
+        targets: what the rows carry, in the order of the file, where these are check measurements; else None.
     """
     loaded = problem.loaded
-    added = load_errors(loaded, plan, seed) if errors else np.zeros((len(plan), loaded.robot.coordinates.n))
+    added = load_errors(loaded, plan, seed, targets) if errors else np.zeros((len(plan), loaded.robot.coordinates.n))
     if model is None and problem.found is not None:
         model = problem.found.model
     if model is None:
@@ -65,11 +71,33 @@ def plan_noise(problem: DesignProblem, plan: Plan, seed: int) -> FloatArray:
     return problem.noise.drawn(plan.series, 1, np.random.default_rng([seed, _NOISE_STREAM]), pose_map)[0]
 
 
-def load_errors(loaded: LoadedRobot, plan: Plan, seed: int) -> FloatArray:
+def load_errors(loaded: LoadedRobot, plan: Plan, seed: int, targets: TargetLoads | None = None) -> FloatArray:
     """Actual minus assumed wrench (N, N·m) of every row, shape (N, n); an unloaded row has no error."""
     generator = np.random.default_rng([seed, _LOAD_STREAM])
-    errors: FloatArray = loaded.drawn_errors(plan.configurations, plan.loads, 1, generator)[0]
-    return errors
+    if targets is None:
+        errors: FloatArray = loaded.drawn_errors(plan.configurations, plan.loads, 1, generator)[0]
+        return errors
+    everywhere = targets.carries | loaded.load.has_mass
+    acts = [
+        everywhere if source.source == DirectionError.source and source.shared else targets.carries
+        for source in loaded.sources
+    ]
+    errors = loaded.drawn_errors(plan.configurations, plan.loads, 1, generator, acts=acts)[0]
+    return errors + _own_errors(loaded, plan, seed, targets)
+
+
+def _own_errors(loaded: LoadedRobot, plan: Plan, seed: int, targets: TargetLoads) -> FloatArray:
+    """What errors of the targets' own payloads add to the wrench (N, N·m), shape (N, n); one of rows of one payload."""
+    payload = loaded.load.payloads(plan.loads)
+    if payload is None or not targets.deviations.any():
+        return np.zeros((len(plan), loaded.robot.coordinates.n))
+    _, which = np.unique(np.concatenate([payload, targets.deviations], axis=1), axis=0, return_inverse=True)
+    drawn = np.random.default_rng([seed, _PAYLOAD_STREAM]).standard_normal((which.max() + 1, payload.shape[1]))
+    actual = plan.loads.copy()
+    actual[:, : payload.shape[1]] += targets.deviations * drawn[which]
+    rotation = loaded.robot.jacobians(plan.configurations).rotation
+    added: FloatArray = loaded.load.wrenches(rotation, actual) - loaded.load.wrenches(rotation, plan.loads)
+    return added
 
 
 def _of_model(model: Model, problem: DesignProblem, points: LoadedPoints, added: FloatArray) -> FloatArray:
@@ -95,6 +123,7 @@ def simulated_poses(
     *,
     noise: bool,
     errors: bool,
+    targets: TargetLoads | None = None,
 ) -> FloatArray:
     """Measured poses (m, rad), shape (N, n), noise on the measured axes only; arguments as in `simulated_deflections`.
 
@@ -114,7 +143,7 @@ def simulated_poses(
         chain = Chain(loaded.robot, reading=MeasuredPose()) if model is None else _with_poses(model, problem)
     values = chain.start() if model is None else model.values
     none = np.zeros((len(plan), loaded.robot.coordinates.n))
-    added = load_errors(loaded, plan, seed) if errors and loaded.regressor.needs_load else none
+    added = load_errors(loaded, plan, seed, targets) if errors and loaded.regressor.needs_load else none
     order = np.argsort(points.lines, kind="stable")
     loads = with_errors(points, added)
     poses = (

@@ -39,6 +39,7 @@ from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES, measured_n
 from expdesign.chain.recordings.references import reference_names
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import require_history, require_regular_points
+from expdesign.estimation.compensation.target_loads import checked_targets
 from expdesign.io.nearest import nearest
 from expdesign.io.units import NUMBER, QUANTITY, quantities, quantity, require_dimension
 from expdesign.io.yaml_reader import YamlDocument
@@ -81,7 +82,10 @@ def simulate(
     load_errors: bool = True,
     other_robot: bool = False,
 ) -> SimulationResult:
-    """Simulate the recordings of a plan.
+    """Simulate the recordings of a plan, or check measurements at commands that `compensate` wrote.
+
+    The weights and the direction of gravity are those of the seed in both. A check measurement has the errors of the
+    weights only where `same_as` says `experiment`, and those of a payload of its own as far as the table states them.
 
     Args:
         config: run configuration (YAML).
@@ -124,7 +128,8 @@ def simulate(
         require_history(identified, complete)
     referenced = problem.loaded.regressor.referenced
     made = simulated_deflections if referenced else simulated_poses
-    readings = made(problem, given, points, identified, seed, noise=noise, errors=load_errors)
+    targets = checked_targets(complete, problem.loaded.robot)
+    readings = made(problem, given, points, identified, seed, noise=noise, errors=load_errors, targets=targets)
     frame = complete.frame.drop(columns=[REFERENCE if referenced else "kind"], errors="ignore")
     if not referenced:
         frame["kind"] = "pose"

@@ -21,6 +21,7 @@ from expdesign.chain.row import row_data
 from expdesign.coordinates import Coordinates
 from expdesign.io.table import Table
 from expdesign.mechanics.loads.load import Payload
+from expdesign.mechanics.robots.robot import Robot
 
 SAME_AS = "same_as"
 """Column that says whose weights a target carries."""
@@ -139,6 +140,15 @@ class TargetLoads:
             ends.append(self.motions(chain, model, changed))
         moved: FloatArray = ends[0] - ends[1]
         return moved
+
+
+def checked_targets(table: Table, robot: Robot) -> TargetLoads | None:
+    """What the rows of a table of check measurements carry, in the order of the file; None of any other table."""
+    if not table.has(f"target_{robot.configuration[0]}"):
+        return None
+    found = TargetLoads.of_table(table, robot.coordinates)
+    back = np.argsort(order_in_time(table), kind="stable")
+    return TargetLoads(found.carries[back], found.deviations[back])
 
 
 def of_weights(chain: Chain) -> BoolArray:

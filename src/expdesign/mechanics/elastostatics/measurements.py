@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 from scipy.linalg import block_diag
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import BoolArray, FloatArray
 from expdesign.mechanics.elastostatics.calibration import Elastostatic, PoseMaps, Regressor
 from expdesign.mechanics.elastostatics.maps import actuator_forces, cartesian_compliance
 from expdesign.mechanics.loads.errors.source import LoadErrorSource
@@ -213,10 +213,12 @@ class LoadedRobot:
         count: int,
         generator: np.random.Generator,
         distribution: Distribution = "normal",
+        acts: Sequence[BoolArray] | None = None,
     ) -> FloatArray:
         """Actual minus assumed wrench ε_F = Σ L·δ (N, N·m) of `count` repetitions (theory.md 5.2), shape (count, m, n).
 
-        A shared source has one δ for all m measurements of a repetition; an unloaded measurement has no error.
+        A shared source has one δ for all m measurements of a repetition; an unloaded measurement has no error. Shared
+        ones are drawn first, so that they are the same for a generator in the same state, whatever is measured.
 
         Args:
             configurations: shape (m, n_q).
@@ -224,12 +226,16 @@ class LoadedRobot:
             count: of repetitions.
             generator: of random numbers.
             distribution: of δ; `uniform` has the same standard deviations.
+            acts: in which measurements each source acts, shape (m,) each; in all if left out.
         """
         rotation = self.robot.jacobians(configurations).rotation
         wrenches, scaled = self.load.wrenches(rotation, loads), self.load_errors(rotation, loads)
         rows = wrenches.size
         total = np.zeros((count, rows))
-        for source, sensitivity in zip(self.sources, scaled, strict=True):
+        for index in sorted(range(len(self.sources)), key=lambda index: not self.sources[index].shared):
+            source, sensitivity = self.sources[index], scaled[index]
+            if acts is not None:
+                sensitivity = sensitivity * acts[index][:, None, None]
             width = sensitivity.shape[-1]
             spread = sensitivity.reshape(rows, width) if source.shared else block_diag(*sensitivity)
             if distribution == "normal":
