@@ -1,13 +1,16 @@
 """Simulated laboratories: how often a hexapod passes that is out of tolerance.
 
     python -m research.benchmarks.laboratories --count 200 --out results/laboratories/laboratories
+    python -m research.benchmarks.laboratories --count 200 --loads --out results/laboratories/laboratories-loads
 
 One plan is made by `run`, for a hexapod whose rows of a series share an unloaded reading. Every laboratory then has a
 robot of its own: legs of drawn stiffness and, in every other laboratory, one physics that the base model lacks, of
 drawn kind, place and size. It simulates the plan with noise, and goes on twice: with the model of `identify`, and with
 that of `diagnose --targets`. Each model compensates the targets. The truth is where the drawn robot then stands without
 noise; it fails where an axis is beyond its tolerance. At the commands of `diagnose` the laboratory reads each target 25
-times, and `verify` decides from these readings.
+times, and `verify` decides from these readings. With `--loads` the weights and the direction of gravity have errors as
+they are declared: the first target carries the same weights, the second a payload of its own, not quite known either,
+and gravity is the same at both.
 
 The share of laboratories that let a robot pass that fails is the global consumer's risk (JCGM 106:2012, 3.3.15); at
 U ≤ T with k = 2 it is stated to be at most 4.55 %, for the robot as a whole and physics included that the recordings
@@ -69,6 +72,15 @@ HIDDEN = {
     "base_compliance at base, diagonal": (1.0, 1.0),
 }
 """What is concealed, with the range from which its size is drawn (evenly in its logarithm)."""
+LOADS: dict[str, Any] = {
+    "load_error": [
+        {"source": "com", "std": [0.005, 0.005, 0.005]},
+        {"source": "mass", "std": 0.05},
+        {"source": "direction", "std": [0.002, 0.002]},
+    ],
+    "payloads": [{"same_as": "experiment"}, {"std": {"mass_kg": 0.05, "com_m": [0.001, 0.001, 0.001]}}],
+}
+"""Errors of the campaign's loads, and what is known of the payload of each target."""
 _READINGS = 25
 """Check readings of every target."""
 
@@ -102,19 +114,23 @@ class Laboratory:
     diagnosed_risk: float = float("nan")
 
 
-def configuration(stiffness: np.ndarray | None = None) -> dict[str, Any]:
+def configuration(stiffness: np.ndarray | None = None, *, loads: bool = False) -> dict[str, Any]:
     """The configuration of the laboratories, or that with which the robot of one is simulated."""
     content, robot = deepcopy(CONFIG), deepcopy(read_yaml(ROBOT).content)
+    if loads:
+        content["experiment"]["load_error"] = LOADS["load_error"]
+        for target, payload in zip(content["targets"], LOADS["payloads"], strict=True):
+            target["payload"] = target["payload"] | payload
     if stiffness is not None:
         robot["actuator_stiffness"] = stiffness.tolist()
     return {**content, "robot": robot}
 
 
-def drawn(seed: int) -> tuple[dict[str, Any], str]:
+def drawn(seed: int, *, loads: bool = False) -> tuple[dict[str, Any], str]:
     """The robot of a laboratory as a configuration, and what is concealed in it."""
     generator = np.random.default_rng([seed, 7])
     stated = robot_from_document(read_yaml(ROBOT)).stiffness
-    truth = configuration(stated * np.exp(0.12 * generator.standard_normal(len(stated))))
+    truth = configuration(stated * np.exp(0.12 * generator.standard_normal(len(stated))), loads=loads)
     if seed % 2 == 0:
         return truth, ""
     text, (low, high) = list(HIDDEN.items())[int(generator.integers(len(HIDDEN)))]
@@ -122,9 +138,9 @@ def drawn(seed: int) -> tuple[dict[str, Any], str]:
     return truth, text.format(leg=1 + int(generator.integers(6)), size=size)
 
 
-def largest_error(truth: Mapping[str, Any], hidden: str, commands: pd.DataFrame) -> float:
+def largest_error(truth: Mapping[str, Any], hidden: str, commands: pd.DataFrame, seed: int) -> float:
     """Largest distance of the drawn robot from its targets at commands, in tolerances."""
-    reached = xd.simulate(truth, _plan(commands), conceal=hidden or (), noise=False, load_errors=False).frame
+    reached = xd.simulate(truth, _plan(commands), conceal=hidden or (), seed=seed + 1, noise=False).frame
     errors = [
         np.abs(commands[pose] + reached[f"d{pose}"] - commands[f"target_{pose}"]) / TOLERANCE[f"d{pose}"]
         for pose in ("x_m", "y_m", "z_m", "rx_rad", "ry_rad")
@@ -133,9 +149,10 @@ def largest_error(truth: Mapping[str, Any], hidden: str, commands: pd.DataFrame)
 
 
 def _plan(commands: pd.DataFrame) -> pd.DataFrame:
-    """The columns of a plan: commands and loads."""
-    load = ["mass_kg", "com_x_m", "com_y_m", "com_z_m"]
-    plan = commands[["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad", *load]]
+    """Commands, targets and loads, which are known as they are stated there."""
+    begins = ("target_", "error_", "com_")
+    kept = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad", "mass_kg", "same_as"]
+    plan = commands[[name for name in commands if name in kept or str(name).startswith(begins)]]
     return plan.assign(sequence=np.arange(1, len(plan) + 1), series=np.arange(1, len(plan) + 1))
 
 
@@ -144,15 +161,15 @@ def check_readings(
 ) -> pd.DataFrame:
     """What is read at the commands, every target as often as `readings` says."""
     often = pd.concat([commands] * readings, ignore_index=True)
-    read = xd.simulate(truth, _plan(often), conceal=hidden or (), seed=10_000 + seed, load_errors=False).frame
+    read = xd.simulate(truth, _plan(often), conceal=hidden or (), seed=seed + 1).frame
     names = [name for name in read if str(name).startswith(("d", "s")) and str(name) not in ("sequence", "series")]
     return often.assign(**{str(name): read[name] for name in names}, sequence=read["sequence"], series=read["series"])
 
 
-def laboratory(seed: int, plan: pd.DataFrame) -> Laboratory:
+def laboratory(seed: int, plan: pd.DataFrame, *, loads: bool = False) -> Laboratory:
     """One laboratory from its recordings to its certificate."""
-    truth, hidden = drawn(seed)
-    config = configuration()
+    truth, hidden = drawn(seed, loads=loads)
+    config = configuration(loads=loads)
     recordings = xd.simulate(truth, plan, conceal=hidden or (), seed=seed + 1).frame
     try:
         identified = xd.identify(config["robot"], recordings, targets=config)
@@ -166,8 +183,8 @@ def laboratory(seed: int, plan: pd.DataFrame) -> Laboratory:
     assert found.acceptance is not None
     return Laboratory(
         seed, hidden, found.verdict,
-        identified.acceptance.verdict, largest_error(truth, hidden, first),
-        found.acceptance.verdict, largest_error(truth, hidden, second),
+        identified.acceptance.verdict, largest_error(truth, hidden, first, seed),
+        found.acceptance.verdict, largest_error(truth, hidden, second, seed),
         verified.result.verdict, "", identified.acceptance.robot_risk, found.acceptance.robot_risk,
     )  # fmt: skip
 
@@ -238,16 +255,17 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--first", type=int, default=0, help="seed of the first laboratory")
+    parser.add_argument("--loads", action="store_true", help="with errors of the loads")
     parser.add_argument("--seconds", type=float, default=float("inf"), help="no laboratory begins after so long")
     parser.add_argument("--out", type=Path, required=True, help="table and page, without ending")
     options = parser.parse_args(arguments)
     began, cpu = time.monotonic(), time.process_time()
-    plan = xd.run(configuration()).plan
+    plan = xd.run(configuration(loads=options.loads)).plan
     found: list[Laboratory] = []
     for seed in range(options.first, options.first + options.count):
         if time.monotonic() - began > options.seconds:
             break
-        found.append(laboratory(seed, plan))
+        found.append(laboratory(seed, plan, loads=options.loads))
         print(found[-1], flush=True)
         with options.out.with_suffix(".csv").open("w", encoding="utf-8", newline="") as stream:
             writer = csv.DictWriter(stream, [field.name for field in fields(Laboratory)])
@@ -255,6 +273,7 @@ def main(arguments: list[str] | None = None) -> int:
             writer.writerows(asdict(each) for each in found)
         limit = "" if np.isinf(options.seconds) else f" --seconds {options.seconds:g}"
         first = f" --first {options.first}" if options.first else ""
+        first += " --loads" if options.loads else ""
         command = (
             f"python -m research.benchmarks.laboratories --count {options.count}{first}{limit} --out {options.out}"
         )

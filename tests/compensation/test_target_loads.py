@@ -228,3 +228,14 @@ def test_the_weights_of_a_seed_are_the_same_whatever_is_measured() -> None:
     silent["experiment"]["load_error"][0]["std"] = [1e-9] * 6
     hardly = problem(silent, {})
     np.testing.assert_allclose(simulated(hardly, there), simulated(alone, there), rtol=1e-6)
+
+
+def test_the_noise_of_a_check_is_not_that_of_the_campaign_before() -> None:
+    """The same seed would tell a rehearsal that the model is right where it follows its noise."""
+    case = problem(HEXAPOD, {"experiment.load.gravity": ...})
+    plain = targets()
+    there = plain.assign(**{f"target_{name}": plain[name] for name in POSES})
+    campaign, check = (xd.simulate(case, frame, load_errors=False).frame for frame in (plain, there))
+    exact = xd.simulate(case, plain, load_errors=False, noise=False).frame
+    noises = [(each["dx_m"] - exact["dx_m"]).to_numpy() for each in (campaign, check)]
+    assert np.abs(noises[0] - noises[1]).min() > 1e-9

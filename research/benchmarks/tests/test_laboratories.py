@@ -39,10 +39,11 @@ def test_passes_that_fail_are_counted() -> None:
 
 
 @pytest.mark.slow
-def test_a_laboratory_goes_from_a_plan_to_a_certificate() -> None:
-    plan = xd.run(laboratories.configuration()).plan
+@pytest.mark.parametrize("loads", [False, True])
+def test_a_laboratory_goes_from_a_plan_to_a_certificate(loads: bool) -> None:
+    plan = xd.run(laboratories.configuration(loads=loads)).plan
     for seed in (0, 1):
-        found = laboratories.laboratory(seed, plan)
+        found = laboratories.laboratory(seed, plan, loads=loads)
         assert not found.refused
         assert found.verified in ("pass", "fail", "not proven")
         assert found.diagnosed_error < 5.0

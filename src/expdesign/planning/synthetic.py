@@ -26,7 +26,7 @@ from expdesign.mechanics.loads.errors.source import DirectionError
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 
-_LOAD_STREAM, _NOISE_STREAM, _PAYLOAD_STREAM = 1, 2, 3
+_LOAD_STREAM, _NOISE_STREAM, _PAYLOAD_STREAM, _CHECK_STREAM = 1, 2, 3, 4
 
 
 def simulated_deflections(
@@ -61,14 +61,15 @@ def simulated_deflections(
     else:
         deflections = _of_model(model, problem, points, added)
     if noise:
-        deflections[:, problem.noise.axes] += plan_noise(problem, plan, seed)
+        deflections[:, problem.noise.axes] += plan_noise(problem, plan, seed, check=targets is not None)
     return deflections
 
 
-def plan_noise(problem: DesignProblem, plan: Plan, seed: int) -> FloatArray:
-    """Noise of the measured axes (m, rad) of every row of a plan, shape (N, a)."""
+def plan_noise(problem: DesignProblem, plan: Plan, seed: int, *, check: bool = False) -> FloatArray:
+    """Noise of the measured axes (m, rad) of every row of a plan, shape (N, a); a check's is independent of it."""
     pose_map = problem.loaded.robot.jacobians(plan.configurations).pose
-    return problem.noise.drawn(plan.series, 1, np.random.default_rng([seed, _NOISE_STREAM]), pose_map)[0]
+    stream = _CHECK_STREAM if check else _NOISE_STREAM
+    return problem.noise.drawn(plan.series, 1, np.random.default_rng([seed, stream]), pose_map)[0]
 
 
 def load_errors(loaded: LoadedRobot, plan: Plan, seed: int, targets: TargetLoads | None = None) -> FloatArray:
@@ -152,7 +153,7 @@ def simulated_poses(
         else chain.predict(row_data(loads, chain.robot), values)
     )[order]
     if noise:
-        poses[:, problem.noise.axes] += plan_noise(problem, plan, seed)
+        poses[:, problem.noise.axes] += plan_noise(problem, plan, seed, check=targets is not None)
     return poses
 
 
