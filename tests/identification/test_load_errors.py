@@ -9,14 +9,18 @@ import pytest
 
 import expdesign as xd
 from expdesign.app.api.at_targets import AtTargets
-from expdesign.arrays import FloatArray
+from expdesign.arrays import FloatArray, as_matrix
 from expdesign.assurance.acceptance.fitted import attained_at_targets, fitted_budget
 from expdesign.assurance.acceptance.planned import planned_budgets
+from expdesign.chain.chain import Chain
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
+from expdesign.estimation.fit import Fit, linear_fit
+from expdesign.estimation.gaussian import Gaussian, Term
 from expdesign.estimation.identify import Identification, identify
 from expdesign.estimation.load_errors import Estimator, load_columns
+from expdesign.estimation.weighed import Fittable, weighed
 from expdesign.estimation.whitening import Whitening
 from tests.design.problems import BIPOD, HEXAPOD, problem, recorded
 
@@ -185,6 +189,41 @@ class Experiments:
             inside.append((own.low <= truth) & (truth <= own.high))
             errors.append(own.estimate / truth - 1.0)
         return float(np.mean(inside)), float(np.sqrt(np.mean(np.square(errors))))
+
+
+def test_what_acts_at_targets_is_the_posterior_of_the_joint_model() -> None:
+    """Mean and covariance of the load errors and with the parameters, where the fit weighs them as they are drawn."""
+    experiments = Experiments([*SHARED, LARGE[1]])
+    case, random = experiments.case, np.random.default_rng(4)
+    recorded = experiments.identified(random, 1.0, "generalised").recordings
+    chain, robot = Chain(case.loaded.robot), case.loaded.robot
+    rows = row_data(recorded, robot)
+
+    def linearised(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        predicted, sensitivities = chain.predict_with_sensitivities(rows, values)
+        return recorded.deflections - predicted, sensitivities
+
+    def solve(whitening: Whitening) -> Fit:
+        residuals, sensitivities = linearised(np.zeros(6))
+        return linear_fit(chain, np.zeros(6), whitening.apply(residuals), whitening.apply(sensitivities))
+
+    noise = Whitening(np.asarray(recorded.deviations))
+    fit, loads = weighed(
+        Fittable(chain, recorded, solve, linearised), noise, case.load_errors, "generalised", np.ones(1)
+    )
+    residuals, sensitivities = linearised(fit.values)
+    columns = load_columns(loads.effects, np.ones(len(loads.effects)))
+    alone = noise.weighing(replace(columns, shared=columns.shared[..., :0]))
+    flat = [as_matrix(alone.apply(each)) for each in (sensitivities, columns.shared)]
+    terms = (Term("stiffness", flat[0]), Term("loads", flat[1], root=np.ones(flat[1].shape[1])))
+    expected = Gaussian(terms, alone.apply(residuals).ravel())
+    np.testing.assert_allclose(loads.estimated.mean, expected.mean_of("loads"), rtol=1e-7, atol=1e-9)
+    acting = loads.at_targets(fit)
+    assert acting is not None
+    units = np.concatenate([np.ones(6), loads.acting.units])
+    kept = np.concatenate([np.arange(6), 6 + loads.acting.columns])
+    joint = expected.covariance[np.ix_(kept, kept)] * np.outer(units, units)
+    np.testing.assert_allclose(acting.covariance, joint[6:], rtol=1e-6, atol=1e-9 * np.abs(joint).max())
 
 
 @pytest.mark.parametrize("estimator", ["generalised", "weighted"])
