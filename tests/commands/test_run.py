@@ -6,7 +6,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+import expdesign as xd
+from expdesign.planning.optimality.certificate import LowerBound
 from tests.commands.calls import Printed, call, config_file, refusal
+from tests.design.problems import BIPOD, problem
 
 
 @pytest.fixture(scope="module")
@@ -74,3 +77,11 @@ def test_a_reference_pose_makes_a_protocol(tmp_path: Path) -> None:
     assert list(poses["kind"]) == ["reference", "pose"] * 4
     assert (poses.loc[poses["kind"] == "reference", "mass_kg"] == 0.0).all()
     assert list(poses["mass_kg"].iloc[[3, 7]]) == list(pd.read_csv(out / "plan.csv")["mass_kg"])
+
+
+def test_no_bound_of_the_total_is_below_that_of_its_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The relaxation of DUIR may be the closer one, and DUIR is a part of every plan's total."""
+    bounds = {0.0: LowerBound(1e-3, "of DUIR"), 1.0: LowerBound(5e-4, "of total")}
+    monkeypatch.setattr("expdesign.app.api.run.lower_bound", lambda problem, errors, *rest: bounds[errors])
+    record = xd.run(problem(BIPOD)).record
+    assert record["total_lower_bound"] == record["duir_lower_bound"] == 1e-3

@@ -193,6 +193,7 @@ CONFIGURATIONS = [
         Wrong(PLANNED, f"{place or key}: ", entries("config.yaml", {key: value}))
         for key, value, place in (
             ("experiment.measurements", 10**9, ""),
+            ("experiment.measurements", 100_000, ""),
             ("experiment.measurements", 10**400, ""),
             ("experiment.poses", {"bounds": {"x_m": 10**400}}, "experiment.poses.bounds.x_m"),
             ("experiment.poses", {"bounds": {"x_m": [-1e308, 1e308]}}, "experiment.poses.bounds.x_m"),

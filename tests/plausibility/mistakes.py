@@ -98,6 +98,14 @@ CONFIGURATIONS: dict[str, tuple[str, Change, str]] = {
     "error of the centre of mass in mm": (_H, put("experiment.load_error.0.std", [1.0, 1.0, 1.0]), "millimetres"),
     "error of the mass in g": (_L, put("experiment.load_error.1.std", 500.0), "grams"),
     "error of the mass left at 0": (_L, put("experiment.load_error.1.std", 0.0), "remove the source"),
+    "error of the mass larger than the lightest load": (_H, put("experiment.load_error.1.std", 6.0), "lightest load"),
+    "gravity of a target as a direction": (_H, put("targets.0.gravity_m_s2", [0.0, 0.0, -1.0]), "a direction"),
+    "gravity of the robot as a direction": (_H, put("robot.gravity_m_s2", [0.0, 0.0, -1.0]), "a direction"),
+    "weights of the experiment that it does not have": (
+        _H,
+        put("targets.0.payload", {"mass_kg": 500.0, "same_as": "experiment"}),
+        "a payload of its own",
+    ),
     "error of the direction in mrad": (_H, put("experiment.load_error.2.std", [0.5, 0.5]), "mrad"),
 }  # fmt: skip
 

@@ -216,8 +216,8 @@ def _own_loads(section: RunSection, robot: Robot) -> TargetLoads | None:
     if not any(target.payload is None for target in section.targets):
         return found
     if found.carries.any() or found.deviations.any():
-        what = "how well payloads at targets are known, where other targets have a wrench"
-        raise section.where("targets").fault(what, "Give every target a payload.")
+        what = "a target states how well its payload is known, or whose weights it carries, and another has a wrench"
+        raise section.where("targets").fault(what, "Give every target a payload, or leave out `std` and `same_as`.")
     return None
 
 

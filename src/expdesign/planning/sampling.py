@@ -16,7 +16,7 @@ from expdesign.planning.problem import DesignProblem
 
 _BATCH, _BATCHES = 2000, 25
 """Measurements drawn at a time, and how often at most until none is known that can be reached."""
-_TESTED = 100
+_TESTED, _TESTED_MEASUREMENTS = 100, 20_000
 """Random designs on which identifiability is tested."""
 
 
@@ -166,7 +166,8 @@ class Feasibility:
 
 def random_designs(problem: DesignProblem) -> FloatArray:
     """Designs whose every measurement can be reached, by the configuration's seed, shape (b, m, g)."""
-    return starting_designs(problem, _TESTED, np.random.default_rng(problem.optimiser.seed))
+    count = min(_TESTED, max(2, _TESTED_MEASUREMENTS // problem.space.measurements))
+    return starting_designs(problem, count, np.random.default_rng(problem.optimiser.seed))
 
 
 def feasibility(problem: DesignProblem) -> Feasibility:

@@ -256,10 +256,14 @@ class ConstraintsSection(Section):
     effort: Flag = Field(default=False, description="Whether the effort limits of the URDF hold (N or N·m).")
 
 
+MOST_MEASUREMENTS = 10_000
+"""More are no plan of a laboratory, and exhaust a machine."""
+
+
 class ExperimentSection(Section):
     """`experiment`."""
 
-    measurements: Count | None = left_out(
+    measurements: Annotated[Count, Field(le=MOST_MEASUREMENTS)] | None = left_out(
         "Number m of loaded measurements; with a `budget`, at most. Required without one."
     )
     poses: PosesSection = Field(description="Where measurements may be taken.")

@@ -219,7 +219,7 @@ class _Limit:
         if not by_clock and not self._wanted():
             return ""
         self.ended = self._last
-        return f"its time of {self._seconds:.3g} s was over" if by_clock else BY_HAND
+        return "its time was over" if by_clock else BY_HAND
 
     def bounding(self) -> bool:
         """Whether bounds are to end."""
@@ -257,4 +257,7 @@ def _bounds(problem: DesignProblem, front: Front, callback: Callback, limit: _Li
         else:
             found.append(lower_bound(problem, errors, front.decisions, limit.bounding))
     callback("bounding", 2, 2, "DUIR and total")
-    return found[0], found[1]
+    duir, total = found
+    # DUIR is a part of every plan's total, and its relaxation may be the closer one.
+    closer = duir.value is not None and total.value is not None and duir.value > total.value
+    return duir, duir if closer else total

@@ -8,11 +8,12 @@ attained pose, which is what the model does not take up, are `Gaussian.joined` (
 3rd ed. 2013, 7.4 and 14.8). What physics with memory does is no multiple of its size: a little friction lags, much
 holds a leg altogether. It is worked through the recordings at several sizes, each with the likelihood ratio
 exp(dᵀQ·r − ½·dᵀQ·d), d being the change of the readings. The error is then a mixture, whose part beyond any tolerance
-is the specific consumer's risk (JCGM 106:2012, 3.3.13).
+is the specific consumer's risk (JCGM 106:2012, 3.3.13). Errors of the loads that rows share stand beside the model's
+parameters: what they take up of left-out physics is applied at targets where they act.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -68,11 +69,14 @@ def decided_by(
 def left_out_by(problem: DesignProblem, model: FittedModel) -> Shown | None:
     """What recordings show of physics that may be left out of a model; None where nothing can be.
 
+    Errors of the load that are declared are in the model.
+
     None as well where geometry is calibrated: sizes and motions of physics are those of deflections (MEIR's).
     """
     if places_tip(model.fit) or not problem.loaded.regressor.referenced:
         return None
-    known = {effect.slot for effect in model.fit.chain.effects}
+    declared = () if model.loads is None else model.loads.acting.effects
+    known = {effect.slot for effect in (*model.fit.chain.effects, *declared)}
     try:
         return Shown(problem, model.recordings, model.whitening, known=known)
     except InputError:  # the configuration leaves nothing over to consider
@@ -95,9 +99,10 @@ def left_out_risk(
         found: what these show.
         options: what is thought beforehand.
     """
-    options, base = options or LeftOutOptions(), _fitted(problem, model)
+    options, base = options or LeftOutOptions(), joint_model(problem, model)
     physics, meir, start = found.meir.physics, found.meir, offsets(found.meir.physics)
     rows, nothing = len(base.readings), np.zeros((len(base.at_targets), 1))
+    apart = model.whitening.unshared
     odds = np.log(options.present / (1.0 - options.present))
     listed: list[_Alternative] = []
     for index, (entry, share) in enumerate(zip(physics, _shares(physics), strict=True)):
@@ -107,14 +112,14 @@ def left_out_risk(
         scales, phrase = options.scales if assumed else (1.0,), entry.effect.phrase
         if entry.step and options.sizes:
             shown, moved = found.at_sizes(index, options.sizes)
-            term = Term("left out", shown[:, :rows].T, moved.reshape(len(moved), -1).T)
+            term = Term("left out", apart(shown[:, :rows].T), moved.reshape(len(moved), -1).T)
             likelihoods = term.columns.T @ base.projected
             likelihoods -= 0.5 * (term.columns * base.projection(term.columns)).sum(axis=0)
             logs = prior + np.log(_of_sizes(options.sizes, scales)) + likelihoods
             errors = base.unexplained(term).T
             listed += [(phrase, float(log), mean, nothing) for log, mean in zip(logs, errors, strict=True)]
         else:
-            shown = found.directions[:rows, columns]
+            shown = apart(found.directions[:rows, columns])
             shown = np.where(np.isfinite(shown).all(axis=0), shown, 0.0)
             moved = (meir.motions[..., columns] * meir.deviations[columns]).reshape(len(nothing), -1)
             prior -= np.log(len(scales))
@@ -131,21 +136,34 @@ def left_out_risk(
     )
 
 
-def _fitted(problem: DesignProblem, model: FittedModel) -> Gaussian:
+def joint_model(problem: DesignProblem, model: FittedModel) -> Gaussian:
     """The fit as it was made, at the targets: the covariance that predictions have is larger, and would take up more
     than the fit.
     """
-    fit, columns = model.fit, as_matrix(model.fit.sensitivities)
-    targets = attained_at_targets(problem, fit, model.recordings).sensitivities
+    fit, apart = model.fit, model.whitening.unshared
+    columns = as_matrix(apart(fit.sensitivities))
+    acting = None if model.loads is None else model.loads.at_targets(fit)
+    attained = attained_at_targets(problem, fit, model.recordings, acting).sensitivities
+    targets, there = np.split(attained, [columns.shape[1]], axis=-1)
     targets = targets.reshape(-1, columns.shape[1])
     knowledge = fit.chain.knowledge()
     spread = np.full(columns.shape[1], np.inf) if knowledge is None else knowledge[1]
     held = np.isfinite(spread)
-    terms = (
+    terms = [
         Term("free", columns[:, ~held], targets[:, ~held]),
         Term("held", columns[:, held], targets[:, held], spread[held]),
-    )
-    return Gaussian(terms, fit.residuals.ravel())
+    ]
+    loads = model.whitening.loads
+    if loads is not None and loads.shared.shape[-1] and model.loads is not None:
+        alone = model.whitening.weighing(replace(loads, shared=loads.shared[..., :0]))
+        weighed = as_matrix(alone.apply(loads.shared))
+        at = [
+            each.reshape(len(targets), -1)
+            for effect, each in zip(model.loads.effects, model.loads.acting_at(there, weighed=True), strict=True)
+            if effect.shared
+        ]
+        terms.append(Term("loads", weighed, np.hstack(at), np.ones(weighed.shape[1])))
+    return Gaussian(tuple(terms), apart(fit.residuals).ravel())
 
 
 def _of_sizes(sizes: Sequence[float], scales: Sequence[float]) -> FloatArray:

@@ -4,7 +4,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import Implausibility, extent, largest
-from expdesign.assurance.plausibility.robot import robot_findings
+from expdesign.assurance.plausibility.robot import gravity_findings, robot_findings
 from expdesign.assurance.plausibility.targets import centre_findings, deflection_finding, pose_findings
 from expdesign.planning.problem import DesignProblem
 
@@ -31,7 +31,7 @@ SAMPLES = 200
 def problem_findings(problem: DesignProblem) -> list[Implausibility]:
     """What speaks against a run configuration."""
     found = [*robot_findings(problem.loaded.robot), *_ranges(problem), *_noise(problem), *_tolerances(problem)]
-    found += _unused(problem)
+    found += [*_unused(problem), *_gravity(problem)]
     if problem.loaded.regressor.referenced:
         found += [*_centres(problem), *_masses(problem), *_deflections(problem), *_load_errors(problem)]
     return found
@@ -43,6 +43,18 @@ def _unused(problem: DesignProblem) -> list[Implausibility]:
         return []
     what = "the key has no effect: bounds are those of the convex relaxation"
     return [Implausibility(what, "Remove it.", "optimiser.bound_seconds")]
+
+
+def _gravity(problem: DesignProblem) -> list[Implausibility]:
+    """Of targets that state their own."""
+    robot, found = problem.loaded.robot, []
+    names = robot.coordinates.gravity
+    for index, (loaded, parameters) in enumerate(problem.target_loads):
+        columns = loaded.load.columns
+        gravity = np.array([parameters[columns.index(name)] for name in names if name in columns])
+        if len(gravity) and not np.array_equal(gravity, robot.gravity):
+            found += gravity_findings(gravity, f"targets.{index}.gravity_m_s2")
+    return found[:1]
 
 
 def _decoded(problem: DesignProblem) -> tuple[FloatArray, FloatArray]:
@@ -125,7 +137,24 @@ def _masses(problem: DesignProblem) -> list[Implausibility]:
         if here > 0.0 and there > 0.0 and not 1.0 / RATIO <= here / there <= RATIO:
             what = f"the largest {noun} is {here:.3g} in the experiment and {there:.3g} at the targets"
             found.append(Implausibility(what, f"Is one of them {units}?", "experiment.load"))
-    return found[:1]
+    return [*found[:1], *_carried(problem, loads)]
+
+
+def _carried(problem: DesignProblem, loads: FloatArray) -> list[Implausibility]:
+    """Targets that carry the weights of the experiment and are heavier than all of them together ever are."""
+    own, load = problem.own_loads, problem.loaded.load
+    if own is None or not load.has_mass:
+        return []
+    heaviest = largest(loads[:, 0])
+    for index in np.flatnonzero(own.carries):
+        mass = float(problem.target_loads[index][1][0])
+        if mass > heaviest * (1.0 + 1e-6):
+            what = (
+                f"the target carries the weights of the experiment, {mass:.4g} kg, which are {heaviest:.4g} kg at most"
+            )
+            likely = "Is it a payload of its own? Then leave `same_as` out."
+            return [Implausibility(what, likely, f"targets.{index}.payload.same_as")]
+    return []
 
 
 def _deflections(problem: DesignProblem) -> list[Implausibility]:
@@ -171,10 +200,11 @@ def _load_errors(problem: DesignProblem) -> list[Implausibility]:
     robot, load = problem.loaded.robot, problem.loaded.load
     split = robot.coordinates.translations
     forces = largest(problem.target_wrenches[:, :split])
-    heaviest = largest(_decoded(problem)[1][:, 0]) if load.has_mass else 0.0
+    masses = _decoded(problem)[1][:, 0] if load.has_mass else np.empty(0)
+    lightest = float(masses[masses > 0.0].min(initial=np.inf))
     known = {
         "com": ("a centre of mass", "m", extent(robot), "Is it in millimetres?"),
-        "mass": ("a mass", "kg", heaviest, "Is it in grams?"),
+        "mass": ("a mass", "kg", lightest, "Is it in grams? The lightest load is no heavier."),
         "direction": ("a direction", "rad", UNKNOWN_DIRECTION, "Is it in degrees or mrad?"),
         "wrench": ("a force", "N", UNKNOWN_FORCE * forces, "Is it in mN?"),
     }

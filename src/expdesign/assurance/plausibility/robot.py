@@ -17,6 +17,8 @@ UNEQUAL = 3e3
 """Ratio of the stiffest to the softest actuator of one kind beyond which one is in another unit."""
 GRAVITY = (0.5, 30.0)
 """m/s²; from the Moon's to that of any centrifuge that a robot stands in."""
+_DIRECTION = 0.02
+"""m/s² about 1 in which gravity is a direction: that of no body where robots stand."""
 DISPROPORTION = 60.0
 """Ratio of the sizes of two parts of one robot beyond which one is in another unit."""
 EXCLUDED = 0.6
@@ -140,8 +142,13 @@ def _stiffness(robot: Robot) -> list[Implausibility]:
 
 
 def _gravity(robot: Robot) -> list[Implausibility]:
-    size = float(np.linalg.norm(robot.gravity))
-    if size == 0.0 or GRAVITY[0] <= size <= GRAVITY[1]:
+    return gravity_findings(robot.gravity, "gravity_m_s2")
+
+
+def gravity_findings(gravity: FloatArray, where: str) -> list[Implausibility]:
+    """What speaks against gravity (m/s², shape (d,)): another unit, or a direction alone."""
+    size = float(np.linalg.norm(gravity))
+    if size == 0.0 or (GRAVITY[0] <= size <= GRAVITY[1] and abs(size - 1.0) > _DIRECTION):
         return []
-    likely = "Is it in mm/s²?" if size > GRAVITY[1] else "Is it in parts of g? It has to be in m/s²."
-    return [Implausibility(f"gravity would be {size:.3g} m/s²", likely, "gravity_m_s2")]
+    likely = "Is it in mm/s²?" if size > GRAVITY[1] else "Is it in parts of g, or a direction? It has to be in m/s²."
+    return [Implausibility(f"gravity would be {size:.3g} m/s²", likely, where)]
