@@ -225,7 +225,7 @@ def _sampler(
     references = None if recordings.references is None else np.where(counts, recordings.references, "")
 
     def sample_with(deviations: FloatArray) -> Data:
-        whitening = Whitening(deviations, references=references)
+        whitening = Whitening(deviations, references=references, within=recordings.within)
         return Data(recordings, rows, whitening, idle=idle, reading=reading, identified=identified, marked=counts)
 
     return sample_with

@@ -197,7 +197,7 @@ def _fitted(what: Fittable, declared: _Loads, replicated: NoiseLevel | None = No
     weights: FloatArray | None = None
 
     def plain(deviations: FloatArray) -> Whitening:
-        return Whitening(deviations, references=train.references)
+        return Whitening(deviations, references=train.references, within=train.within)
 
     def solve(deviations: FloatArray) -> Fit:
         if errors is None or not weighs:

@@ -57,15 +57,22 @@ class Whitening:
         deviations: of every reading, shape (N, k).
         references: name of every row's unloaded reading, which carries half of the row's variance, shape (N,)
             (`chain/recordings/references.py`); None where no two rows share one.
+        within: M_c, symmetric, which decorrelates the readings of every row in standard deviations, shape (N, k, k),
+            the same in rows of one reference; None where readings of a row are independent.
         loads: errors of the loads that are weighed; None where loads are exact.
     """
 
     def __init__(
-        self, deviations: FloatArray, *, references: TextArray | None = None, loads: LoadColumns | None = None
+        self,
+        deviations: FloatArray,
+        *,
+        references: TextArray | None = None,
+        within: FloatArray | None = None,
+        loads: LoadColumns | None = None,
     ) -> None:
         self.deviations = deviations
         self.loads = loads
-        self._references = references
+        self._references, self._within = references, within
         self._index = np.arange(len(deviations)) if references is None else groups(references)
         self._sizes = np.bincount(self._index)
         self._own: list[tuple[IntArray, FloatArray]] = []
@@ -78,7 +85,7 @@ class Whitening:
     def _weigh(self, loads: LoadColumns) -> None:
         """Factorise the covariance of the load errors: M_o by blocks, M_s = I − U·diag(f)·Uᵀ."""
         if loads.own.shape[-1]:
-            own = loads.own / self.deviations[..., None]
+            own = self._in_row(loads.own / self.deviations[..., None])
             for rows in self._together():
                 columns = np.einsum("ij,gjke->gikje", _reference_root(rows.shape[1]), own[rows])
                 columns = columns.reshape(len(rows), rows.shape[1] * own.shape[1], -1)
@@ -87,7 +94,8 @@ class Whitening:
                 self._own.append((rows, (vectors / np.sqrt(variances)[:, None]) @ vectors.swapaxes(1, 2)))
                 self.log_determinant += float(np.log(variances).sum())
         if loads.shared.shape[-1]:
-            columns = as_matrix(self._by_row(self._referenced(loads.shared / self.deviations[..., None])))
+            scaled = self._in_row(loads.shared / self.deviations[..., None])
+            columns = as_matrix(self._by_row(self._referenced(scaled)))
             left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
             self._across = left, sizes
             self.log_determinant += float(np.log1p(sizes**2).sum())
@@ -104,12 +112,19 @@ class Whitening:
         return self.decorrelated(values / self.deviations.reshape(*self.deviations.shape, *extra))
 
     def decorrelated(self, scaled: FloatArray) -> FloatArray:
-        """M_s·M_o·M_r of values (N, k, ...) in standard deviations."""
-        return self._shared(self._by_row(self._referenced(scaled)))
+        """M_s·M_o·M_r·M_c of values (N, k, ...) in standard deviations."""
+        return self._shared(self._by_row(self._referenced(self._in_row(scaled))))
 
     def scores(self, whitened: FloatArray) -> FloatArray:
-        """M_r·M_o·M_s, the transpose, of whitened values (N, k, ...): C⁻¹ of values in standard deviations."""
-        return self._referenced(self._by_row(self._shared(whitened)))
+        """M_c·M_r·M_o·M_s, the transpose, of whitened values (N, k, ...): C⁻¹ of values in standard deviations."""
+        return self._in_row(self._referenced(self._by_row(self._shared(whitened))))
+
+    def _in_row(self, scaled: FloatArray) -> FloatArray:
+        """M_c of values (N, k, ...)."""
+        if self._within is None:
+            return scaled
+        found: FloatArray = np.einsum("nij,nj...->ni...", self._within, scaled)
+        return found
 
     def _referenced(self, scaled: FloatArray) -> FloatArray:
         """M_r of values (N, k, ...).
@@ -173,17 +188,18 @@ class Whitening:
             root = (left * (sizes / np.sqrt(1.0 + sizes**2))).reshape(len(blocks), readings, -1)
             root = self._referenced(self._by_row(root))
             blocks = blocks - root @ root.swapaxes(1, 2)
-        return blocks
+        return blocks if self._within is None else self._within @ blocks @ self._within
 
     def rows(self, chosen: BoolArray | IntArray) -> "Whitening":
         """The whitening of some rows."""
         references = None if self._references is None else self._references[chosen]
         loads = None if self.loads is None else self.loads.rows(chosen)
-        return Whitening(self.deviations[chosen], references=references, loads=loads)
+        within = None if self._within is None else self._within[chosen]
+        return Whitening(self.deviations[chosen], references=references, within=within, loads=loads)
 
     def weighing(self, loads: LoadColumns | None) -> "Whitening":
         """The same noise with errors of the loads, or without them."""
-        return Whitening(self.deviations, references=self._references, loads=loads)
+        return Whitening(self.deviations, references=self._references, within=self._within, loads=loads)
 
 
 def _reference_root(count: int) -> FloatArray:

@@ -9,6 +9,9 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.errors import InputError
 from expdesign.mechanics.differentiation import inverse_root, plain
 
+_INDEPENDENT = 1e-12
+"""Correlation that is rounding."""
+
 
 class DeflectionNoise:
     """Covariance of the measured components of one deflection, the same for every measurement.
@@ -42,6 +45,29 @@ class DeflectionNoise:
         """Standard deviations of the measured components (m, rad) where J̌ is `pose_map`, shape (..., k)."""
         deviations = np.sqrt(np.diag(self.covariance))
         return np.broadcast_to(deviations, (*pose_map.shape[:-2], len(deviations)))
+
+    def within(self, axes: IntArray, pose_map: FloatArray) -> FloatArray | None:
+        """Inverse root of the correlation matrix of readings of some axes (k,), symmetric, shape (N, k, k).
+
+        Of axes without a stated noise the readings are independent. None where all are.
+
+        Args:
+            axes: that are read.
+            pose_map: J̌ of every measurement, shape (N, n, n_a).
+        """
+        covariance = np.linalg.inv(self.whitener_at(pose_map))
+        covariance = covariance @ covariance.swapaxes(-1, -2)
+        scale = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
+        stated = covariance / (scale[..., :, None] * scale[..., None, :])
+        known = [(i, self.axes.tolist().index(axis)) for i, axis in enumerate(axes.tolist()) if axis in self.axes]
+        here, there = ([pair[side] for pair in known] for side in (0, 1))
+        correlation = np.broadcast_to(np.eye(len(axes)), (len(pose_map), len(axes), len(axes))).copy()
+        correlation[:, np.array(here)[:, None], np.array(here)] = stated[..., np.array(there)[:, None], np.array(there)]
+        if np.abs(correlation - np.eye(len(axes))).max(initial=0.0) < _INDEPENDENT:
+            return None
+        values, vectors = np.linalg.eigh(correlation)
+        root: FloatArray = (vectors / np.sqrt(values)[..., None, :]) @ vectors.swapaxes(-1, -2)
+        return root
 
     def series(self, configurations: FloatArray) -> IntArray | None:
         """Series (..., m) of configurations (..., m, n_q) that share an unloaded measurement; None where none do."""

@@ -109,7 +109,10 @@ class DeflectionNoiseSection(OneForm):
         "Standard deviation of each measured component (`dx_m` ... in m, `drx_rad` ... in rad); a "
         "component without one is not measured."
     )
-    covariance: list[list[Number]] | None = left_out("Covariance of all components of a deflection (m², m·rad, rad²).")
+    covariance: list[list[Number]] | None = left_out(
+        "Covariance of all components of a deflection (m², m·rad, rad²). Recordings that are read with the "
+        "configuration keep their own standard deviations and take its correlations."
+    )
     points: MeasuredPointsSection | None = left_out(
         "Measured points from which poses are registered; their noise gives the covariance."
     )

@@ -168,6 +168,8 @@ def recorded_knowledge(problem: DesignProblem, recordings: Recordings, loads: Fl
         each[:, train.axes] / deviations[..., None]
         for each in (measured.observation, *(measured.compliance @ error for error in wrenches))
     )
+    if train.within is not None:
+        rows, *errors = (train.within @ each for each in (rows, *errors))
     shared = tuple(source.shared for source in loaded.sources) if errors else ()
     across = np.kron(whitening.decorrelated(np.eye(len(train))), np.eye(len(train.axes)))
     if problem.estimator == "generalised":

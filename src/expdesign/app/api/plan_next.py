@@ -12,7 +12,7 @@ import pandas as pd
 
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of, require_seed, table_of
-from expdesign.app.api.recorded import referenced, say_unknown_columns
+from expdesign.app.api.recorded import correlated, referenced, say_unknown_columns
 from expdesign.app.api.result import TableResult
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.decision import Decision
@@ -102,7 +102,7 @@ def plan_next(
     purpose = purpose_of("next", config, recordings)
     problem = problem_of(config)
     table = table_of(recordings, "recordings")
-    measured = referenced(recordings_from_table(table, problem.loaded.robot), None, problem)
+    measured = correlated(referenced(recordings_from_table(table, problem.loaded.robot), None, problem), problem)
     require_measured(measured, problem.loaded.robot)
     require_readings_of(problem, measured)
     say_unknown_columns(measured)

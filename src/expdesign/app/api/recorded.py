@@ -3,7 +3,7 @@
 import difflib
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -118,7 +118,16 @@ def recorded_at(
         from expdesign.app.api.configuration import problem_of_robot  # noqa: PLC0415 (most recordings have no targets)
 
         problem = problem_of_robot(targets, machine.robot, machine.document.source, confirmed=confirmed)
-    return machine, referenced(usable(read_recordings(recordings, machine)), option, problem), problem
+    measured = referenced(usable(read_recordings(recordings, machine)), option, problem)
+    return machine, measured if problem is None else correlated(measured, problem), problem
+
+
+def correlated(recordings: Recordings, problem: "DesignProblem") -> Recordings:
+    """Recordings of deflections whose readings of a row are correlated as a configuration states."""
+    if recordings.measurand.absolute:
+        return recordings
+    pose_map = problem.loaded.robot.jacobians(recordings.configurations).pose
+    return replace(recordings, within=problem.noise.within(recordings.axes, pose_map))
 
 
 def referenced(points: Points, option: bool | None, problem: "DesignProblem | None" = None) -> Points:

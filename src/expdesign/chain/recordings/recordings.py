@@ -253,12 +253,15 @@ class Recordings(LoadedPoints):
             have NaN where nothing was read, and with `aim` rotation vectors from it (rad), which are 0.
         deviations: their standard deviations, shape (N, k), or None where they are not known.
         test: rows that must not be fitted, shape (N,).
+        within: inverse root of the correlation matrix of the readings of every row, symmetric, shape (N, k, k); None
+            where these are independent of each other.
     """
 
     axes: IntArray
     deflections: FloatArray
     deviations: FloatArray | None
     test: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    within: FloatArray | None = None
 
     def deviation_columns(self, coordinates: Coordinates) -> tuple[str, ...]:
         """Columns of the standard deviations of the measured components, in the order of `axes`."""

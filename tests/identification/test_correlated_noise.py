@@ -1,0 +1,103 @@
+"""A configuration's covariance of the noise is one for plan, fit and the next measurement."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import expdesign as xd
+from expdesign.app.api.recorded import correlated, referenced
+from expdesign.chain.recordings.reader import recordings_from_table
+from expdesign.estimation.whitening import LoadColumns, Whitening
+from expdesign.io.output import csv_text
+from expdesign.io.table import parse_table
+from expdesign.planning.problem import DesignProblem
+from expdesign.planning.sequential import recorded_knowledge
+from tests.design.problems import HEXAPOD, problem
+from tests.oracle import Array
+
+SPREAD = np.array([5e-7] * 3 + [2e-6] * 3)
+
+
+def correlation(generator: np.random.Generator, size: int) -> Array:
+    """Of some readings, far from the identity."""
+    root = generator.standard_normal((size, size))
+    covariance = root @ root.T + 2.0 * np.eye(size)
+    scale = np.sqrt(np.diag(covariance))
+    return covariance / np.outer(scale, scale)
+
+
+def case(*, shared_reference: bool) -> DesignProblem:
+    covariance = correlation(np.random.default_rng(0), 6) * np.outer(SPREAD, SPREAD)
+    noise = {"covariance": covariance.tolist(), "shared_reference": shared_reference}
+    changes = {"experiment.measurements": 8, "experiment.load_error": [], "experiment.deflection_noise": noise}
+    return problem(HEXAPOD, changes)
+
+
+@pytest.mark.parametrize("shared_reference", [False, True])
+def test_the_fit_has_the_u_of_the_plan(shared_reference: bool) -> None:
+    here = case(shared_reference=shared_reference)
+    plan = xd.run(here).plan
+    recorded = xd.simulate(here, plan, noise=False).frame
+    identified = xd.identify(HEXAPOD["robot"], recorded, targets=here)
+    assert identified.acceptance is not None
+    expected = xd.evaluate(here, plan).record["acceptance"]["targets"]
+    for target, axes in enumerate(expected):
+        columns = identified.acceptance.budget.axes
+        for axis in axes["axes"]:
+            found = identified.acceptance.budget.expanded[target, columns.index(axis["axis"])]
+            assert found == pytest.approx(axis["expanded_uncertainty"], rel=1e-6)
+    plain = xd.identify(HEXAPOD["robot"], recorded).result.fit
+    assert np.abs(np.sqrt(np.diag(plain.covariance) / np.diag(identified.result.fit.covariance)) - 1.0).max() > 0.05
+
+
+def test_the_next_measurement_follows_the_same_noise() -> None:
+    here = case(shared_reference=False)
+    plan = xd.run(here).plan
+    recorded = parse_table(csv_text(xd.simulate(here, plan).frame), "rec.csv")
+    measured = correlated(referenced(recordings_from_table(recorded, here.loaded.robot), None, here), here)
+    known = recorded_knowledge(here, measured, None)
+    loads = np.concatenate([np.asarray(measured.payload), measured.gravity], axis=1)
+    planned = here.assess(measured.configurations[None], loads[None]).information
+    targets = here.targets.observation
+    np.testing.assert_allclose(known.variances(targets)[0], planned.variances(targets)[0][0], rtol=1e-8)
+
+
+def test_chi2_has_the_degrees_of_freedom_that_it_states() -> None:
+    here = case(shared_reference=True)
+    plan, found = xd.run(here).plan, []
+    for seed in range(25):
+        identified = xd.identify(HEXAPOD["robot"], xd.simulate(here, plan, seed=seed).frame, targets=here)
+        assert identified.chi2 is not None
+        found.append(identified.chi2 / identified.result.goodness.dof)
+    assert np.mean(found) == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / (25 * 42)))
+
+
+def test_whitening_is_the_inverse_root_of_the_whole_covariance() -> None:
+    """With references that rows share, load errors of rows and of all, and readings of a row that are correlated."""
+    random = np.random.default_rng(3)
+    rows, readings = 6, 3
+    deviations, loads = random.uniform(0.5, 2.0, (rows, readings)), (rows, readings, 2)
+    references, one = np.array(["a", "a", "b", "", "b", "a"]), correlation(random, readings)
+    values, vectors = np.linalg.eigh(one)
+    within = np.broadcast_to((vectors / np.sqrt(values)) @ vectors.T, (rows, readings, readings))
+    columns = LoadColumns(random.standard_normal(loads), random.standard_normal(loads))
+    whitening = Whitening(deviations, references=references, within=within, loads=columns)
+    alike = (references[:, None] == references) & (references != "")[:, None]
+    across = np.where(np.eye(rows, dtype=bool), 1.0, 0.5 * alike)
+    scale = np.diag(deviations.ravel())
+    covariance = scale @ np.kron(across, one) @ scale
+    every = columns.as_shared.shared.reshape(rows * readings, -1)
+    covariance = covariance + every @ every.T
+    unit = np.eye(rows * readings).reshape(rows, readings, -1)
+    root = whitening.apply(unit).reshape(rows * readings, -1)
+    inverse = np.linalg.inv(covariance)
+    np.testing.assert_allclose(root.T @ root, inverse, atol=1e-10)
+    scaled = scale @ inverse @ scale
+    scores = whitening.scores(whitening.decorrelated(unit)).reshape(rows * readings, -1)
+    np.testing.assert_allclose(scores, scaled, atol=1e-10)
+    blocks = [scaled[r * readings : (r + 1) * readings, r * readings : (r + 1) * readings] for r in range(rows)]
+    np.testing.assert_allclose(whitening.precision, blocks, atol=1e-10)
+    some = np.array([True, True, False, True, False, True])
+    half = whitening.weighing(replace(columns, shared=columns.shared[..., :0])).rows(some)
+    assert half.apply(unit[some]).shape == (4, readings, rows * readings)
