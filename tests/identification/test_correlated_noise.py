@@ -51,6 +51,16 @@ def test_the_fit_has_the_u_of_the_plan(shared_reference: bool) -> None:
     assert np.abs(np.sqrt(np.diag(plain.covariance) / np.diag(identified.result.fit.covariance)) - 1.0).max() > 0.05
 
 
+def test_levels_that_are_estimated_are_those_of_components() -> None:
+    """What is said without a configuration's covariance stays: no row states how the readings scatter."""
+    here = case(shared_reference=False)
+    recorded = xd.simulate(here, xd.run(here).plan).frame.drop(
+        columns=["sx_m", "sy_m", "sz_m", "srx_rad", "sry_rad", "srz_rad"]
+    )
+    with_targets, without = (xd.identify(HEXAPOD["robot"], recorded, targets=each) for each in (here, None))
+    np.testing.assert_array_equal(with_targets.result.fit.values, without.result.fit.values)
+
+
 def test_the_next_measurement_follows_the_same_noise() -> None:
     here = case(shared_reference=False)
     plan = xd.run(here).plan

@@ -123,8 +123,11 @@ def recorded_at(
 
 
 def correlated(recordings: Recordings, problem: "DesignProblem") -> Recordings:
-    """Recordings of deflections whose readings of a row are correlated as a configuration states."""
-    if recordings.measurand.absolute:
+    """Recordings of deflections whose readings of a row are correlated as a configuration states.
+
+    Where their standard deviations are estimated, each component is by itself.
+    """
+    if recordings.measurand.absolute or recordings.deviations is None:
         return recordings
     pose_map = problem.loaded.robot.jacobians(recordings.configurations).pose
     return replace(recordings, within=problem.noise.within(recordings.axes, pose_map))
