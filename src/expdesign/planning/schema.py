@@ -135,7 +135,8 @@ class LoadErrorSection(Section):
     )
     shared: Flag = Field(
         default=True,
-        description="Whether all measurements share one unknown error (systematic) or each has another (random).",
+        description="Whether all measurements share one unknown error (systematic) or each has another (random), also "
+        "further readings under a load that stays on.",
     )
 
 
