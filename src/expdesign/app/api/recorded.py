@@ -16,7 +16,7 @@ from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.reader import read_several, recordings_from_table, require_measured
-from expdesign.chain.recordings.recordings import SESSION, STATION, Recordings
+from expdesign.chain.recordings.recordings import DEFLECTIONS, SESSION, STATION, Recordings
 from expdesign.chain.recordings.references import Points, Sharing, with_references
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import InputError
@@ -127,7 +127,7 @@ def correlated(recordings: Recordings, problem: "DesignProblem") -> Recordings:
 
     Where their standard deviations are estimated, each component is by itself.
     """
-    if recordings.measurand.absolute or recordings.deviations is None:
+    if recordings.measurand is not DEFLECTIONS or recordings.deviations is None:
         return recordings
     pose_map = problem.loaded.robot.jacobians(recordings.configurations).pose
     return replace(recordings, within=problem.noise.within(recordings.axes, pose_map))
