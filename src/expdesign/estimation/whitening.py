@@ -161,6 +161,12 @@ class Whitening:
         found: FloatArray = flat - left @ (factor[:, None] * (left.T @ flat))
         return found.reshape(scaled.shape)
 
+    @property
+    def without_shared(self) -> "Whitening":
+        """The same noise with the load errors alone that every row has for itself."""
+        loads = self.loads
+        return self if loads is None else self.weighing(LoadColumns(loads.shared[..., :0], loads.own))
+
     def unshared(self, whitened: FloatArray) -> FloatArray:
         """Whitened values (N, k, ...) as they are without the load errors that rows share: M_s⁻¹ of them."""
         if self._across is None:

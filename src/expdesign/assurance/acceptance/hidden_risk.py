@@ -13,7 +13,7 @@ parameters: what they take up of left-out physics is applied at targets where th
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -155,8 +155,7 @@ def joint_model(problem: DesignProblem, model: FittedModel) -> Gaussian:
     ]
     loads = model.whitening.loads
     if loads is not None and loads.shared.shape[-1] and model.loads is not None:
-        alone = model.whitening.weighing(replace(loads, shared=loads.shared[..., :0]))
-        weighed = as_matrix(alone.apply(loads.shared))
+        weighed = as_matrix(model.whitening.without_shared.apply(loads.shared))
         at = [
             each.reshape(len(targets), -1)
             for effect, each in zip(model.loads.effects, model.loads.acting_at(there, weighed=True), strict=True)

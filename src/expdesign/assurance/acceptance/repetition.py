@@ -13,7 +13,7 @@ acts at the targets as well stands in T with the errors that are estimated, and 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -67,7 +67,7 @@ class Repetition:
             constant: variance that no reading changes (m², rad²), shape (t, n).
         """
         rows, acting = targets
-        inverse = _inverse(information)
+        inverse = information.whole_inverse
         left, values, turned = np.linalg.svd(readings.root @ inverse)
         directions = inverse @ turned.T
         none_there: FloatArray = np.zeros((*rows.shape[:-1], 0))
@@ -110,16 +110,6 @@ class Repetition:
         return found
 
 
-def _inverse(information: Information) -> FloatArray:
-    """R⁻¹ of all unknowns, load errors first; 0 along combinations of parameters that are not determined."""
-    count, root = sum(information.estimated), information.root
-    inverse = np.zeros(root.shape)
-    inverse[count:, count:] = information.inverse
-    inverse[:count, :count] = np.linalg.inv(root[:count, :count])
-    inverse[:count, count:] = -inverse[:count, :count] @ root[:count, count:] @ information.inverse
-    return inverse
-
-
 def planned_repetitions(assessment: Assessment, acting: Sequence[FloatArray], constant: FloatArray) -> list[Repetition]:
     """Of the designs of an assessment, whose sources are `acting` at the targets, (t, n, d) each, which have `constant`
     variances (t, n) that no reading changes beside their own.
@@ -150,7 +140,7 @@ def fitted_repetition(
     """
     loads, (sensitivities, acting) = whitening.loads, targets
     estimator: Estimator = "weighted" if loads is None else "generalised"
-    alone = whitening if loads is None else whitening.weighing(replace(loads, shared=loads.shared[..., :0]))
+    alone = whitening.without_shared
     root, level = _root(fit.estimable), np.sqrt(fit.inflation)
     rows = whitening.unshared(fit.sensitivities) @ root / level
     if loads is None:

@@ -271,6 +271,19 @@ class Information:
         regular = np.linalg.inv(np.where(full, root, np.eye(root.shape[-1])))
         return np.where(full, regular, self._truncated[0])
 
+    @cached_property
+    def whole_inverse(self) -> FloatArray:
+        """R⁻¹ of all unknowns with what is known of the load errors, which stand first, shape (..., q, q); 0 along
+        combinations of parameters that are not determined.
+        """
+        count, root = sum(self.estimated), self._complete.root
+        if not count:
+            return self.inverse
+        first = np.linalg.inv(root[..., :count, :count])
+        above = np.concatenate([first, -first @ root[..., :count, count:] @ self.inverse], axis=-1)
+        below = np.concatenate([np.zeros((*self.inverse.shape[:-1], count)), self.inverse], axis=-1)
+        return np.concatenate([above, below], axis=-2)
+
     def estimable(self, targets: FloatArray) -> BoolArray:
         """Whether rows (t, r, p) depend on nothing but what is identified, shape (..., t, r)."""
         if self.full.all():
@@ -306,11 +319,10 @@ class Information:
         start, count, found = 0, sum(self.estimated), []
         if count == 0:
             return self.errors
-        complete = self._complete
         # The prior's rows of Q: what their readings, which have the errors of one standard deviation, do.
-        among = np.linalg.inv(complete.root[..., :count, :count]) @ complete.root[..., :count, count:] @ self.inverse
-        for own, each in zip(complete.errors, self.estimated, strict=True):
-            found.append(-among[..., start : start + each, :].swapaxes(-1, -2) if each else own[..., count:, :])
+        among = self.whole_inverse[..., :count, count:]
+        for own, each in zip(self._complete.errors, self.estimated, strict=True):
+            found.append(among[..., start : start + each, :].swapaxes(-1, -2) if each else own[..., count:, :])
             start += each
         return tuple(found)
 
@@ -337,19 +349,14 @@ class Information:
             acting: T_s of each source that measurements share, per standard deviation, (t, r, f) each; 0 where it does
                 not act at a target.
         """
-        count, complete = sum(self.estimated), self._complete
-        # [T_s, T]·R⁻¹ of the triangular R, whose first unknowns are the load errors that are estimated.
-        first = np.linalg.inv(complete.root[..., :count, :count])
-        across = first @ complete.root[..., :count, count:] @ self.inverse
         chosen = [each for each, width in zip(acting, self.estimated, strict=True) if width]
-        at = np.concatenate([np.zeros((*targets.shape[:-1], 0)), *chosen], axis=-1)
-        rest = self.gain(targets) - at @ across[..., None, :, :]
-        gain = np.concatenate([at @ first[..., None, :, :], rest], axis=-1)
-        before = np.concatenate([first, -across], axis=-1).swapaxes(-1, -2)  # the prior's rows of Q
+        rows = np.concatenate([np.zeros((*targets.shape[:-1], 0)), *chosen, targets], axis=-1)
+        gain = rows @ self.whole_inverse[..., None, :, :]
+        gain = np.where(self.estimable(targets)[..., None], gain, np.nan)
         parts, start = np.zeros((*gain.shape[:-1], len(acting))), 0
-        for index, (errors, width) in enumerate(zip(complete.errors, self.estimated, strict=True)):
-            if width:
-                missed = gain @ before[..., None, :, start : start + width]
+        for index, (errors, width) in enumerate(zip(self._complete.errors, self.estimated, strict=True)):
+            if width:  # the prior's rows of Q
+                missed = gain @ self.whole_inverse[..., None, start : start + width, :].swapaxes(-1, -2)
                 start += width
             else:
                 missed = gain @ errors[..., None, :, :]
