@@ -162,6 +162,12 @@ def test_tolerances_may_stand_in_columns_or_be_missing() -> None:
     assert xd.verify(model(), frame.assign(tolerance_dz_m=1e-8, dz_m=1e-3)).result.verdict == "fail"
 
 
+def weightless(frame: pd.DataFrame) -> pd.DataFrame:
+    """With wrenches of 0 in place of the payloads."""
+    bare = frame.drop(columns=[name for name in map(str, frame) if name.startswith(("mass_", "com_"))])
+    return bare.assign(**dict.fromkeys(("fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm"), 0.0))
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -171,12 +177,27 @@ def test_tolerances_may_stand_in_columns_or_be_missing() -> None:
         (lambda f: f.assign(tolerance_dz_m=-1.0), "row 2, column tolerance_dz_m"),
         (lambda f: f.drop(columns=list(STD)).assign(measured_x_m=20.0), "from its target"),
         (lambda f: f.assign(dx_m=12.0), "cannot be a deflection"),
+        (
+            lambda f: f.assign(mass_kg=[26.5, 13.0]),
+            r"row 3, column mass_kg: mass_kg is 13 in the row and 20 at target 2",
+        ),
+        (lambda f: f.assign(com_x_m=0.0), r"row 2, column com_x_m"),
+        (lambda f: f.assign(same_as=["", "experiment"]), "row 3, column same_as: .* `experiment` in the row and empty"),
+        (lambda f: weightless(f).assign(fz_N=-100.0), "row 2, column fz_N: fz_N is -100"),
     ],
 )
 def test_bad_check_measurements(change: Any, words: str) -> None:
     frame = change(measured(commands(1), np.random.default_rng(1)))
     with pytest.raises(InputError, match=words):
         xd.verify(model(), frame, config=case())
+
+
+def test_a_tolerance_belongs_to_the_load_of_its_target() -> None:
+    frame = measured(commands(1), np.random.default_rng(1)).assign(mass_kg=13.0)
+    stated = frame.assign(tolerance_dz_m=1.0)
+    assert [len(t.rows) for t in xd.verify(model(), stated, config=case()).result.targets] == [1, 1, 0, 0]
+    known = problem(changed(CONFIG, {f"targets.{i}.payload.std": {"mass_kg": 7.0} for i in range(2)}))
+    assert [len(t.rows) for t in xd.verify(model(), frame, config=known).result.targets] == [1, 1]
 
 
 def test_the_deviations_of_the_prediction_are_not_taken_for_those_of_the_instrument() -> None:

@@ -3,10 +3,19 @@
 import numpy as np
 import pandas as pd
 
+from expdesign.arrays import FloatArray
 from expdesign.estimation.compensation.target_loads import EXPERIMENT, SAME_AS, own_error_columns
 from expdesign.io.output import csv_text
 from expdesign.io.table import Table, parse_table
 from expdesign.planning.problem import DesignProblem
+
+
+def target_loads(problem: DesignProblem) -> tuple[tuple[str, ...], FloatArray]:
+    """Columns and values (t, k) of the loads at the targets: payloads and gravity, or wrenches where some are these."""
+    if all(loaded.load.has_mass for loaded, _ in problem.target_loads):
+        values = np.array([parameters for _, parameters in problem.target_loads])
+        return problem.target_loads[0][0].load.columns, values
+    return problem.loaded.robot.coordinates.wrench, problem.target_wrenches
 
 
 def targets_table(problem: DesignProblem) -> Table:
@@ -14,11 +23,7 @@ def targets_table(problem: DesignProblem) -> Table:
     robot, count = problem.loaded.robot, len(problem.targets.configurations)
     columns: dict[str, object] = {"sequence": np.arange(1, count + 1), "series": np.arange(1, count + 1)}
     columns |= {name: problem.targets.configurations[:, i] for i, name in enumerate(robot.configuration)}
-    if all(loaded.load.has_mass for loaded, _ in problem.target_loads):
-        names = problem.target_loads[0][0].load.columns
-        values = np.array([parameters for _, parameters in problem.target_loads])
-    else:
-        names, values = robot.coordinates.wrench, problem.target_wrenches
+    names, values = target_loads(problem)
     own = dict(zip(robot.coordinates.gravity, robot.gravity, strict=True))
     for i, name in enumerate(names):
         if name not in own or np.any(values[:, i] != own[name]):

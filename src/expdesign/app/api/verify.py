@@ -155,7 +155,7 @@ def verify(
     chosen = Coverage(coverage) if coverage is not None else STANDARD if problem is None else problem.coverage
     columns = [robot.coordinates.deflection[axis] for axis in check.axes]
     statement = comparison.statement(check.points, columns)
-    judged = judge(check, comparison, problem, chosen, robot)
+    judged = judge(check, comparison, problem, chosen, robot, loads)
     result = Verification(comparison, statement, judged, chosen, identified.fit == "refuted")
     hashes = _hashes(model, recordings, config, about)
     return VerificationResult(

@@ -15,12 +15,16 @@ from expdesign.assurance.acceptance.budget import tolerances
 from expdesign.assurance.acceptance.check_measurement import CheckMeasurement
 from expdesign.assurance.acceptance.planned import reading_deviations
 from expdesign.errors import InputError
+from expdesign.estimation.compensation.target_loads import EXPERIMENT, SAME_AS, TargetLoads
 from expdesign.estimation.coverage import Coverage
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.problem import DesignProblem
+from expdesign.planning.target_table import target_loads
 
 SAME_TARGET = 1e-7
 """m or rad, N or N·m by which rows of one target may differ."""
+SAME_LOAD, LEVER = 1e-3, 0.05
+"""Part of a load by which a row may be rounded; m of a centre of mass below which this is a part of that much."""
 
 
 @dataclass(frozen=True)
@@ -100,26 +104,31 @@ class TargetResult:
 
 
 def judge(
-    check: CheckMeasurement, comparison: Comparison, problem: DesignProblem | None, coverage: Coverage, robot: Robot
+    check: CheckMeasurement,
+    comparison: Comparison,
+    problem: DesignProblem | None,
+    coverage: Coverage,
+    robot: Robot,
+    carried: TargetLoads,
 ) -> tuple[TargetResult, ...]:
     """The results of every target that was measured, and of those of a configuration that were not.
 
     Raises:
-        InputError: the tolerances are along axes of the body, and not all axes were measured.
+        InputError: the tolerances are along axes of the body, and not all axes were measured; or they are those of a
+            target that carries another load than a row (`carried`: whose weights).
     """
     names, nothing = robot.coordinates.deflection, np.full(robot.coordinates.n, np.nan)
     stated = np.zeros((0, check.targets.shape[1])) if problem is None else problem.targets.configurations
     limits = np.zeros((0, len(names))) if problem is None else tolerances(problem)
+    measured = np.full(len(check), -1) if problem is None else _measured(check, problem, robot, carried)
     results, met = [], set()
     for rows in _groups(check):
-        target = check.targets[rows[0]]
-        distance = np.abs(stated - target).max(axis=1)
-        index = int(distance.argmin()) if (distance <= SAME_TARGET).any() else None
+        target, index = check.targets[rows[0]], int(measured[rows[0]])
         met.add(index)
         turn, limit = None, nothing
         if check.tolerance is not None:
             limit = check.tolerance[rows].min(axis=0)
-        elif index is not None and problem is not None:
+        elif index >= 0 and problem is not None:
             limit, turn = limits[index], None if problem.targets.axes is None else problem.targets.axes[index]
         error, deviation = _mean(check, comparison, rows, turn, len(names))
         results.append(TargetResult(target, rows, _axes(names, coverage, error, deviation, limit, nothing)))
@@ -129,6 +138,41 @@ def judge(
             axes = _axes(names, coverage, nothing, nothing, limits[index], readings[index])
             results.append(TargetResult(stated[index], np.zeros(0, dtype=np.int64), axes))
     return tuple(results)
+
+
+def _measured(check: CheckMeasurement, problem: DesignProblem, robot: Robot, carried: TargetLoads) -> IntArray:
+    """Index of the configuration's target that each row measures, by pose and load, -1 where there is none, (N,).
+
+    Raises:
+        InputError: a row at the pose of a target, without a tolerance of its own, is under another load than its.
+    """
+    points, own = check.points, problem.own_loads
+    names, wanted = target_loads(problem)
+    if names == robot.coordinates.wrench or points.payload is None:
+        names, given, wanted = robot.coordinates.wrench, points.wrenches, problem.target_wrenches
+        allowed = SAME_LOAD * np.broadcast_to(np.abs(wanted).max(axis=1, keepdims=True), wanted.shape)
+    else:
+        given = np.hstack([points.payload, points.gravity])
+        allowed = SAME_LOAD * np.maximum(np.abs(wanted), LEVER)
+    if own is not None:
+        known = problem.coverage.factor * own.deviations if names[0] == "mass_kg" else 0.0
+        allowed[:, : own.deviations.shape[1]] += known
+        names, allowed = (*names, SAME_AS), np.pad(allowed, ((0, 0), (0, 1)))
+        given, wanted = np.column_stack([given, carried.carries]), np.column_stack([wanted, own.carries])
+    differs = np.abs(given[:, None] - wanted) > allowed
+    there = np.abs(check.targets[:, None] - problem.targets.configurations).max(axis=-1) <= SAME_TARGET
+    same = there & ~differs.any(axis=-1)
+    astray = np.flatnonzero(there.any(axis=1) & ~same.any(axis=1))
+    if len(astray) and check.tolerance is None:
+        row, target = int(astray[0]), int(there[astray[0]].argmax())
+        column = int(differs[row, target].argmax())
+        here, other = (f"{each[column]:g}" for each in (given[row], wanted[target]))
+        if names[column] == SAME_AS:
+            here, other = (f"`{EXPERIMENT}`" if each == "1" else "empty" for each in (here, other))
+        what = f"{names[column]} is {here} in the row and {other} at target {target + 1} of {problem.source}"
+        remedy = "Measure a target under its own load, or correct the row or the configuration."
+        raise InputError(what, where=points.where(row, names[column]), remedy=remedy)
+    return np.where(same.any(axis=1), same.argmax(axis=1), -1)
 
 
 def _groups(check: CheckMeasurement) -> list[IntArray]:
