@@ -340,6 +340,15 @@ def test_what_is_not_as_predicted_is_said_in_one_sentence_with_its_row() -> None
     assert "row 3 (dz_m" in said
 
 
+def test_a_wrong_sign_of_the_readings_is_named(caplog: pytest.LogCaptureFixture) -> None:
+    frame = measured(commands(2), np.random.default_rng(2))
+    for sound in (frame, measured(commands(2), np.random.default_rng(2), error={"dz_m": 2e-5})):
+        xd.verify(model(), sound, config=case())
+    assert not caplog.records
+    xd.verify(model(), frame.assign(**{name: -frame[name] for name in STD}), config=case())
+    assert "Have all deflections, or all loads, the wrong sign?" in caplog.text
+
+
 def test_overstated_deviations_of_check_readings_are_named() -> None:
     frame = measured(commands(4), np.random.default_rng(2))
     names = [name for name in map(str, frame.columns) if name.startswith("s") and name not in ("sequence", "series")]

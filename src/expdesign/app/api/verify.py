@@ -28,8 +28,12 @@ from expdesign.assurance.acceptance.certificate import About, about_of, certific
 from expdesign.assurance.acceptance.check_measurement import CheckMeasurement, read_check_measurement
 from expdesign.assurance.acceptance.conformity import judge
 from expdesign.assurance.acceptance.verification import Verification, verification_record
+from expdesign.assurance.plausibility.evidence import MistakeOptions
+from expdesign.assurance.plausibility.finding import say
+from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import Frame
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import ArgumentError, InputError
 from expdesign.estimation.compensation.arm_targets import base_as_drawn, instrument_of
 from expdesign.estimation.compensation.prediction import after_campaign, require_history, require_regular_points
@@ -42,6 +46,8 @@ from expdesign.report.verification_report import verification_report, verified
 
 SAME = 1e-6
 """Relative difference below which standard deviations are those that `compensate` wrote."""
+MISTAKES = MistakeOptions(gain=100.0)
+"""Of few readings, of a robot that may be off by as much as it deflects."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -155,6 +161,10 @@ def verify(
     chosen = Coverage(coverage) if coverage is not None else STANDARD if problem is None else problem.coverage
     columns = [robot.coordinates.deflection[axis] for axis in check.axes]
     statement = comparison.statement(check.points, columns)
+    if statement.refuted and not check.absolute:  # by a mistake in the file, perhaps
+        rows = {**vars(check.points), "test": np.zeros(len(check), dtype=bool)}
+        read = Recordings(**rows, axes=check.axes, deflections=check.readings, deviations=deviations)
+        say([finding for finding in recordings_findings(read, robot, MISTAKES) if finding.otherwise], read.source)
     judged = judge(check, comparison, problem, chosen, robot, loads)
     result = Verification(comparison, statement, judged, chosen, identified.fit == "refuted")
     hashes = _hashes(model, recordings, config, about)
