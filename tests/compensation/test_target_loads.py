@@ -104,9 +104,19 @@ def test_errors_of_payloads_that_cannot_be(columns: dict[str, Any], message: str
 
 CASE = {"experiment.load.gravity": ..., "model_error": {"physics": ["leg_coupling"]}}
 OWN = {"targets.0.payload.std": {"mass_kg": 0.1, "com_m": [1e-3, 1e-3, 2e-3]}}
+ANEW = {
+    "experiment.load_error": [
+        {"source": "com", "std": [1e-3, 1e-3, 2e-3], "shared": False},
+        {"source": "direction", "std": [1e-3, 2e-3], "shared": False},
+        {"source": "mass", "std": 0.1},
+    ],
+    "targets.0.payload.same_as": "experiment",
+}
 
 
-@pytest.mark.parametrize("changes", [{}, OWN], ids=["exact payloads", "a payload of its own"])
+@pytest.mark.parametrize(
+    "changes", [{}, OWN, ANEW], ids=["exact payloads", "a payload of its own", "weights hung on anew"]
+)
 def test_one_u_for_a_target_in_every_command(tmp_path: Path, changes: dict[str, Any]) -> None:
     """`identify` and `compensate` state it along the axes of the tolerances, to the last digits of a file."""
     case = problem(HEXAPOD, CASE | changes)
@@ -123,8 +133,8 @@ def test_one_u_for_a_target_in_every_command(tmp_path: Path, changes: dict[str, 
     expected_own = own_payload(case)
     assert (own is not None) == (expected_own is not None) == bool(changes)
     if own is not None and expected_own is not None:
-        # A plan yields as the robot file says, the identified robot as the recordings do.
-        np.testing.assert_allclose(expected_own.deviation, own, rtol=0.15)
+        # A plan has the stiffnesses and load errors that are declared, a fit those that the recordings show.
+        np.testing.assert_allclose(expected_own.deviation, own, rtol=0.2)
         evaluated = xd.evaluate(case, plan).record["acceptance"]["targets"][0]["axes"][0]
         assert evaluated["budget"]["own payload"] == pytest.approx(expected_own.deviation[0, 0])
 

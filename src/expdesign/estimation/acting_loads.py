@@ -9,8 +9,8 @@ whichever gain made θ̂, since A·GᵀV⁻¹·e − A·M⁻¹·w is independent
 only propagates load errors, ŵ = 0, and what they did to θ̂ by the gain K goes with them: Cov(ŵ − w, θ̂ − θ) = −M·(K·G)ᵀ.
 
 The direction of gravity acts at every target, which stands on the same base; errors of the weights' mass and centre of
-mass act where a target carries these (`compensation/target_loads`). Which of several weights it carries nobody says, so
-that errors of theirs are not told apart there.
+mass act where a target carries these (`compensation/target_loads`). Which of several weights it carries nobody says:
+the largest of their errors acts there as it is declared, as what every loading has for itself does.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,8 +22,9 @@ from expdesign.arrays import FloatArray, IntArray, as_matrix
 from expdesign.chain.component import PAYLOAD
 from expdesign.chain.effect import Effect
 from expdesign.chain.effects.load.payload import LoadDirectionTilt, PayloadComOffset, PayloadMassError
-from expdesign.chain.models.acting import ActingLoads
+from expdesign.chain.models.acting import ActingLoads, own_names
 from expdesign.chain.recordings.recordings import Recordings
+from expdesign.coordinates import Coordinates
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.load_errors import LoadEffect
 from expdesign.estimation.propagated import Propagated
@@ -94,33 +95,51 @@ class LoadsAtTargets:
         effects: of the chain.
         columns: which of the shared errors are their parameters, shape (a,).
         units: of the parameters per declared standard deviation, shape (a,).
+        own: standard deviations of what acts and is not estimated, in the order of `own_names`, shape (o,).
     """
 
     effects: tuple[Effect, ...]
     columns: IntArray
     units: FloatArray
+    own: FloatArray
 
     @classmethod
-    def of(cls, robot: Robot, recorded: Recordings, errors: Sequence[LoadEffect]) -> "LoadsAtTargets":
-        """Those of recorded payloads; errors of a wrench that was applied stay with what applied it."""
+    def of(
+        cls, robot: Robot, recorded: Recordings, errors: Sequence[LoadEffect], sizes: FloatArray
+    ) -> "LoadsAtTargets":
+        """Those of recorded payloads; errors of a wrench that was applied stay with what applied it.
+
+        Args:
+            robot: that carries them.
+            recorded: what was measured.
+            errors: of its loads.
+            sizes: of each, in declared standard deviations, shape (e,).
+        """
         effects: list[Effect] = []
         columns: list[IntArray] = [np.empty(0, dtype=np.int64)]
         units: list[FloatArray] = [np.empty(0)]
         start = 0
         weight = float(np.linalg.norm(recorded.gravity[0])) if len(recorded) else 0.0
         sources = [error.source for error in errors if error.shared]
-        for error in (each for each in errors if each.shared):
+        part, own = own_part(robot.coordinates), np.zeros((2, len(own_names(robot.coordinates))))
+        for error, size in zip(errors, sizes.tolist(), strict=True):
             width = len(error.deviation)
-            if recorded.payload is not None and sources.count(error.source) == 1 and error.source in ACTING:
+            if recorded.payload is None or error.source not in ACTING:
+                start += width * error.shared
+                continue
+            if not error.shared or sources.count(error.source) > 1:
+                here = own[int(error.shared), part[error.source]]
+                np.maximum(here, size * error.deviation, out=here)
+            else:
                 effects.append(ACTING[error.source](robot))
                 columns.append(np.arange(start, start + width))
                 units.append(error.deviation * (weight if error.source == "mass" else 1.0))
-            start += width
-        return cls(tuple(effects), np.concatenate(columns), np.concatenate(units))
+            start += width * error.shared
+        return cls(tuple(effects), np.concatenate(columns), np.concatenate(units), np.hypot(*own))
 
     def shown(self, estimated: EstimatedLoads, fit: Fit) -> ActingLoads | None:
         """What a model says of them beside a fit's parameters, whose covariance is as it predicts; None for nothing."""
-        if not self.effects:
+        if not self.effects and not self.own.any():
             return None
         known = fit.estimable.generalised
         own = estimated.covariance(known, fit.inflation)[np.ix_(self.columns, self.columns)]
@@ -128,7 +147,7 @@ class LoadsAtTargets:
         across = fit.inflation * estimated.apart - estimated.through @ known
         across = self.units[:, None] * across[self.columns]
         values = self.units * estimated.mean[self.columns]
-        return ActingLoads(self.effects, values, np.hstack([across, own]))
+        return ActingLoads(self.effects, values, np.hstack([across, own]), np.sqrt(fit.inflation) * self.own)
 
     def joined(
         self, estimated: EstimatedLoads, propagated: Propagated, sizes: FloatArray, noise: Whitening
@@ -154,3 +173,9 @@ ACTING: dict[str, Callable[[Robot], Effect]] = {
     "mass": lambda robot: PayloadMassError.from_text(robot, str(PAYLOAD), "forgotten"),
 }
 """Effect of the chain that each source of load error is; of a mass its weight."""
+
+
+def own_part(coordinates: Coordinates) -> dict[str, slice]:
+    """Where each source stands among `own_names`."""
+    first = 1 + len(coordinates.centre_of_mass)
+    return {"mass": slice(0, 1), "com": slice(1, first), "direction": slice(first, None)}

@@ -292,7 +292,7 @@ def _posterior(
         nothing = np.empty((len(fit.values), 0))
         estimated = EstimatedLoads.propagated(spread, np.hstack([nothing, *moved]), fitted.train.deflections.shape)
     known = fit.estimable.generalised + _excess(propagated, weights, sizes)
-    acting = LoadsAtTargets.of(fitted.chain.robot, fitted.train, effects)
+    acting = LoadsAtTargets.of(fitted.chain.robot, fitted.train, effects, sizes)
     return WeighedLoads(
         estimator=estimator,
         effects=effects,

@@ -134,7 +134,7 @@ def compensate(
     text = table.frame.drop(columns=[name for name in SPATIAL.pose if robot.jointed and table.has(name)])
     text = text.assign(**dict(zip(columns, in_file_order(points, *columns.values()), strict=True)))
     purpose, refuted = purpose_of("compensate", model, targets), identified.fit == "refuted"
-    scope, sequence = said_of_loads(identified.at_targets.chain, loads), stated.sequence.tolist()
+    scope, sequence = said_of_loads(identified.at_targets, loads), stated.sequence.tolist()
     if points is not stated:
         after = f"row {points.sequence[0]}"
         scope.append(f"all targets are taken after the campaign ({after}): the model drifts along `sequence`")

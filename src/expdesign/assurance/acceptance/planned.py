@@ -15,9 +15,11 @@ from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import NOISE, OWN_PAYLOAD, Contribution, UncertaintyBudget, tolerances
 from expdesign.assurance.acceptance.decision import MOST_REPETITIONS, Basis, Decision
 from expdesign.assurance.acceptance.repetition import planned_repetitions
-from expdesign.estimation.acting_loads import ACTING
+from expdesign.chain.models.acting import own_names
+from expdesign.estimation.acting_loads import ACTING, own_part
+from expdesign.estimation.compensation.target_loads import unit_sources
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.mechanics.loads.errors.source import CentreOfMassError, DirectionError, LoadErrorSource, MassError
+from expdesign.mechanics.loads.errors.source import DirectionError, LoadErrorSource
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.information import Information
 from expdesign.planning.front import Front
@@ -98,14 +100,23 @@ def acting_loads(problem: DesignProblem) -> tuple[FloatArray, ...]:
 def own_payload(problem: DesignProblem) -> Contribution | None:
     """What is not known of the targets' own payloads, D·L·Σ_δ along the axes of the tolerances.
 
-    No plan shows it (`estimation/compensation/target_loads`). None where all payloads are exact.
+    No plan shows it (`estimation/compensation/target_loads`), nor what every loading has for itself: a target that
+    carries the weights of the experiment has these anew, and every target the direction of gravity. None where all are
+    exact.
     """
-    loads, robot = problem.own_loads, problem.loaded.robot
-    if loads is None or not loads.deviations.any():
+    loaded, loads = problem.loaded, problem.own_loads
+    if loads is None:
         return None
-    unit = MassError(np.ones(1)), CentreOfMassError(np.ones(len(robot.coordinates.centre_of_mass)))
-    moved = np.concatenate([_moved(problem, source) for source in unit], axis=-1)
-    return Contribution(OWN_PAYLOAD, np.sqrt(((moved * loads.deviations[:, None, :]) ** 2).sum(axis=-1)))
+    coordinates, part = loaded.robot.coordinates, own_part(loaded.robot.coordinates)
+    own = np.zeros(len(own_names(coordinates)))
+    for source in loaded.sources if loaded.load.has_mass else ():
+        if not source.shared and source.source in ACTING:
+            own[part[source.source]] = np.hypot(own[part[source.source]], source.deviation)
+    deviations = loads.apart(own, coordinates)
+    if not deviations.any():
+        return None
+    moved = np.concatenate([_moved(problem, source) for source in unit_sources(coordinates)], axis=-1)
+    return Contribution(OWN_PAYLOAD, np.sqrt(((moved * deviations[:, None, :]) ** 2).sum(axis=-1)))
 
 
 def _moved(problem: DesignProblem, source: LoadErrorSource) -> FloatArray:

@@ -145,15 +145,6 @@ def _carried(problem: DesignProblem, loads: FloatArray) -> list[Implausibility]:
     own, load = problem.own_loads, problem.loaded.load
     if own is None or not load.has_mass:
         return []
-    each = [
-        source.source for source in problem.loaded.sources if source.source in ("mass", "com") and not source.shared
-    ]
-    if each and own.carries.any():
-        what = (
-            f"U does not contain the error of the {each[0]} that every loading has for itself, which the target has too"
-        )
-        likely = "State it as `std` of a payload of the target's own, and leave `same_as` out."
-        return [Implausibility(what, likely, f"targets.{int(own.carries.argmax())}.payload.same_as")]
     heaviest = largest(loads[:, 0])
     for index in np.flatnonzero(own.carries):
         mass = float(problem.target_loads[index][1][0])

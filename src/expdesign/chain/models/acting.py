@@ -1,22 +1,29 @@
 """What a model file says of errors of the recorded loads that act at targets as well, beside its parameters.
 
-They belong to the weights or to the direction of gravity, not to the machine: predictions of readings leave them out,
-and a target has them where it carries the same weights or stands on the same base.
+They belong to the weights or to the direction of gravity, not to the machine: a target has them where it carries the
+same weights or stands on the same base. Recordings have estimated those that rows share; what every loading has for
+itself is drawn anew at a target.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from pydantic import Field
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.models.checked import AGAIN, covariance_of
 from expdesign.chain.models.effect_entry import EffectSection, effect_entry, effect_of
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.models.matrix_rows import MatrixRows, matrix_rows
-from expdesign.io.schema import Section
+from expdesign.coordinates import Coordinates
+from expdesign.io.schema import Positive, Section
 from expdesign.mechanics.robots.robot import Robot
+
+
+def own_names(coordinates: Coordinates) -> tuple[str, ...]:
+    """Errors that a loading can have for itself: mass (kg), centre of mass (m), tilt of gravity (rad)."""
+    return ("mass_kg", *coordinates.centre_of_mass, *coordinates.tilt)
 
 
 @dataclass(frozen=True)
@@ -27,11 +34,17 @@ class ActingLoads:
         effects: of the chain.
         values: their parameters, shape (d,).
         covariance: with the p parameters of the model, and then among themselves, shape (d, p + d).
+        own: standard deviations of what every loading has for itself, in the order of `own_names`, shape (o,).
     """
 
     effects: tuple[Effect, ...]
     values: FloatArray
     covariance: FloatArray
+    own: FloatArray
+
+    def own_alone(self) -> "ActingLoads":
+        """Without the effects, where these have joined a model."""
+        return replace(self, effects=(), values=self.values[:0], covariance=self.covariance[:0])
 
     def joined(self, known: Estimable) -> Estimable:
         """What is known of the parameters of a model and of these."""
@@ -44,23 +57,31 @@ class ActingLoads:
 
 
 class ActingSection(Section):
-    """`load_errors` of a model file: effects, and rows of the covariance of all `parameters` and theirs."""
+    """`load_errors` of a model file.
 
-    effects: list[EffectSection]
-    covariance: MatrixRows
+    Effects, rows of the covariance of all `parameters` and theirs, standard deviations of what every loading has anew.
+    """
+
+    effects: list[EffectSection] = Field(default=[])
+    covariance: MatrixRows = Field(default=[])
+    every_loading: dict[str, Positive] = Field(default={})
 
 
-def acting_entry(acting: ActingLoads | None, scale: FloatArray) -> dict[str, object]:
+def acting_entry(acting: ActingLoads | None, scale: FloatArray, coordinates: Coordinates) -> dict[str, object]:
     """The key `load_errors` of a model file whose parameters stand in units of a scale (p,); nothing for None."""
     if acting is None:
         return {}
-    joint = Chain(acting.effects[0].robot, acting.effects)
-    parts = [slice(part.start - joint.base, part.stop - joint.base) for part in joint.slices]
-    entries = [
-        effect_entry(effect, acting.values[part].tolist()) for effect, part in zip(acting.effects, parts, strict=True)
-    ]
-    units = np.concatenate([scale, np.ones(len(acting.values))])
-    return {"load_errors": {"effects": entries, "covariance": matrix_rows(acting.covariance * units)}}
+    found: dict[str, object] = {}
+    if acting.effects:
+        ends = np.cumsum([len(effect.parameters) for effect in acting.effects])
+        parts = zip(acting.effects, np.split(acting.values, ends[:-1]), strict=True)
+        units = np.concatenate([scale, np.ones(len(acting.values))])
+        found["effects"] = [effect_entry(effect, values.tolist()) for effect, values in parts]
+        found["covariance"] = matrix_rows(acting.covariance * units)
+    if acting.own.any():
+        names = own_names(coordinates)
+        found["every_loading"] = {name: float(own) for name, own in zip(names, acting.own, strict=True) if own}
+    return {"load_errors": found}
 
 
 def acting_of(section: ActingSection | None, robot: Robot, known: Estimable, scale: FloatArray) -> ActingLoads | None:
@@ -75,14 +96,19 @@ def acting_of(section: ActingSection | None, robot: Robot, known: Estimable, sca
     values = [entry.parameters[p.name] for entry, e in zip(section.effects, effects, strict=True) for p in e.parameters]
     count, width = len(values), len(scale) + len(values)
     place = section.where("covariance")
-    if not count or len(section.covariance) != count or any(len(row) != width for row in section.covariance):
+    if len(section.covariance) != count or any(len(row) != width for row in section.covariance):
         raise place.fault(
             f"{count} rows of {width} numbers are needed here", f"Order: `parameters`, then these. {AGAIN}"
         )
     if not np.isfinite(section.covariance).all():
         raise place.fault("finite numbers are needed here", AGAIN)
-    rows = np.array(section.covariance) / np.concatenate([scale, np.ones(count)])
-    found = ActingLoads(effects, np.array(values), rows)
+    names = own_names(robot.coordinates)
+    for name in section.every_loading:
+        if name not in names:
+            raise section.where("every_loading").fault(f"unknown key `{name}`", f"Known: {', '.join(names)}.")
+    own = np.array([section.every_loading.get(name, 0.0) for name in names])
+    rows = np.array(section.covariance).reshape(count, width) / np.concatenate([scale, np.ones(count)])
+    found = ActingLoads(effects, np.array(values), rows, own)
     whole = found.joined(known).generalised
     covariance_of(whole.tolist(), width, place)
     return found

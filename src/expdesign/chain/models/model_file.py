@@ -117,7 +117,7 @@ class Model(Copied):
     @property
     def at_targets(self) -> "Model":
         """The model of what acts at targets: with the errors of the recorded loads among its effects."""
-        if self.acting is None:
+        if self.acting is None or not self.acting.effects:
             return self
         chain, known = self.chain, self.acting.joined(self.estimable)
         effects = (*chain.effects, *self.acting.effects)
@@ -129,7 +129,8 @@ class Model(Copied):
             reading=chain.reading,
         )
         values = np.concatenate([self.values, self.acting.values])
-        return replace(self, chain=longer, values=values, covariance=known.covariance, subspace=known, acting=None)
+        own = self.acting.own_alone()
+        return replace(self, chain=longer, values=values, covariance=known.covariance, subspace=known, acting=own)
 
     @property
     def estimable(self) -> Estimable:
@@ -198,7 +199,7 @@ def model_text(model: Model, folder: Path) -> str:
         **({"reading_std": dict(model.reading_std)} if model.reading_std else {}),
         **({"fit": model.fit} if model.fit else {}),
         **estimable_entry(model.estimable.in_units(scale)),
-        **acting_entry(model.acting, scale),
+        **acting_entry(model.acting, scale, model.chain.robot.coordinates),
     }
     head = (
         "# Identified model, for `expdesign predict`, `compensate` and `simulate`. Compliances in m/N (rad/(N m));\n"

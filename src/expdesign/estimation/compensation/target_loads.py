@@ -3,9 +3,10 @@
 An error of the load that recordings showed belongs to the weights that were hung on, not to the machine. At a target it
 acts only where the target carries the same weights (`same_as: experiment`); a tilt of gravity acts at every target,
 which stands on the same base. What a target carries otherwise is a payload of its own, whose mass and centre of mass
-are known to a stated standard deviation. No recording shows that error: with D = ∂ΔX/∂F and the wrench L·δ that it
-adds, its part of the attained pose's covariance is D·L·Σ_δ·Lᵀ·Dᵀ (theory.md 5.1, 5.2), beside S·P·Sᵀ of the model.
-Targets of equal payloads, equally well known, carry one and the same.
+are known to a stated standard deviation. No recording shows that error, nor what every loading has for itself, which
+weights that are hung on again have anew: with D = ∂ΔX/∂F and the wrench L·δ that it adds, its part of the attained
+pose's covariance is D·L·Σ_δ·Lᵀ·Dᵀ (theory.md 5.1, 5.2), beside S·P·Sᵀ of the model. Targets of equal payloads of their
+own, equally well known, carry one and the same.
 """
 
 from dataclasses import dataclass, replace
@@ -14,12 +15,15 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
+from expdesign.chain.models.acting import own_names
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.points import order_in_time
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import row_data
 from expdesign.coordinates import Coordinates
 from expdesign.io.table import Table
+from expdesign.mechanics.elastostatics.measurements import LoadedRobot
+from expdesign.mechanics.loads.errors.source import CentreOfMassError, DirectionError, LoadErrorSource, MassError
 from expdesign.mechanics.loads.load import Payload
 from expdesign.mechanics.robots.robot import Robot
 
@@ -104,42 +108,58 @@ class TargetLoads:
             return own
         return np.where(self.carries[:, None, None], chain.predict_with_sensitivities(rows, model.values)[1], own)
 
+    def apart(self, own: FloatArray | None, coordinates: Coordinates) -> FloatArray:
+        """Standard deviations of what every target has for itself, in the order of `own_names`, shape (N, o).
+
+        Args:
+            own: of what every loading of the experiment has for itself, shape (o,); None for nothing.
+            coordinates: of the robot.
+        """
+        stated, names = self.deviations, own_names(coordinates)
+        found = np.zeros((len(stated), len(names)))
+        found[:, : stated.shape[1]] = stated
+        if own is not None:
+            found[self.carries] = own
+            found[:, stated.shape[1] :] = own[stated.shape[1] :]
+        return found
+
     def own_errors(self, chain: Chain, model: Model, points: LoadedPoints) -> FloatArray:
         """What one standard deviation of each component of each payload does to the attained poses, shape (N, r, D).
 
-        Rows of one payload share its columns.
+        Rows of one payload share its columns; those that carry the weights of the experiment have their own.
         """
-        if points.payload is None or not self.deviations.any():
-            return np.zeros((len(points), self.sensitivities_width(chain), 0))
-        components = self.deviations.shape[1]
-        moved = [self._moved(chain, model, points, index) for index in range(components)]
-        keys = np.concatenate([points.payload, self.deviations], axis=1)
+        robot, own = chain.robot, None if model.acting is None else model.acting.own
+        deviations = self.apart(own, robot.coordinates)
+        if points.payload is None or not deviations.any():
+            return np.zeros((len(points), robot.coordinates.n, 0))
+        count, split = deviations.shape[1], self.deviations.shape[1]
+        rotation = robot.jacobians(points.configurations).rotation
+        parameters = np.concatenate([points.payload, points.gravity], axis=1)
+        loaded = LoadedRobot(robot, Payload(robot.coordinates), unit_sources(robot.coordinates))
+        added = np.concatenate(loaded.load_errors(rotation, parameters), axis=-1) * deviations[:, None]
+        moved = []
+        for index in range(count):
+            change = 0.5 * added[..., index]
+            ends = [
+                replace(points, wrenches=points.wrenches + step, absolute=points.absolute + step)
+                for step in (change, -change)
+            ]
+            moved.append(self.motions(chain, model, ends[0]) - self.motions(chain, model, ends[1]))
+        every = np.arange(len(points))
+        keys = np.column_stack([points.payload, self.deviations, np.where(self.carries, every, -1)])
         _, payload = np.unique(keys, axis=0, return_inverse=True)
-        one = (payload[:, None] == np.arange(payload.max() + 1)).astype(float)  # (N, payloads)
-        spread = np.stack(moved, axis=-1)[:, :, None, :] * one[:, None, :, None]
-        found: FloatArray = spread.reshape(*spread.shape[:2], -1)
-        return found
+        columns = [
+            moved[index][..., None] * (which[:, None] == np.unique(which))[:, None, :]
+            for index, which in enumerate([payload] * split + [every] * (count - split))
+            if deviations[:, index].any()
+        ]
+        return np.concatenate(columns, axis=2)
 
-    @staticmethod
-    def sensitivities_width(chain: Chain) -> int:
-        """R, how many components of the attained pose there are."""
-        return chain.robot.coordinates.n
 
-    def _moved(self, chain: Chain, model: Model, points: LoadedPoints, index: int) -> FloatArray:
-        """Change of the motions (N, r) by one standard deviation of a component, halved between its two signs."""
-        robot, payload = chain.robot, points.payload
-        assert payload is not None
-        rotation, ends = robot.jacobians(points.configurations).rotation, []
-        stated = Payload(robot.coordinates).wrenches(rotation, np.concatenate([payload, points.gravity], axis=1))
-        for sign in (0.5, -0.5):
-            wrong = payload.copy()
-            wrong[:, index] += sign * self.deviations[:, index]
-            load = np.concatenate([wrong, points.gravity], axis=1)
-            change = Payload(robot.coordinates).wrenches(rotation, load) - stated
-            changed = replace(points, wrenches=points.wrenches + change, absolute=points.absolute + change)
-            ends.append(self.motions(chain, model, changed))
-        moved: FloatArray = ends[0] - ends[1]
-        return moved
+def unit_sources(coordinates: Coordinates) -> tuple[LoadErrorSource, ...]:
+    """Sources of load error of one unit each, in the order of `own_names`."""
+    centre, tilt = np.ones(len(coordinates.centre_of_mass)), np.ones(len(coordinates.tilt))
+    return (MassError(np.ones(1)), *((CentreOfMassError(centre),) if len(centre) else ()), DirectionError(tilt))
 
 
 def checked_targets(table: Table, robot: Robot) -> TargetLoads | None:
@@ -196,8 +216,9 @@ class AttainedUncertainty:
         return found
 
 
-def said_of_loads(chain: Chain, loads: TargetLoads) -> list[str]:
+def said_of_loads(model: Model, loads: TargetLoads) -> list[str]:
     """Which errors of the load are applied at the targets, which not, and whether their own are in U."""
+    chain, own = model.chain, None if model.acting is None else model.acting.own
     weights = list(dict.fromkeys(effect.physics for effect in chain.effects if effect.of_weights))
     surroundings = [effect.physics for effect in chain.effects if effect.physics == "load_direction_tilt"]
     carrying, count = int(loads.carries.sum()), len(loads.carries)
@@ -209,7 +230,13 @@ def said_of_loads(chain: Chain, loads: TargetLoads) -> list[str]:
         texts.append(text if carrying else f"{text} (`same_as: experiment` at a target that carries them)")
     if surroundings:
         texts.append("applied at every target: load_direction_tilt, the direction of gravity")
-    own = int((loads.deviations > 0.0).any(axis=1).sum())
-    if own:
-        texts.append(f"U contains the stated errors of the payload at {own} of {count} targets")
+    stated = int((loads.deviations > 0.0).any(axis=1).sum())
+    if stated:
+        texts.append(f"U contains the stated errors of the payload at {stated} of {count} targets")
+    if own is not None and own[: loads.deviations.shape[1]].any() and carrying:
+        texts.append(
+            f"U contains what every loading has for itself at {carrying} of {count} targets, which carry it anew"
+        )
+    if own is not None and own[loads.deviations.shape[1] :].any():
+        texts.append("U contains the direction of gravity at every target, which every loading has for itself")
     return texts
