@@ -326,7 +326,8 @@ class TargetPayloadSection(Section):
     )
     same_as: Literal["experiment"] | None = left_out(
         "`experiment` where the target carries the weights of the experiment: their errors, where recordings showed "
-        "them, act there. Default: a payload of its own."
+        "them, act there, and what every loading has for itself anew; of several weights the largest error, as it is "
+        "declared. Default: a payload of its own."
     )
 
     @model_validator(mode="after")

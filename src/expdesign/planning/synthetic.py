@@ -4,7 +4,8 @@ random.
 The loads of the plan are the assumed ones; what acts is the assumed load with the errors of the configuration added to
 first order (theory.md 5.2), and what is written down is still the assumed load. Of one seed the weights and the
 direction of gravity are the same in every table. A check measurement of targets has the direction of gravity, the
-errors of the weights where it carries these, and those of a payload of its own as far as they are stated.
+errors of the weights where it carries these, and those of a payload of its own as far as they are stated. Shared errors
+that a model has from its own recordings are those of the model, and not drawn.
 """
 
 from dataclasses import replace
@@ -20,6 +21,7 @@ from expdesign.chain.readings.reading import MeasuredPose, Reading
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
+from expdesign.estimation.acting_loads import ACTING
 from expdesign.estimation.compensation.target_loads import TargetLoads
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.errors.source import DirectionError
@@ -52,14 +54,15 @@ def simulated_deflections(
         errors: whether the loads have errors.
         targets: what the rows carry, in the order of the file, where these are check measurements; else None.
     """
-    loaded = problem.loaded
-    added = load_errors(loaded, plan, seed, targets) if errors else np.zeros((len(plan), loaded.robot.coordinates.n))
-    if model is None and problem.found is not None:
-        model = problem.found.model
+    loaded, model = problem.loaded, _truth(problem, model)
+    added: FloatArray = np.zeros((len(plan), loaded.robot.coordinates.n))
+    if errors:
+        added = load_errors(loaded, plan, seed, targets, model)
     if model is None:
         deflections = loaded.deflections(plan.configurations, plan.loads, added)
     else:
-        deflections = _of_model(model, problem, points, added)
+        order = np.argsort(points.lines, kind="stable")
+        deflections = _predicted(model.chain, model, with_errors(points, added), targets)[order]
     if noise:
         deflections[:, problem.noise.axes] += plan_noise(problem, plan, seed, check=targets is not None)
     return deflections
@@ -72,19 +75,30 @@ def plan_noise(problem: DesignProblem, plan: Plan, seed: int, *, check: bool = F
     return problem.noise.drawn(plan.series, 1, np.random.default_rng([seed, stream]), pose_map)[0]
 
 
-def load_errors(loaded: LoadedRobot, plan: Plan, seed: int, targets: TargetLoads | None = None) -> FloatArray:
-    """Actual minus assumed wrench (N, N·m) of every row, shape (N, n); an unloaded row has no error."""
+def _truth(problem: DesignProblem, model: Model | None) -> Model | None:
+    """What deflects, with the errors of the loads that it has from its own recordings."""
+    if model is None and problem.found is not None:
+        model = problem.found.model
+    return None if model is None else model.at_targets
+
+
+def load_errors(
+    loaded: LoadedRobot, plan: Plan, seed: int, targets: TargetLoads | None = None, model: Model | None = None
+) -> FloatArray:
+    """Actual minus assumed wrench (N, N·m) of every row, shape (N, n); an unloaded row has no error.
+
+    Shared errors that the chain of a `model` has are not drawn.
+    """
     generator = np.random.default_rng([seed, _LOAD_STREAM])
-    if targets is None:
-        errors: FloatArray = loaded.drawn_errors(plan.configurations, plan.loads, 1, generator)[0]
-        return errors
-    everywhere = targets.carries | loaded.load.has_mass
-    acts = [
-        everywhere if source.source == DirectionError.source and source.shared else targets.carries
-        for source in loaded.sources
-    ]
-    errors = loaded.drawn_errors(plan.configurations, plan.loads, 1, generator, acts=acts)[0]
-    return errors + _own_errors(loaded, plan, seed, targets)
+    count, physics = len(plan), set() if model is None else {effect.physics for effect in model.chain.effects}
+    carries = np.ones(count, dtype=bool) if targets is None else targets.carries
+    acts = []
+    for source in loaded.sources:
+        everywhere = loaded.load.has_mass and source.source == DirectionError.source and source.shared
+        known = source.shared and source.source in ACTING and ACTING[source.source](loaded.robot).physics in physics
+        acts.append((carries | everywhere) & (not known))
+    errors: FloatArray = loaded.drawn_errors(plan.configurations, plan.loads, 1, generator, acts=acts)[0]
+    return errors if targets is None else errors + _own_errors(loaded, plan, seed, targets)
 
 
 def _own_errors(loaded: LoadedRobot, plan: Plan, seed: int, targets: TargetLoads) -> FloatArray:
@@ -101,11 +115,13 @@ def _own_errors(loaded: LoadedRobot, plan: Plan, seed: int, targets: TargetLoads
     return added
 
 
-def _of_model(model: Model, problem: DesignProblem, points: LoadedPoints, added: FloatArray) -> FloatArray:
-    """Deflections of a model under the actual loads, rows as in the file."""
-    own = model.chain.robot
-    order = np.argsort(points.lines, kind="stable")
-    return model.chain.predict(row_data(with_errors(points, added), own), model.values)[order]
+def _predicted(chain: Chain, model: Model | None, points: LoadedPoints, targets: TargetLoads | None) -> FloatArray:
+    """Readings (N, r) in the order of the sequence, of what the rows carry where they are of targets."""
+    if model is None or targets is None:
+        return chain.predict(row_data(points, chain.robot), chain.start() if model is None else model.values)
+    carries = np.empty_like(targets.carries)
+    carries[np.argsort(points.lines, kind="stable")] = targets.carries
+    return replace(targets, carries=carries).motions(chain, model, points)
 
 
 def with_errors(points: LoadedPoints, added: FloatArray) -> LoadedPoints:
@@ -134,24 +150,16 @@ def simulated_poses(
     Raises:
         InputError: the model is of positions of markers.
     """
-    loaded = problem.loaded
-    if model is None and problem.found is not None:
-        model = problem.found.model
+    loaded, model = problem.loaded, _truth(problem, model)
     if loaded.robot.jointed:
         chain = Chain(loaded.robot) if model is None else model.chain
         chain = Chain(chain.robot, chain.effects, reading=_tip(chain.reading))
     else:
         chain = Chain(loaded.robot, reading=MeasuredPose()) if model is None else _with_poses(model, problem)
-    values = chain.start() if model is None else model.values
     none = np.zeros((len(plan), loaded.robot.coordinates.n))
-    added = load_errors(loaded, plan, seed, targets) if errors and loaded.regressor.needs_load else none
-    order = np.argsort(points.lines, kind="stable")
-    loads = with_errors(points, added)
-    poses = (
-        _tip_poses(chain, loads, values)
-        if loaded.robot.jointed
-        else chain.predict(row_data(loads, chain.robot), values)
-    )[order]
+    added = load_errors(loaded, plan, seed, targets, model) if errors and loaded.regressor.needs_load else none
+    predicted = _tip_poses if loaded.robot.jointed else _predicted
+    poses = predicted(chain, model, with_errors(points, added), targets)[np.argsort(points.lines, kind="stable")]
     if noise:
         poses[:, problem.noise.axes] += plan_noise(problem, plan, seed, check=targets is not None)
     return poses
@@ -164,13 +172,12 @@ def _tip(identified: Reading) -> TipPose:
     return TipPose(MarkerPosition(("tip",), {"tip": np.zeros(3)}, np.zeros(6), np.zeros(0)))
 
 
-def _tip_poses(chain: Chain, points: LoadedPoints, values: FloatArray) -> FloatArray:
+def _tip_poses(chain: Chain, model: Model | None, points: LoadedPoints, targets: TargetLoads | None) -> FloatArray:
     """Poses (N, 6) of the tip of an arm, x ... rz with R = Rz·Ry·Rx."""
     aim = chain.robot.jacobians(points.configurations).rotation
     names = chain.reading.names
     marker = np.zeros(len(points), dtype=np.int64)
-    rows = row_data(replace(points, aim=aim, marker=marker, markers=names), chain.robot)
-    found = chain.predict(rows, values)
+    found = _predicted(chain, model, replace(points, aim=aim, marker=marker, markers=names), targets)
     turned = Rotation.from_rotvec(found[:, 3:]).as_matrix() @ aim
     return np.column_stack([found[:, :3], Rotation.from_matrix(turned).as_euler("xyz")])
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.decision import Decision
-from expdesign.assurance.acceptance.said import sentences
+from expdesign.assurance.acceptance.said import beside_the_plan, sentences
 from expdesign.counted import counted
 from expdesign.estimation.goodness import StatementOfFit
 from expdesign.planning.criteria.criterion import Criterion
@@ -164,6 +164,7 @@ def next_said(
     for index, total in enumerate(totals):
         when = f"with {index} more" if index else "expected total error now"
         lines.append(f"{when}: {f'{total:.4g} tolerances' if np.isfinite(total) else 'not determined'}")
+    lines += beside_the_plan(decisions[0].budget)
     if accuracy is not None and totals[-1] > accuracy:
         lines.append(f"{count} more {'is' if count == 1 else 'are'} not enough for {accuracy:g} tolerances")
     if enough:

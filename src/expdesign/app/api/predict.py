@@ -28,6 +28,7 @@ from expdesign.estimation.compensation.prediction import (
     require_regular_points,
 )
 from expdesign.estimation.compensation.prediction import predict as predict_points
+from expdesign.estimation.compensation.target_loads import loads_of_targets
 from expdesign.io.table import Table
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.report.recording_texts import predicted
@@ -66,6 +67,9 @@ def predict(
 ) -> PredictionResult:
     """Predict deflections at points in recordings form.
 
+    Errors of the recorded loads that act at targets are applied to targets and commands (columns `target_x_m` or
+    `same_as`), as `compensate` does.
+
     Args:
         model: identified model, or a robot file (YAML) whose stiffness is then taken as exact.
         points: points (CSV) in recordings form without the measured columns.
@@ -93,7 +97,7 @@ def predict(
     table = _with_target(table, identified)
     loaded = points_from_table(table, robot)
     require_regular_points(robot, loaded)
-    prediction = predict_points(identified, loaded, platform=platform)
+    prediction = predict_points(identified, loaded, platform=platform, loads=loads_of_targets(table, robot))
     names = prediction.measurand.deviation_columns(robot.coordinates)
     spans = loaded.point is not None and bool(identified.chain.reading.fixed) and not platform
     if prediction.orientations is not None or spans:

@@ -71,6 +71,11 @@ class UncertaintyBudget:
         matters: BoolArray = np.isfinite(self.tolerance)
         return matters
 
+    @property
+    def own_payload(self) -> Contribution | None:
+        """What is not known of the load at the targets themselves; None where that is exact."""
+        return next((one for one in self.contributions if one.name == OWN_PAYLOAD), None)
+
     @cached_property
     def standard(self) -> FloatArray:
         """u_c (m, rad), shape (t, n)."""

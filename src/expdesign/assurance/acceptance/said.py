@@ -111,9 +111,20 @@ def sentences(decision: Decision) -> list[str]:
         else:
             texts += [f"{worst}.", *_risk_sentence(decision)]
     texts += [*_repetitions(decision), *_by_drawing(budget)]
+    texts += beside_the_plan(budget) if decision.basis is Basis.PLAN else []
     if decision.basis is Basis.PLAN and decision.robot_passes and decision.check_readings is not None:
         texts.append(_check_readings(decision.check_readings))
     return texts
+
+
+def beside_the_plan(budget: UncertaintyBudget) -> list[str]:
+    """What U contains and the criteria of a plan do not."""
+    if budget.own_payload is None:
+        return []
+    return [
+        "U contains what is not known of the load at the targets themselves; DUIR, FEIR and total do not, since no "
+        "plan changes it."
+    ]
 
 
 def _by_drawing(budget: UncertaintyBudget) -> list[str]:
@@ -184,6 +195,12 @@ def _repetitions(decision: Decision) -> list[str]:
         ]
     times = decision.repetitions_needed
     if times is None:
+        own, budget = decision.budget.own_payload, decision.budget
+        if own is not None and (budget.matters & (budget.factor * own.deviation > budget.tolerance)).any():
+            return [
+                "No number of repetitions helps: what is not known of the load at a target itself exceeds the "
+                "tolerance. Know that load better: its mass, its centre of mass, the direction of gravity."
+            ]
         return [
             "No number of repetitions helps: what readings of this plan cannot tell from the stiffness, such as an "
             "error of the load that all of them share, exceeds the tolerance by itself. Know the load better, or "

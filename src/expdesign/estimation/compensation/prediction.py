@@ -13,6 +13,7 @@ from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.points import hanging
 from expdesign.chain.recordings.recordings import DEFLECTIONS, LoadedPoints, Measurand
 from expdesign.chain.row import row_data
+from expdesign.estimation.compensation.target_loads import AttainedUncertainty, TargetLoads
 from expdesign.io.table import Table
 from expdesign.mechanics.robots.robot import Robot
 
@@ -38,27 +39,32 @@ def chain_of(model: Model, *, platform: bool, from_command: bool = False) -> Cha
     return Chain(chain.robot, chain.effects, instrument=not platform, from_command=from_command, reading=chain.reading)
 
 
-def predict(model: Model, points: LoadedPoints, *, platform: bool = False) -> Prediction:
+def predict(
+    model: Model, points: LoadedPoints, *, platform: bool = False, loads: TargetLoads | None = None
+) -> Prediction:
     """Deflections at points, in the order of the points.
 
     Args:
         model: the identified robot.
         points: commands and loads.
         platform: the motion of the platform instead of the instrument's reading.
+        loads: what the points carry where they are targets: errors of the recorded loads act there as `compensate` has
+            them. Readings of other points leave these out, as the residuals of the recordings do.
     """
+    model = model if loads is None else model.at_targets
     reading = model.chain.reading
     seen = None if platform else reading.at_points(points)
     if seen is not None:
         if isinstance(reading, MarkerPosition) and reading.oriented:
             seen = replace(seen, aim=reading.orientations(model.chain.robot, seen, model.values[_own(model)]))
-        found = predict_with(chain_of(model, platform=False), model, seen)
+        found = _predicted(chain_of(model, platform=False), model, seen, loads)
         turned = None
         if seen.aim is not None and found.deflections.shape[1] > 3:
             from scipy.spatial.transform import Rotation  # noqa: PLC0415 (slow to import, and few need it)
 
             turned = Rotation.from_rotvec(found.deflections[:, 3:6]).as_matrix() @ seen.aim
         return replace(found, measurand=seen.measurand, orientations=turned)
-    return predict_with(chain_of(model, platform=True), model, without_markers(points))
+    return _predicted(chain_of(model, platform=True), model, without_markers(points), loads)
 
 
 def _own(model: Model) -> slice:
@@ -71,10 +77,12 @@ def without_markers(points: LoadedPoints) -> LoadedPoints:
     return replace(points, marker=None, markers=(), sites=(), stations=(), aim=None, point=None, fixed=(), along=None)
 
 
-def predict_with(chain: Chain, model: Model, points: LoadedPoints) -> Prediction:
+def _predicted(chain: Chain, model: Model, points: LoadedPoints, loads: TargetLoads | None) -> Prediction:
     """The prediction of a chain that has the parameters of the model."""
-    rows = row_data(points, chain.robot)
-    deflections, sensitivities = chain.predict_with_sensitivities(rows, model.values)
+    if loads is not None:
+        known = AttainedUncertainty.at(chain, model, points, loads)
+        return Prediction(loads.motions(chain, model, points), known.deviations)
+    deflections, sensitivities = chain.predict_with_sensitivities(row_data(points, chain.robot), model.values)
     return Prediction(deflections, model.estimable.deviations(sensitivities))
 
 

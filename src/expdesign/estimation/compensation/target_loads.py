@@ -162,11 +162,18 @@ def unit_sources(coordinates: Coordinates) -> tuple[LoadErrorSource, ...]:
     return (MassError(np.ones(1)), *((CentreOfMassError(centre),) if len(centre) else ()), DirectionError(tilt))
 
 
-def checked_targets(table: Table, robot: Robot) -> TargetLoads | None:
-    """What the rows of a table of check measurements carry, in the order of the file; None of any other table."""
-    if not table.has(f"target_{robot.configuration[0]}"):
+def loads_of_targets(table: Table, robot: Robot) -> TargetLoads | None:
+    """What the rows of a table of targets, commands or check measurements carry; None of any other table."""
+    if not table.has(SAME_AS) and not table.has(f"target_{robot.configuration[0]}"):
         return None
-    found = TargetLoads.of_table(table, robot.coordinates)
+    return TargetLoads.of_table(table, robot.coordinates)
+
+
+def checked_targets(table: Table, robot: Robot) -> TargetLoads | None:
+    """The same of check measurements alone, in the order of the file."""
+    found = loads_of_targets(table, robot) if table.has(f"target_{robot.configuration[0]}") else None
+    if found is None:
+        return None
     back = np.argsort(order_in_time(table), kind="stable")
     return TargetLoads(found.carries[back], found.deviations[back])
 
