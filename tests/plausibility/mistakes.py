@@ -106,14 +106,6 @@ CONFIGURATIONS: dict[str, tuple[str, Change, str]] = {
         put("targets.0.payload", {"mass_kg": 500.0, "same_as": "experiment"}),
         "a payload of its own",
     ),
-    "weights that are known anew at every loading": (
-        _H,
-        lambda content: (
-            put("experiment.load_error.0.shared", False)(content),
-            put("targets.0.payload.same_as", "experiment")(content),
-        )[0],
-        "a payload of the target's own",
-    ),
     "error of the direction in mrad": (_H, put("experiment.load_error.2.std", [0.5, 0.5]), "mrad"),
 }  # fmt: skip
 

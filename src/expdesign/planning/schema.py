@@ -325,9 +325,8 @@ class TargetPayloadSection(Section):
         "How well this payload is known, which U contains. Default: exactly."
     )
     same_as: Literal["experiment"] | None = left_out(
-        "`experiment` where the target carries the weights of the experiment: their errors, where recordings showed "
-        "them, act there, and what every loading has for itself anew; of several weights the largest error, as it is "
-        "declared. Default: a payload of its own."
+        "`experiment` where the target carries the weights of the experiment: their errors act there as recordings "
+        "showed them, those of every loading or of several weights as declared. Default: a payload of its own."
     )
 
     @model_validator(mode="after")

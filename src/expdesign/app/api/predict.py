@@ -67,8 +67,7 @@ def predict(
 ) -> PredictionResult:
     """Predict deflections at points in recordings form.
 
-    Errors of the recorded loads that act at targets are applied to targets and commands (columns `target_x_m` or
-    `same_as`), as `compensate` does.
+    At targets and commands (columns `target_x_m` or `same_as`) errors of the load act as for `compensate`.
 
     Args:
         model: identified model, or a robot file (YAML) whose stiffness is then taken as exact.
