@@ -26,7 +26,7 @@ from expdesign.chain.models.acting import ActingLoads, own_names
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.coordinates import Coordinates
 from expdesign.estimation.fit import Fit
-from expdesign.estimation.load_errors import LoadEffect
+from expdesign.estimation.load_errors import LoadEffect, shared_parts
 from expdesign.estimation.propagated import Propagated
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.robots.robot import Robot
@@ -118,23 +118,19 @@ class LoadsAtTargets:
         effects: list[Effect] = []
         columns: list[IntArray] = [np.empty(0, dtype=np.int64)]
         units: list[FloatArray] = [np.empty(0)]
-        start = 0
         weight = float(np.linalg.norm(recorded.gravity[0])) if len(recorded) else 0.0
         sources = [error.source for error in errors if error.shared]
         part, own = own_part(robot.coordinates), np.zeros((2, len(own_names(robot.coordinates))))
-        for error, size in zip(errors, sizes.tolist(), strict=True):
-            width = len(error.deviation)
+        for error, size, place in zip(errors, sizes.tolist(), shared_parts(errors), strict=True):
             if recorded.payload is None or error.source not in ACTING:
-                start += width * error.shared
                 continue
             if not error.shared or sources.count(error.source) > 1:
                 here = own[int(error.shared), part[error.source]]
                 np.maximum(here, size * error.deviation, out=here)
             else:
                 effects.append(ACTING[error.source](robot))
-                columns.append(np.arange(start, start + width))
+                columns.append(np.arange(place.start, place.stop))
                 units.append(error.deviation * (weight if error.source == "mass" else 1.0))
-            start += width * error.shared
         return cls(tuple(effects), np.concatenate(columns), np.concatenate(units), np.hypot(*own))
 
     def shown(self, estimated: EstimatedLoads, fit: Fit) -> ActingLoads | None:
@@ -154,14 +150,12 @@ class LoadsAtTargets:
     ) -> Propagated:
         """What errors of the loads do to the parameters, and below these to the error of their own estimates."""
         found: list[FloatArray] = []
-        start = 0
-        count = len(estimated.mean)
-        for effect, moved, size in zip(propagated.effects, propagated.moved, sizes.tolist(), strict=True):
+        effects, one = propagated.effects, np.eye(len(estimated.mean))
+        parts = zip(effects, propagated.moved, sizes.tolist(), shared_parts(effects), strict=True)
+        for effect, moved, size, place in parts:
             rows = estimated.gain @ (size * effect.moved / noise.deviations[..., None])
             if effect.shared:
-                width = effect.moved.shape[2]
-                rows = rows.sum(axis=0)[None] - size * np.eye(count)[:, start : start + width]
-                start += width
+                rows = rows.sum(axis=0)[None] - size * one[:, place]
             own = rows - estimated.through @ moved
             found.append(np.concatenate([moved, self.units[:, None] * own[:, self.columns]], axis=1))
         return Propagated(propagated.effects, tuple(found))

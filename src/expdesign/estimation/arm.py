@@ -1,10 +1,9 @@
 """Calibration of arms from absolute readings: geometry, compliances, instrument and markers, all rows at once.
 
 The model is the measurement chain with `CalibratedGeometryError`, linearised exactly. A minimal complete set of
-parameters is chosen from the rigid kinematics (`redundancy.py`); the rest stays as drawn. Beforehand zeros, lengths and
-angles are normal with the sizes of `ArmOptions`, times one factor for each kind that the rows decide
-(`evidence.py`), so that what they do not determine stays at the drawing. Instrument and markers are as
-unknown as their readings say.
+parameters is chosen from the rigid kinematics (`arm_problem.py`); the rest stays as drawn. Beforehand zeros, lengths
+and angles are normal with the sizes of `ArmOptions`, times one factor for each kind that the rows decide (`groups.py`),
+so that what they do not determine stays at the drawing. Instrument and markers are as unknown as their readings say.
 
 Where the residuals exceed what is stated, the variance is the stated one and a second component σ² for every kind of
 reading, with which χ² is its degrees of freedom: Σ r²/(s² + σ²) = n − tr(H) of that kind. Where nothing is stated, or

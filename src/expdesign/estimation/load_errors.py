@@ -183,6 +183,12 @@ def _readings(chain: Chain, values: FloatArray, recorded: Recordings, changes: F
     return moved
 
 
+def shared_parts(effects: Sequence[LoadEffect]) -> list[slice]:
+    """Where each effect stands among the columns of the shared ones; nothing of an effect that rows do not share."""
+    ends = np.cumsum([len(effect.deviation) * effect.shared for effect in effects]).tolist()
+    return [slice(end - len(e.deviation) * e.shared, end) for e, end in zip(effects, ends, strict=True)]
+
+
 def load_columns(effects: Sequence[LoadEffect], scales: FloatArray) -> LoadColumns:
     """The columns of all effects, their standard deviations multiplied by `scales`, one of every effect."""
     shape = (*effects[0].moved.shape[:2], 0)

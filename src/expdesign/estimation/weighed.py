@@ -26,7 +26,7 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.acting_loads import EstimatedLoads, LoadsAtTargets
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.gaussian import Gaussian, Term
-from expdesign.estimation.load_errors import DeclaredLoadErrors, Estimator, LoadEffect, load_columns
+from expdesign.estimation.load_errors import DeclaredLoadErrors, Estimator, LoadEffect, load_columns, shared_parts
 from expdesign.estimation.propagated import Propagated
 from expdesign.estimation.whitening import LoadColumns, Whitening
 
@@ -114,13 +114,12 @@ class WeighedLoads:
         sizes = self.weights if weighed else np.ones(len(self.effects))
         own = np.zeros((*moved.shape[:-1], len(self.estimated.mean)))
         own[..., self.acting.columns] = moved * self.acting.units
-        found, start = [], 0
-        for effect, size in zip(self.effects, sizes.tolist(), strict=True):
-            width = effect.moved.shape[-1]
-            part = own[..., start : start + width] if effect.shared else np.zeros((*moved.shape[:-1], width))
-            found.append(size * part)
-            start += width * effect.shared
-        return found
+        parts = zip(self.effects, sizes.tolist(), shared_parts(self.effects), strict=True)
+        nothing = np.zeros((*moved.shape[:-1], 1))
+        return [
+            size * (own[..., place] if effect.shared else np.tile(nothing, len(effect.deviation)))
+            for effect, size, place in parts
+        ]
 
     @property
     def sentence(self) -> str:
@@ -139,16 +138,15 @@ class WeighedLoads:
     @property
     def record(self) -> dict[str, Any]:
         """What a document says of them."""
-        first, entries = 0, []
-        for effect, weight, size in zip(self.effects, self.weights, self.sizes, strict=True):
+        entries = []
+        parts = shared_parts(self.effects)
+        for effect, weight, size, part in zip(self.effects, self.weights, self.sizes, parts, strict=True):
             entry: dict[str, Any] = {"source": effect.source, "unit": effect.unit, "shared": effect.shared}
             entry |= {"weight": effect.weight} if effect.weight else {}
             entry |= {"declared_std": effect.deviation.tolist(), "weight_taken": float(weight), "scale": float(size)}
             if effect.shared:
-                part = slice(first, first + len(effect.deviation))
                 entry["estimate"] = (self.estimated.mean[part] * effect.deviation).tolist()
                 entry["std"] = (self.deviations[part] * effect.deviation).tolist()
-                first = part.stop
             entries.append(entry)
         return {"estimator": self.estimator, "sources": entries}
 

@@ -1,1 +1,1 @@
-"""What makes new designs out of known ones, one file each (`operator.py` has the protocol)."""
+"""What makes new designs out of known ones, one file each (`state.py` has the protocol)."""
