@@ -24,8 +24,8 @@ GROUPS = {
     "expdesign.chain.ports.places": ("expdesign.ports", "name"),
 }
 """Groups of entry points by the packages in which the kinds lie, and the attribute that names one of a kind."""
-ELSEWHERE = {"expdesign.planning.criteria": ("expdesign.assurance.model_error",)}
-"""Packages in which implementations of a kind lie beside the kind's own."""
+ELSEWHERE = {"expdesign.planning.criteria": ("expdesign.assurance.model_error.meir",)}
+"""Packages and modules in which implementations of a kind lie beside the kind's own."""
 _REGISTERED: list[type] = []
 _KEPT: list[Callable[[], None]] = []
 
@@ -39,9 +39,9 @@ def implementations(package: str, base: type[T]) -> list[type[T]]:
     """
     found: list[type[T]] = []
     for place in (package, *ELSEWHERE.get(package, ())):
-        path = importlib.import_module(place).__path__
-        for info in sorted(pkgutil.walk_packages(path, f"{place}."), key=lambda module: module.name):
-            module = importlib.import_module(info.name)
+        path = getattr(importlib.import_module(place), "__path__", None)
+        names = [place] if path is None else sorted(info.name for info in pkgutil.walk_packages(path, f"{place}."))
+        for module in map(importlib.import_module, names):
             for value in vars(module).values():
                 defined_here = isinstance(value, type) and value.__module__ == module.__name__
                 if defined_here and issubclass(value, base) and not inspect.isabstract(value):
