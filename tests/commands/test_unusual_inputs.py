@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pandas as pd
+import pytest
 import yaml
 
 from tests.commands.calls import CONFIG, ROBOT, Printed, call, model_file, plan_file, recordings_file, yaml_file
@@ -29,11 +31,20 @@ def test_one_row_of_a_body_is_not_set_aside_as_an_outlier(tmp_path: Path) -> Non
     assert {"diagnosis.json", "report.html"} <= {path.name for path in (tmp_path / "out").iterdir()}
 
 
-def test_a_column_that_is_nearly_known_is_compared_with_the_known_ones(tmp_path: Path, capsys: Printed) -> None:
-    recordings = recordings_file(tmp_path)
-    recordings.write_text(recordings.read_text(encoding="utf-8").replace("dx_m", "dx_mmm"), encoding="utf-8")
-    assert call("check", recordings, "--robot", ROBOT) == 0
-    assert "dx_mmm (is `dx_m` meant?)" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("column", "other", "said"),
+    [
+        ("dx_m", "dx_mmm", "dx_mmm (is `dx_m` meant?), sx_m\n"),
+        ("time_s", "massN", "massN (is `mass_kg` meant?)\n"),
+    ],
+)
+def test_a_column_that_is_nearly_known_is_compared_with_the_known_ones(
+    tmp_path: Path, capsys: Printed, column: str, other: str, said: str
+) -> None:
+    frame = pd.read_csv(recordings_file(tmp_path)).assign(time_s=0.0, sx_m=1e-7, sy_m=1e-7)
+    frame.rename(columns={column: other}).to_csv(tmp_path / "nearly.csv", index=False)
+    assert call("check", tmp_path / "nearly.csv", "--robot", ROBOT) == 0
+    assert said in capsys.readouterr().err
 
 
 def test_poses_in_millimetres_are_noticed(tmp_path: Path, capsys: Printed) -> None:

@@ -101,6 +101,10 @@ CONFIGURATIONS: dict[str, tuple[str, Change, str]] = {
     "error of the mass larger than the lightest load": (_H, put("experiment.load_error.1.std", 6.0), "lightest load"),
     "gravity of a target as a direction": (_H, put("targets.0.gravity_m_s2", [0.0, 0.0, -1.0]), "a direction"),
     "gravity of the robot as a direction": (_H, put("robot.gravity_m_s2", [0.0, 0.0, -1.0]), "a direction"),
+    "gravity with a slipped decimal point": (_H, put("robot.gravity_m_s2", [0.0, 0.0, -98.1]), "10 times too large"),
+    "gravity in cm/s²": (_A, put("targets.0.gravity_m_s2", [0.0, 0.0, -981.0]), "cm/s²"),
+    "gravity upwards": (_H, put("robot.gravity_m_s2", [0.0, 0.0, 9.81]), "hangs upside down"),
+    "gravity of a target upwards": (_H, put("targets.0.gravity_m_s2", [0.0, 0.0, 9.81]), "hangs upside down"),
     "weights of the experiment that it does not have": (
         _H,
         put("targets.0.payload", {"mass_kg": 500.0, "same_as": "experiment"}),
@@ -133,7 +137,10 @@ def swapped(first: str, second: str) -> Frame:
 
 
 RECORDINGS: dict[str, tuple[str, Frame, str]] = {
-    "translations in mm": (_H, times(1e3, *LINEAR), "mm"),
+    "translations in mm": (_H, times(1e3, *LINEAR), r"in mm\? Write the unit into the columns' names, as in `dx_mm`.$"),
+    "translations in m in columns for µm": (_H, times(1e-6, *LINEAR), "in m, in columns that are named for µm"),
+    "dz in m in a column for µm": (_H, lambda frame: frame.assign(dz_m=1e-6 * frame["dz_m"]), "dz_m in m .* for µm"),
+    "dz in m in a column for mm": (_L, lambda frame: frame.assign(dz_m=1e-3 * frame["dz_m"]), "dz_m in m .* for mm"),
     "translations of an arm in mm": (_A, times(1e3, *LINEAR), "cannot be a deflection|mm"),
     "everything in mm and mrad": (_H, times(1e3, *LINEAR, *ANGULAR), "mm|cannot be a deflection"),
     "translations in µm": (_H, times(1e6, *LINEAR), "cannot be a deflection"),

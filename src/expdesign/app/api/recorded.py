@@ -202,7 +202,7 @@ def say_unknown_columns(recordings: Recordings) -> None:
 
 
 def _with_near(name: str) -> str:
-    """A column with the known one that it resembles: `dx_mm` is in another unit, `dxm` a slip of the pen."""
+    """A column with the known one it resembles, in another unit (`dx_mm`), misspelt (`dxm`), numbered (`mass2`)."""
     near = [] if name in _KNOWN else difflib.get_close_matches(name, _KNOWN, n=1, cutoff=0.8)
-    other = near[0] if near else synonym(name)
-    return f"{name} (is `{other}` meant?)" if other else name
+    other = near[0] if near else synonym(name) or synonym(name.rstrip("N0123456789"))
+    return f"{name} (is `{other}` meant?)" if other and other != name else name

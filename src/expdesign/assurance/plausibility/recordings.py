@@ -165,11 +165,12 @@ def _suspects(
 
 
 def _likeliest(suspects: list[_Suspect]) -> list[_Suspect]:
-    """The best and those as good: first what keeps the stiffness, and then in the order of the mistakes.
+    """The best and those as good: of those that keep the stiffness as well, in the order of the mistakes.
 
-    Translations in mm and rotations in thousands of rad fit alike: what keeps the stiffness is likelier.
+    Translations in mm, in µm and rotations in thousands of rad fit alike: what keeps the stiffness is likelier.
     """
     least = min(suspects, key=lambda one: one.fitted.misfit).fitted
     slack = float(np.exp(6.0 / max(least.dof, 1)))
     equal = [one for one in suspects if one.fitted.misfit <= slack * least.misfit + 1e-20]
-    return sorted(equal, key=lambda one: round(abs(np.log10(one.fitted.ratio))))
+    changes = [round(abs(np.log10(one.fitted.ratio))) for one in equal]
+    return [one for one, change in zip(equal, changes, strict=True) if change == min(changes)]

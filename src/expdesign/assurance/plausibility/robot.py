@@ -17,8 +17,13 @@ UNEQUAL = 3e3
 """Ratio of the stiffest to the softest actuator of one kind beyond which one is in another unit."""
 GRAVITY = (0.5, 30.0)
 """m/s²; from the Moon's to that of any centrifuge that a robot stands in."""
-_DIRECTION = 0.02
-"""m/s² about 1 in which gravity is a direction: that of no body where robots stand."""
+_EARTH = (9.7, 9.9)
+"""m/s²."""
+_EARTH_IN = ((1000.0, "in mm/s²"), (100.0, "in cm/s²"), (1.0 / 0.3048, "in ft/s²"), (10.0, "10 times too large"),
+             (0.1, "10 times too small"), (1.0 / 9.80665, "in parts of g, or a direction"))  # fmt: skip
+"""Earth's gravity otherwise, as so many times its size in m/s²: that of no body where robots stand."""
+_UPRIGHT = 0.9
+"""Cosine of the angle from the last axis of O within which gravity points up."""
 DISPROPORTION = 60.0
 """Ratio of the sizes of two parts of one robot beyond which one is in another unit."""
 EXCLUDED = 0.6
@@ -146,9 +151,16 @@ def _gravity(robot: Robot) -> list[Implausibility]:
 
 
 def gravity_findings(gravity: FloatArray, where: str) -> list[Implausibility]:
-    """What speaks against gravity (m/s², shape (d,)): another unit, or a direction alone."""
-    size = float(np.linalg.norm(gravity))
-    if size == 0.0 or (GRAVITY[0] <= size <= GRAVITY[1] and abs(size - 1.0) > _DIRECTION):
-        return []
-    likely = "Is it in mm/s²?" if size > GRAVITY[1] else "Is it in parts of g, or a direction? It has to be in m/s²."
-    return [Implausibility(f"gravity would be {size:.3g} m/s²", likely, where)]
+    """What speaks against gravity (m/s², shape (d,)): another unit, a direction alone, or another sign."""
+    size, found = float(np.linalg.norm(gravity)), []
+    other = next((text for factor, text in _EARTH_IN if _EARTH[0] <= size / factor <= _EARTH[1]), "")
+    if size > 0.0 and (other or not GRAVITY[0] <= size <= GRAVITY[1]):
+        other = other or ("in another unit" if size > GRAVITY[1] else "in parts of g, or a direction")
+        likely = f"Is it {other}? It has to be in m/s²; Earth's is 9.81."
+        found.append(Implausibility(f"gravity would be {size:.3g} m/s²", likely, where))
+    if gravity[-1] > _UPRIGHT * size:
+        what = f"gravity points up, along +{'xyz'[len(gravity) - 1]} of the base"
+        found.append(
+            Implausibility(what, "Has it the wrong sign? It is right where the robot hangs upside down.", where)
+        )
+    return found

@@ -5,6 +5,7 @@ both. Beside them the three mistakes that no matrix makes good: gravity, the pla
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import cache
 from itertools import combinations, permutations, product
 
@@ -71,23 +72,30 @@ def units_of_readings(evidence: Evidence) -> Iterator[Alternative]:
     what the robot file has it move in that unit: a drift of an axis that hardly moves is no mistake.
     """
     linear, write = evidence.linear, "Write the unit into the columns' names, as in"
+    expected = (evidence.observation(evidence.stated).sum(axis=2) ** 2).mean(axis=0)
+    squares = (evidence.stated.readings**2).mean(axis=0)
     if linear.any() and (~linear).any():
         for factor, unit in ((1e-3, "mm"), (1e-6, "µm")):
             text = f"Are the translations in {unit}? {write} `dx_{unit}`."
             yield Alternative(text, evidence.readings(_scaled(linear, factor)))
-        text = "Are the translations in m, in columns that are named for mm? Name them `dx_m` ... then."
-        yield Alternative(text, evidence.readings(_scaled(linear, 1e3)))
+        far = 1e9 * squares[linear].sum() <= expected[linear].sum()  # halfway from a thousand to a million
+        unit, factor = ("µm", 1e6) if far else ("mm", 1e3)
+        text = f"Are the translations in m, in columns that are named for {unit}? Name them `dx_m` ... then."
+        yield Alternative(text, evidence.readings(_scaled(linear, factor)))
         for factor, unit, said in ((DEGREE, "deg", "degrees"), (1e-3, "mrad", "mrad"), (1e-6, "µrad", "µrad")):
             text = f"Are the rotations in {said}? {write} `drx_{unit}`."
             yield Alternative(text, evidence.readings(_scaled(~linear, factor)))
         text = "Were the rotations converted from degrees twice?"
         yield Alternative(text, evidence.readings(_scaled(~linear, 1.0 / DEGREE)))
-    expected = (evidence.observation(evidence.stated).sum(axis=2) ** 2).mean(axis=0)
-    squares = (evidence.stated.readings**2).mean(axis=0)
     for index, (name, column) in enumerate(_each(evidence.names)):
         for factor, unit in ((1e-3, "mm"), (1e-6, "µm")) if linear[index] else ((DEGREE, "degrees"),):
             if squares[index] * factor >= expected[index]:
                 yield Alternative(f"Is {name} in {unit}?", evidence.readings(_scaled(column, factor)))
+        for factor, unit in ((1e3, "mm, or in mm in one for µm"), (1e6, "µm")) if linear[index] else ():
+            if squares[index] * factor <= expected[index]:
+                # With its standard deviation it would count for nothing, and any column would fit.
+                larger = replace(evidence.stated, readings=evidence.stated.readings @ _scaled(column, factor))
+                yield Alternative(f"Is {name} in m in a column that is named for {unit}?", larger)
 
 
 def swapped_readings(evidence: Evidence) -> Iterator[Alternative]:
