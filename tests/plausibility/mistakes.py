@@ -137,7 +137,12 @@ def swapped(first: str, second: str) -> Frame:
 
 
 RECORDINGS: dict[str, tuple[str, Frame, str]] = {
-    "translations in mm": (_H, times(1e3, *LINEAR), r"in mm\? Write the unit into the columns' names, as in `dx_mm`.$"),
+    "translations in mm": (_H, times(1e3, *LINEAR), "mm"),
+    "translations in mm, and no other unit": (
+        _H,
+        lambda frame: frame.assign(**{name: 1e3 * frame[name] for name in LINEAR}),
+        r"as in `dx_mm`\.$",
+    ),
     "translations in m in columns for µm": (_H, times(1e-6, *LINEAR), "in m, in columns that are named for µm"),
     "dz in m in a column for µm": (_H, lambda frame: frame.assign(dz_m=1e-6 * frame["dz_m"]), "dz_m in m .* for µm"),
     "dz in m in a column for mm": (_L, lambda frame: frame.assign(dz_m=1e-3 * frame["dz_m"]), "dz_m in m .* for mm"),
