@@ -11,6 +11,7 @@ import expdesign as xd
 from expdesign.assurance.acceptance.said import sentences
 from expdesign.diagnosis.statement import widened
 from expdesign.errors import InputError
+from tests.design.problems import searched
 from tests.plant import PLAIN, ROBOT, recordings
 
 ROOT = Path(__file__).parents[2]
@@ -97,7 +98,7 @@ def test_a_diagnosis(calibration: str) -> None:
 
 def test_deflections_do_not_show_a_geometry_that_is_calibrated() -> None:
     config = configuration(None)
-    plan = xd.run(config | {"optimiser": {"population": 8, "generations": 1, "seed": 1, "effort": "quick"}}).plan
+    plan = searched(config | {"optimiser": {"population": 8, "generations": 1, "seed": 1, "effort": "quick"}}).plan
     deflections = xd.simulate(config, plan).frame
     with pytest.raises(InputError, match=r"calibrates the geometry.*do not show"):
         xd.identify(ROBOT, deflections, targets=configuration("both"))

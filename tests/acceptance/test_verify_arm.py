@@ -12,7 +12,7 @@ from expdesign.coordinates import SPATIAL
 from expdesign.errors import ArgumentError, InputError
 from tests.acceptance.verified import commands, model
 from tests.acceptance.verified import measured as measured_by_legs
-from tests.plant import HIGH, INSTRUMENT, JOINTS, LOW, PLACES, ROBOT, TARGETS, Arm, configuration, measured
+from tests.plant import HIGH, INSTRUMENT, JOINTS, LOW, PLACES, ROBOT, TARGETS, Arm, Faults, configuration, measured
 from tests.plant import PLAIN as FAULTS
 
 NOISE = 1e-5
@@ -36,12 +36,12 @@ def stand_of(identified: xd.IdentificationResult) -> pin.SE3:
     return pin.SE3(turn, np.array([values[f"instrument {axis}_m"] for axis in "xyz"]))
 
 
-def checked(identified: xd.IdentificationResult, faults: object, *, compensated: bool = True) -> pd.DataFrame:
+def checked(identified: xd.IdentificationResult, faults: Faults = FAULTS, *, compensated: bool = True) -> pd.DataFrame:
     """Readings of the tip's pose in the base's frame at the commands, ten of every target.
 
     Where the base is, is where the identified instrument says: the first joint's frame is the instrument's.
     """
-    arm, random = Arm(faults), np.random.default_rng(7)  # type: ignore[arg-type]
+    arm, random = Arm(faults), np.random.default_rng(7)
     frame = pd.concat([xd.compensate(identified, configuration(20)).frame] * 10, ignore_index=True)
     if not compensated:
         frame[JOINTS] = np.tile(TARGETS, (10, 1))
@@ -65,10 +65,10 @@ def checked(identified: xd.IdentificationResult, faults: object, *, compensated:
 def test_an_arm_passes_with_its_commands_and_fails_without(identified: xd.IdentificationResult) -> None:
     assert np.isfinite(INSTRUMENT.translation).all()
     config = configuration(20)
-    passed = xd.verify(identified, checked(identified, FAULTS), config=config).result
+    passed = xd.verify(identified, checked(identified), config=config).result
     assert passed.verdict == "pass"
     assert passed.consistent
-    failed = xd.verify(identified, checked(identified, FAULTS, compensated=False), config=config).result
+    failed = xd.verify(identified, checked(identified, compensated=False), config=config).result
     assert failed.verdict == "fail"
     assert failed.consistent  # the model knows where the arm goes at the nominal commands
 
@@ -80,7 +80,7 @@ def test_another_arm_is_not_what_the_model_predicts(identified: xd.Identificatio
     assert found.verdict == "fail"
     assert not found.consistent
     assert "give the frame `instrument`" in verified.said.notes[-1]
-    good = xd.verify(identified, checked(identified, FAULTS), config=configuration(20))
+    good = xd.verify(identified, checked(identified), config=configuration(20))
     assert not any("--frame" in note for note in good.said.notes)
 
 
@@ -91,7 +91,7 @@ def test_targets_in_a_base_whose_turn_no_reading_shows_say_so(identified: xd.Ide
 
 
 def test_an_orientation_has_three_angles(identified: xd.IdentificationResult) -> None:
-    frame = checked(identified, FAULTS).drop(columns=["measured_rx_rad"])
+    frame = checked(identified).drop(columns=["measured_rx_rad"])
     with pytest.raises(InputError, match="three angles"):
         xd.verify(identified, frame, config=configuration(20))
 
@@ -110,7 +110,7 @@ def in_instrument(frame: pd.DataFrame, stand: pin.SE3) -> pd.DataFrame:
 def test_targets_of_joints_are_written_in_the_frame_that_is_asked_for(identified: xd.IdentificationResult) -> None:
     """They had the poses of the base's frame in it, which `verify` then refused."""
     found = xd.compensate(identified, configuration(20), frame="instrument").frame
-    base = checked(identified, FAULTS).iloc[: len(found)]
+    base = checked(identified).iloc[: len(found)]
     names = [f"target_{name}" for name in SPATIAL.pose]
     seen = in_instrument(base, stand_of(identified))
     np.testing.assert_allclose(found[names], seen[names], atol=1e-11)
@@ -122,7 +122,7 @@ def test_a_certificate_in_the_instruments_frame_is_that_in_the_base(
     identified: xd.IdentificationResult, compensated: bool
 ) -> None:
     config, stand = configuration(20), stand_of(identified)
-    in_base = checked(identified, FAULTS, compensated=compensated)
+    in_base = checked(identified, compensated=compensated)
     base = xd.verify(identified, in_base, config=config)
     seen = in_instrument(in_base, stand)
     assert np.abs(seen["target_x_m"] - in_base["target_x_m"]).min() > 0.1
@@ -145,7 +145,7 @@ def test_a_certificate_in_the_instruments_frame_is_that_in_the_base(
 
 
 def test_positions_alone_are_verified_in_the_instruments_frame(identified: xd.IdentificationResult) -> None:
-    in_base = checked(identified, FAULTS)
+    in_base = checked(identified)
     angles = [f"measured_r{axis}_rad" for axis in "xyz"]
     base = xd.verify(identified, in_base.drop(columns=angles)).result
     seen = in_instrument(in_base, stand_of(identified)).drop(columns=angles)
@@ -156,7 +156,7 @@ def test_positions_alone_are_verified_in_the_instruments_frame(identified: xd.Id
 
 
 def test_frames_that_cannot_be_meant(identified: xd.IdentificationResult) -> None:
-    check = checked(identified, FAULTS)
+    check = checked(identified)
     with pytest.raises(ArgumentError, match="`tracker` is no frame"):
         xd.verify(identified, check, frame="tracker")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="m from its target in the frame of the instrument"):
@@ -183,7 +183,7 @@ def test_cartesian_targets_are_verified_as_joint_targets_are(identified: xd.Iden
     frame = frame.assign(sequence=range(1, 4), series=range(1, 4), **tolerances)
     commands = xd.compensate(identified, frame).frame
     np.testing.assert_allclose(commands[[f"target_q{k}_rad" for k in range(1, 7)]], TARGETS, atol=1e-8)
-    by_joints = checked(identified, FAULTS)
+    by_joints = checked(identified)
     own = [*JOINTS, *(f"target_{name}" for name in names)]
     np.testing.assert_allclose(commands[own], by_joints[own][:3], atol=1e-7)
     readings = [str(name) for name in by_joints if str(name).startswith("measured_")]

@@ -12,6 +12,7 @@ import pytest
 
 import expdesign as xd
 from expdesign.io.yaml_reader import read_yaml
+from tests.design.problems import searched
 
 ROOT = Path(__file__).parents[2]
 SERIES, LOADS = 5, 4
@@ -115,5 +116,5 @@ def test_a_contradiction_is_named(caplog: pytest.LogCaptureFixture) -> None:
 def test_a_plan_of_shared_references_names_them(tmp_path: Path) -> None:
     content = copy.deepcopy(configuration(shared=True))
     content["optimiser"] = {"population": 8, "generations": 1, "seed": 1, "polish": False}
-    frame = xd.run(content).plan
+    frame = searched(content).plan
     assert frame["reference"].tolist() == [f"unloaded-{number}" for number in frame["series"]]

@@ -110,14 +110,19 @@ def places(name: str) -> list[Place]:
     return [Place(name, kind, component, variant) for kind in KINDS for component, variant in kind.places(here, points)]
 
 
-def one_of_each(name: str) -> list[Place]:
-    """The first and the last place of every physics and variant."""
+def one_of_each(name: str, ends: tuple[int, ...] = (0, -1)) -> list[Place]:
+    """The first and the last place of every physics and variant, or one of them."""
     found: dict[tuple[str, str], list[Place]] = {}
     for place in places(name):
         # `force of leg 2` and `99.8 newton` are the same variant as at other legs and loads.
         form = " ".join(word for word in str(place.variant).split() if not word[0].isdigit())
         found.setdefault((place.kind.physics, form), []).append(place)
-    return [place for same in found.values() for place in dict.fromkeys((same[0], same[-1]))]
+    return [place for same in found.values() for place in dict.fromkeys(same[end] for end in ends)]
+
+
+ON_LEGS = [*one_of_each("irregular", (-1,)), *one_of_each("bipod-unequal", (0,))]
+"""On the last leg of one robot, and on the first of the other."""
+BEYOND_LEGS = [place for name in (ARM, SUPPORTED) for place in one_of_each(name)]
 
 
 def away_from_neutral(chain: Chain, seed: int = 1) -> Array:

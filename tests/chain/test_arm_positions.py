@@ -221,7 +221,7 @@ def test_effects_that_do_nothing_where_they_start_are_differentiated_together(
 ) -> None:
     """They do nothing to each other there; a chain for each took most of the time of an arm's diagnosis."""
     rows = replace(untimed(arm, configurations(12, 2)), deviations=np.full((12, 3), DEVIATION))
-    sample, effects = data_of(rows, arm, READING).counting(~rows.test), library(arm, rows)
+    sample, effects = data_of(rows, arm, READING).counting(~rows.test), library(arm, rows)[::3]
     base = Chain(arm, reading=READING).start()
     alone = [candidates([effect], sample, arm, base) for effect in effects]
     built, expression = [], Chain.expression

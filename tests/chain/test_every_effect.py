@@ -27,8 +27,9 @@ from tests.chain.arms import configurations, read_arm, recordings_of
 from tests.chain.kinds import KINDS, kind_for
 from tests.chain.places import (
     ARM,
+    BEYOND_LEGS,
+    ON_LEGS,
     PAYLOAD,
-    SUPPORTED,
     WRENCH,
     Place,
     away_from_neutral,
@@ -42,8 +43,6 @@ from tests.fitting import data_of
 from tests.identification.experiments import read
 from tests.oracle import Array
 
-ON_LEGS = [place for name in ("irregular", "bipod-unequal") for place in one_of_each(name)]
-BEYOND_LEGS = [place for name in (ARM, SUPPORTED) for place in one_of_each(name)]
 PLACES_AND_LOADS = [*product(ON_LEGS, (PAYLOAD, WRENCH)), *((place, PAYLOAD) for place in BEYOND_LEGS)]
 every_place_and_load = pytest.mark.parametrize(("place", "load"), PLACES_AND_LOADS, ids=str)
 each_kind = pytest.mark.parametrize("place", ON_LEGS, ids=str)

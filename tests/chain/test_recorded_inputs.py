@@ -14,9 +14,9 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data, row_symbols
 from expdesign.diagnosis.frame import framed
 from expdesign.diagnosis.stages import unheard
-from tests.chain.places import ARM, SUPPORTED, Place, away_from_neutral, one_of_each, recordings
+from tests.chain.places import BEYOND_LEGS, ON_LEGS, Place, away_from_neutral, recordings
 
-EVERY = [place for name in ("irregular", "bipod-unequal", ARM, SUPPORTED) for place in one_of_each(name)]
+EVERY = [*ON_LEGS, *BEYOND_LEGS]
 FIRST = 2
 HOLDING = [place for place in EVERY if place.effect().beyond is Beyond.HOLDS]
 

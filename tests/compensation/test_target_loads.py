@@ -20,7 +20,7 @@ from expdesign.estimation.compensation.target_loads import TargetLoads
 from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from tests.compensation.test_prediction import model_of
-from tests.design.problems import HEXAPOD, problem
+from tests.design.problems import HEXAPOD, problem, searched
 from tests.diagnosis.samples import effect
 from tests.identification.experiments import experiment
 
@@ -120,7 +120,7 @@ ANEW = {
 def test_one_u_for_a_target_in_every_command(tmp_path: Path, changes: dict[str, Any]) -> None:
     """`identify` and `compensate` state it along the axes of the tolerances, to the last digits of a file."""
     case = problem(HEXAPOD, CASE | changes)
-    plan = xd.run(case).plan
+    plan = searched(case).plan
     recorded = xd.simulate(case, plan).frame
     identified = xd.identify(HEXAPOD["robot"], recorded, targets=case)
     assert identified.acceptance is not None
@@ -150,7 +150,7 @@ def test_what_recordings_showed_of_weights_and_gravity_is_applied_at_the_target(
     )
     values = np.r_[np.linspace(0.9, 1.1, 6), 0.02, -0.03, 0.01, 0.02, -0.01]
     truth = model_of(chain, values, np.zeros((11, 11)))
-    plan = xd.run(case).plan
+    plan = searched(case).plan
     recorded = xd.simulate(case, plan, noise=False, load_errors=False).frame
     table = parse_table(csv_text(recorded), "rec.csv")
     readings = chain.predict(row_data(points_from_table(table, robot), robot), values)

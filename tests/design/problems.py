@@ -130,6 +130,12 @@ def plan_for(here: DesignProblem, seed: int = 1, *, at_one_pose: bool = False) -
     return Plan(poses, loads, np.arange(1, len(poses) + 1))
 
 
+def searched(config: Any) -> xd.RunResult:
+    """A run that ends where its plans are known: without bounds, and without what they hide, which take longest."""
+    known: list[xd.RunResult] = []
+    return xd.run(config, searched=known.append, ended=lambda: bool(known))
+
+
 def recorded(here: DesignProblem, plan_seed: int = 2, **options: Any) -> pd.DataFrame:
     """What `simulate` records of a random plan."""
     return xd.simulate(here, plan_frame(plan_for(here, plan_seed), here.loaded, False), **options).frame

@@ -24,7 +24,7 @@ from expdesign.planning.sampling import reachable_measurements
 from expdesign.planning.scalarisation import Aims
 from expdesign.planning.search import kept, search
 from expdesign.planning.spending import spent, what_ends
-from tests.design.problems import HEXAPOD, problem
+from tests.design.problems import HEXAPOD, problem, searched
 
 COSTS = {"pose_change": 10, "mass_change": 3, "reading": 1}
 FEW = {"population": 8, "generations": 3, "seed": 1, "polish": False}
@@ -272,7 +272,7 @@ def test_validation_rows_are_reachable_and_far_from_the_others() -> None:
 
 def test_criteria_of_the_plan_do_not_see_rows_for_validation(tmp_path: Path) -> None:
     case = limited(90.0, **{"experiment.validation": {"measurements": 2}})
-    found = expdesign.run(case)
+    found = searched(case)
     assert (found.plan["split"] == "test").sum() == 2
     judged = expdesign.evaluate(case, found.plan).criteria["value"]
     best = found.pareto.iloc[found.front.recommended]

@@ -12,7 +12,7 @@ import expdesign as xd
 from expdesign.errors import InputError
 from expdesign.io.table import parse_table
 from expdesign.planning.variables import Grid, steps_of
-from tests.design.problems import BIPOD, HEXAPOD, changed, problem
+from tests.design.problems import BIPOD, HEXAPOD, changed, problem, searched
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FEW = {"population": 8, "generations": 2, "seed": 1, "polish": True}
@@ -63,7 +63,7 @@ def test_rounding_does_not_leave_the_limits() -> None:
 
 def assert_written_right(config: Any) -> None:
     """Criteria recomputed from `plans.csv` are those of `pareto.csv`; series stand together at one pose."""
-    result = xd.run(config)
+    result = searched(config)
     files = result.files()
     plans, pareto = parse_table(files["plans.csv"], "plans.csv").frame, parse_table(files["pareto.csv"], "p").frame
     names = result.problem.loaded.robot.configuration
@@ -95,7 +95,7 @@ def test_criteria_are_those_of_the_plan_as_written(base: dict[str, Any]) -> None
 def test_shared_references_are_not_escaped_by_poses_that_differ_by_nothing() -> None:
     """Rounded to the steps, no plan has two poses closer than a step, and its criteria stay what they were."""
     case = problem(shared(HEXAPOD, **{"experiment.measurements": 5, "optimiser": {**FEW, "generations": 5}}))
-    result = xd.run(case)
+    result = searched(case)
     for decisions in result.front.decisions:
         poses = np.unique(case.space.decode(decisions)[0], axis=0)
         apart = np.abs(poses[:, None] - poses[None]).max(axis=-1) + np.eye(len(poses))
@@ -119,7 +119,9 @@ def _random_configuration(seed: int) -> dict[str, Any]:
     return changed(base, changes)
 
 
-@pytest.mark.parametrize("seed", [*range(4), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(4, 204))])
+@pytest.mark.parametrize(
+    "seed", [4, 5, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(204) if seed not in (4, 5))]
+)
 def test_random_configurations(seed: int) -> None:
     assert_written_right(_random_configuration(seed))
 

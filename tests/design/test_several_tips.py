@@ -12,7 +12,7 @@ import expdesign as xd
 from expdesign.app.api.configuration import problem_of
 from expdesign.errors import InputError
 from tests.commands.calls import yaml_file
-from tests.design.problems import changed
+from tests.design.problems import changed, searched
 from tests.oracle import Array
 from tests.robots import torso
 
@@ -97,7 +97,7 @@ def test_a_run_chooses_among_tips_and_its_plan_is_read_again(tmp_path: Path, lis
     plan(40, 2).drop(columns=["tip", "sequence", "series"]).to_csv(tmp_path / "candidates.csv", index=False)
     few = {"experiment.poses": {"candidates": "candidates.csv"}, "experiment.measurements": 30}
     config = written(tmp_path, few if listed else {})
-    run = xd.run(config)
+    run = searched(config)
     assert set(run.plan["tip"]) == set(torso.HANDS)
     run.plan.to_csv(tmp_path / "plan.csv", index=False)
     again = xd.evaluate(config, tmp_path / "plan.csv").criteria.loc["duir", "value"]

@@ -14,7 +14,7 @@ from expdesign.errors import InfeasibleError, InputError
 from expdesign.mechanics.robots.serial import SerialRobot
 from expdesign.planning.visibility import Reflector, Visibility, distance_between
 from tests.commands.calls import yaml_file
-from tests.design.problems import changed
+from tests.design.problems import changed, searched
 from tests.robots.urdf import joint_text, link_text, robot_of
 
 ARM = (
@@ -119,7 +119,7 @@ def test_plans_keep_reflectors_in_sight(tmp_path: Path, listed: bool) -> None:
     problem = problem_of(config)
     seen = problem.constraints.visibility.excess(problem.loaded.robot, poses).max(axis=-1) <= 0.0
     assert 0.05 < seen.mean() < 0.9
-    chosen = xd.run(config).plan[["q1_rad", "q2_rad", "q3_rad"]].to_numpy()
+    chosen = searched(config).plan[["q1_rad", "q2_rad", "q3_rad"]].to_numpy()
     assert (problem.constraints.visibility.excess(problem.loaded.robot, chosen) <= 0.0).all()
     frame = pd.DataFrame(np.vstack([chosen, poses[~seen][:1]]), columns=["q1_rad", "q2_rad", "q3_rad"])
     with pytest.raises(InputError, match=r"row 17.*visibility|visibility"):

@@ -1,8 +1,10 @@
 """A configuration's covariance of the noise is one for plan, fit and the next measurement."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import expdesign as xd
@@ -13,7 +15,7 @@ from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sequential import recorded_knowledge
-from tests.design.problems import HEXAPOD, problem
+from tests.design.problems import HEXAPOD, problem, searched
 from tests.oracle import Array
 
 SPREAD = np.array([5e-7] * 3 + [2e-6] * 3)
@@ -31,13 +33,19 @@ def case(*, shared_reference: bool) -> DesignProblem:
     covariance = correlation(np.random.default_rng(0), 6) * np.outer(SPREAD, SPREAD)
     noise = {"covariance": covariance.tolist(), "shared_reference": shared_reference}
     changes = {"experiment.measurements": 8, "experiment.load_error": [], "experiment.deflection_noise": noise}
-    return problem(HEXAPOD, changes)
+    # Nothing is asked here of what the recordings may hide.
+    return problem(HEXAPOD, {**changes, "model_error": {"physics": ["instrument_scale"]}})
+
+
+@cache
+def plan_of(*, shared_reference: bool) -> pd.DataFrame:
+    return searched(case(shared_reference=shared_reference)).plan
 
 
 @pytest.mark.parametrize("shared_reference", [False, True])
 def test_the_fit_has_the_u_of_the_plan(shared_reference: bool) -> None:
     here = case(shared_reference=shared_reference)
-    plan = xd.run(here).plan
+    plan = plan_of(shared_reference=shared_reference)
     recorded = xd.simulate(here, plan, noise=False).frame
     identified = xd.identify(HEXAPOD["robot"], recorded, targets=here)
     assert identified.acceptance is not None
@@ -54,7 +62,7 @@ def test_the_fit_has_the_u_of_the_plan(shared_reference: bool) -> None:
 def test_levels_that_are_estimated_are_those_of_components() -> None:
     """What is said without a configuration's covariance stays: no row states how the readings scatter."""
     here = case(shared_reference=False)
-    recorded = xd.simulate(here, xd.run(here).plan).frame.drop(
+    recorded = xd.simulate(here, plan_of(shared_reference=False)).frame.drop(
         columns=["sx_m", "sy_m", "sz_m", "srx_rad", "sry_rad", "srz_rad"]
     )
     with_targets, without = (xd.identify(HEXAPOD["robot"], recorded, targets=each) for each in (here, None))
@@ -63,7 +71,7 @@ def test_levels_that_are_estimated_are_those_of_components() -> None:
 
 def test_the_next_measurement_follows_the_same_noise() -> None:
     here = case(shared_reference=False)
-    plan = xd.run(here).plan
+    plan = plan_of(shared_reference=False)
     recorded = parse_table(csv_text(xd.simulate(here, plan).frame), "rec.csv")
     measured = correlated(referenced(recordings_from_table(recorded, here.loaded.robot), None, here), here)
     known = recorded_knowledge(here, measured, None)
@@ -75,7 +83,7 @@ def test_the_next_measurement_follows_the_same_noise() -> None:
 
 def test_chi2_has_the_degrees_of_freedom_that_it_states() -> None:
     here = case(shared_reference=True)
-    plan, found = xd.run(here).plan, []
+    plan, found = plan_of(shared_reference=True), []
     for seed in range(25):
         identified = xd.identify(HEXAPOD["robot"], xd.simulate(here, plan, seed=seed).frame, targets=here)
         assert identified.chi2 is not None

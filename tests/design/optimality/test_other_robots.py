@@ -11,6 +11,7 @@ from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.optimality.certificate import Certificate
 from expdesign.planning.optimality.kktpm import kktpm
+from expdesign.planning.optimality.pool import BRIEF
 from expdesign.planning.problem import DesignProblem
 from tests.design.optimality.central_differences import criterion_gradients
 from tests.design.problems import HEXAPOD, designs, problem
@@ -57,7 +58,7 @@ def test_polish_and_bound(both: tuple[DesignProblem, DesignProblem]) -> None:
     found = refined(disguised, decisions)
     assert disguised.loaded.robot.usable(plain.space.decode(found)[0]).all()
     best = criterion_gradients(disguised, found, ["duir"])["duir"][0].min()
-    bounds = [Certificate(here, 0.0).bound().value for here in both]
+    bounds = [Certificate(here, 0.0, BRIEF).bound().value for here in both]
     assert bounds[1] == pytest.approx(bounds[0], rel=1e-3)
     assert bounds[1] is not None
     assert bounds[1] <= best
