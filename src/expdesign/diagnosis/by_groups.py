@@ -18,7 +18,7 @@ from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.law_findings import group_findings
 from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.result import ONE_AT_A_TIME, TOGETHER, Diagnosis, Method
+from expdesign.diagnosis.result import TOGETHER, Diagnosis, Method
 from expdesign.diagnosis.stages import Stage
 
 
@@ -28,66 +28,56 @@ class ByGroups:
 
     Attributes:
         frame: what is diagnosed.
-        method: the way of working that the recordings call for.
-        groups: that are predicted with; None where causes are named one at a time.
+        groups: that are there.
         errors: of them, on rows that were not fitted.
     """
 
     frame: Frame
-    method: Method
-    groups: Groups | None = None
-    errors: HeldOut | None = None
+    groups: Groups
+    errors: HeldOut
 
     @property
     def alone(self) -> bool:
         """Whether single causes need not be looked for: more than two groups are needed, and predict to the noise."""
-        return self.groups is not None and not self.groups.few and self._predicts
+        return not self.groups.few and self._predicts
 
     @property
     def _predicts(self) -> bool:
         """Whether rows that were not fitted are predicted to the noise."""
-        errors = self.errors
-        return errors is not None and max(errors.test_surprise, errors.test_after) <= OPTIONS.predicts
+        return max(self.errors.test_surprise, self.errors.test_after) <= OPTIONS.predicts
 
     def beats(self, named: LeftOut) -> bool:
         """Whether left-out blocks are predicted better than by named effects."""
-        return self.groups is not None and self.groups.after < OPTIONS.better * named.rms_after
+        return self.groups.after < OPTIONS.better * named.rms_after
 
-    def diagnosis(self) -> Diagnosis:
-        """The diagnosis by these groups."""
-        groups, errors = self.groups, self.errors
-        assert groups is not None
-        assert errors is not None
-        frame = self.frame.without(groups.aside)
+    def diagnosis(self, reason: str) -> Diagnosis:
+        """The diagnosis by these groups, which has a reason."""
+        groups, frame = self.groups, self.frame.without(self.groups.aside)
         model = NamedModel((), groups.fit, float("nan"))
         verdict = "modelled" if self._predicts else "unexplained"
         frame.names.log.add_text("verdict", f"groups of effects: {len(groups.found)}; verdict {verdict}")
         found = (*group_findings(groups, frame.robot, frame.known), *set_aside(frame.recordings, groups.aside))
-        result = frame.diagnosis(model, verdict, errors, self.method, model)
+        result = frame.diagnosis(model, verdict, self.errors, Method(TOGETHER, reason), model)
         return replace(result, findings=found, left_out=groups.widening, stability=groups.stability)
 
 
-def by_groups(frame: Frame) -> ByGroups:
+def by_groups(frame: Frame) -> tuple[ByGroups | None, str]:
     """Groups of effects and laws where the recordings call for them, and why they do or do not."""
     base, sample, robot = frame.base, frame.names.sample, frame.robot
     many = frame.kind.several_at_once and len(robot.stiffness) > 0
     count = int(sample.counts.sum())
     excess = float(np.sqrt(base.chi2 / max(sample.readings - base.rank, 1)))
-
-    def one_at_a_time(why: str) -> ByGroups:
-        return ByGroups(frame, Method(ONE_AT_A_TIME, why))
-
     if not (many or robot.on_support):
-        return one_at_a_time("deflections are measured, to which only what yields contributes")
+        return None, "deflections are measured, to which only what yields contributes"
     if excess < OPTIONS.noticeable:
-        return one_at_a_time(f"the base model leaves {excess:.3g} standard deviations, too little to tell groups apart")
+        return None, f"the base model leaves {excess:.3g} standard deviations, too little to tell groups apart"
     if count < (least := OPTIONS.groups * OPTIONS.fewest_rows):
-        return one_at_a_time(f"{count} rows are too few for groups of effects ({least} are needed)")
+        return None, f"{count} rows are too few for groups of effects ({least} are needed)"
     frame.names.report(Stage.GROUPS, "")
     library = groups_of(robot, sample, base, frame.entries)
     found = grouped(robot, sample, base, library)
     if found is None:
-        return one_at_a_time("no group of effects is worth its evidence")
+        return None, "no group of effects is worth its evidence"
     judged = _errors(found, frame)
     if frame.judged.any() and judged.test_after > OPTIONS.refutes * max(found.after, found.noise):
         # Large laws that cancel each other where they were seen do not do so elsewhere.
@@ -96,12 +86,11 @@ def by_groups(frame: Frame) -> ByGroups:
             found, judged = lasting, errors_of
     errors = f"left-out blocks: {found.before:.3g} standard deviations without effects, {found.after:.3g} with groups"
     if OPTIONS.clearly * found.after > found.before or judged.test_after >= judged.test_before:
-        return one_at_a_time(f"groups of effects predict no better ({errors})")
+        return None, f"groups of effects predict no better ({errors})"
     several = (
         "1 group of effects predicts" if len(found.found) == 1 else f"{len(found.found)} groups of effects predict"
     )
-    why = f"{several} best ({errors})"
-    return ByGroups(frame, Method(TOGETHER, why), found, judged)
+    return ByGroups(frame, found, judged), f"{several} best ({errors})"
 
 
 def _errors(groups: Groups, frame: Frame) -> HeldOut:

@@ -26,7 +26,7 @@ from expdesign.diagnosis.possible import at_limits
 from expdesign.diagnosis.posterior import averaged
 from expdesign.diagnosis.relinearised import relinearised
 from expdesign.diagnosis.remarks import Averaged
-from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, Diagnosis, Method
+from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, TOGETHER, Diagnosis, Method
 from expdesign.diagnosis.stages import Report, Stage, unheard
 from expdesign.diagnosis.statement import deviations_from_none, dispersion, statement, tested
 from expdesign.diagnosis.verdict import doubt, fits, verdict_with_laws, verdict_without
@@ -146,18 +146,18 @@ def _diagnosed(frame: Frame) -> Diagnosis:
     if frame.loads_account_for_it:
         reason = "the load errors that the configuration declares account for what the base model leaves over"
         return _unsought(frame, frame.names.base, reason)
-    groups = by_groups(frame)
-    frame.names.log.add_text("method", f"{groups.method.name}: {groups.method.reason}")
-    if groups.alone:
-        return groups.diagnosis()
-    most, reason = None, groups.method.reason
-    if groups.groups is not None:
+    groups, why = by_groups(frame)
+    frame.names.log.add_text("method", f"{TOGETHER if groups else ONE_AT_A_TIME}: {why}")
+    if groups and groups.alone:
+        return groups.diagnosis(why)
+    most, reason = None, why
+    if groups:
         frame, most = replace(frame, laws=False), OPTIONS.starts
         reason = "named effects predict as well as groups of effects do together, or better"
     frame, ends = _without_mistakes(frame, most)
     result = _likeliest(frame, ends, reason)
-    if groups.groups is not None and groups.beats(frame.names.left_out(result.model)):
-        return groups.diagnosis()
+    if groups and groups.beats(frame.names.left_out(result.model)):
+        return groups.diagnosis(why)
     if result.method.name != LAWS:
         frame.names.report(Stage.ALTERNATIVES, "")
         result = _with_names(frame, result)

@@ -5,19 +5,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from expdesign.arrays import FloatArray, rms
+from expdesign.arrays import BoolArray, FloatArray, rms
 from expdesign.chain.component import ALL_JOINTS, BASE, GEOMETRY, Component, Part
 from expdesign.chain.declaration import Beyond
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.ports.port import Entry
 from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
+from expdesign.diagnosis.evidence.columns import Dense
 from expdesign.diagnosis.evidence.dictionary import Atom, Dictionary
 from expdesign.diagnosis.evidence.state import Present, base_alone
-from expdesign.diagnosis.library import Candidate
+from expdesign.diagnosis.library import Candidate, physical_sizes
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.estimation.fit import Data, Fit
 from expdesign.mechanics.robots.robot import Robot
+
+Members = tuple[tuple[Effect, int], ...]
+"""Effects and numbers of their parameters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +46,7 @@ class Group:
     form: str
     directions: FloatArray
     scales: FloatArray
-    members: tuple[tuple[Effect, int], ...] = ()
+    members: Members = ()
     atoms: tuple[Atom, ...] = ()
 
     @property
@@ -62,9 +66,9 @@ class Group:
         return self.component, self.form or self.name
 
     @property
-    def width(self) -> int:
-        """Number of weights."""
-        return self.directions.shape[1]
+    def atom(self) -> Atom:
+        """All members as one entry of a search."""
+        return Atom(self.component, Dense(self.directions), self.directions.T @ self.directions)
 
 
 @dataclass(frozen=True)
@@ -79,6 +83,10 @@ class GroupLibrary:
         """The same without laws of time and memory."""
         return replace(self, groups=tuple(group for group in self.groups if not group.goes_on))
 
+    def of_readings(self, kept: BoolArray) -> "GroupLibrary":
+        """The same beside some of the readings alone, shape (M,)."""
+        return replace(self, groups=tuple(replace(g, directions=g.directions[kept]) for g in self.groups))
+
 
 def groups_of(robot: Robot, sample: Data, base: Fit, library: Sequence[Candidate]) -> GroupLibrary:
     """All groups: what a body stands on, or parts of an arm and laws of its joints.
@@ -92,48 +100,24 @@ def groups_of(robot: Robot, sample: Data, base: Fit, library: Sequence[Candidate
     ports = ("supports",) if robot.on_support else ("joints",)
     dictionary = Dictionary(robot, sample, base.values, only=ports)
     present = base_alone(base, sample, known_noise=False)
-    laws = _laws_of_supports(dictionary) if robot.on_support else _laws_of_joints(dictionary)
-    names = [] if robot.on_support else _named(sample, rms(present.readings), library)
-    return GroupLibrary((*names, *_few_ends(laws, present)), dictionary.sight)
+    names = [] if robot.on_support else _named(robot, sample, base, library)
+    return GroupLibrary((*names, *_few_ends(_laws(dictionary, robot), present)), dictionary.sight)
 
 
-def _laws_of_supports(dictionary: Dictionary) -> list[Group]:
-    """Laws of one form, kernel, scale and guide's end, of every measured axis."""
+def _laws(dictionary: Dictionary, robot: Robot) -> list[Group]:
+    """Every law of a joint by itself, and laws of a support that have one form, kernel and guide's end, of every axis.
+
+    Of joints that turn laws repeat with every turn, so that they hold at angles that no row has.
+    """
+    turning = {atom.component for atom in dictionary.atoms if _entry(atom).kernel == "periodic"}
     kinds: dict[Hashable, list[Atom]] = {}
-    for atom in dictionary.atoms:
+    for number, atom in enumerate(dictionary.atoms):
         entry = _entry(atom)
         scale = entry.scales if entry.kernel == "matern" else None
-        kinds.setdefault((entry.form, entry.kernel, scale, _end(entry)), []).append(atom)
-    return [_of_laws(_entry(atoms[0]).form, BASE, atoms) for atoms in kinds.values()]
-
-
-def _laws_of_joints(dictionary: Dictionary) -> list[Group]:
-    """Smooth laws of every joint.
-
-    Of sliding joints, whose guides overlap more or less: compliances and motions that change with the place as smoothly
-    as the dictionary has them, motions that follow the moments that the guides carry, with kinks where these change
-    sides (Wiener processes), and tilts of guides. Of revolute joints: what repeats with every turn.
-    """
-    atoms = [atom for atom in dictionary.atoms if not atom.component.several]
-    turning = {atom.component for atom in atoms if _entry(atom).kernel == "periodic"}
-    widest: dict[Component, float] = {}
-    for atom in atoms:
-        if _smooth(atom):
-            widest[atom.component] = max(widest.get(atom.component, 0.0), _entry(atom).scales[0])
-    found = []
-    for atom in atoms:
-        entry, where = _entry(atom), atom.component
-        if where in turning:
-            wanted = entry.kernel == "periodic"
-        else:
-            smooth = _smooth(atom) and entry.scales[0] == widest[where]
-            kinks = entry.kernel == "wiener" and entry.inputs[0].kind == "joint_moment"
-            wanted = smooth or kinks or entry.form == "guide"
-        if wanted:
-            seen = {"guide": "tilt of its guide"}.get(entry.form)
-            what = seen or f"{entry.form} of its {'place' if entry.inputs[0].kind == 'length' else 'moments'}"
-            found.append(_of_laws(f"{where}, {what}", where, [atom]))
-    return found
+        kind = (entry.form, entry.kernel, scale, _end(entry)) if robot.on_support else number
+        if not atom.component.several and (entry.kernel == "periodic" or atom.component not in turning):
+            kinds.setdefault(kind, []).append(atom)
+    return [_of_laws(atoms) for atoms in kinds.values()]
 
 
 def _few_ends(groups: list[Group], present: Present) -> list[Group]:
@@ -163,11 +147,6 @@ def _few_ends(groups: list[Group], present: Present) -> list[Group]:
     return [group for group in groups if group.end is None or (group.component, group.end) in wanted]
 
 
-def _smooth(atom: Atom) -> bool:
-    entry = _entry(atom)
-    return entry.kernel == "squared_exponential" and len(entry.inputs) == 1 and entry.inputs[0].kind == "length"
-
-
 def _entry(atom: Atom) -> Entry:
     assert atom.entry is not None
     return atom.entry
@@ -178,32 +157,34 @@ def _end(entry: Entry) -> Quantity | None:
     return entry.channels[0].amplitude if entry.form.startswith("guide") else None
 
 
-def _of_laws(name: str, component: Component, atoms: Sequence[Atom]) -> Group:
+def _of_laws(atoms: Sequence[Atom]) -> Group:
     """Laws of unit mean variance each become a group of unit mean variance."""
     directions = np.hstack([atom.directions for atom in atoms])
     scale = 1.0 / np.sqrt(len(atoms))
     form = _entry(atoms[0]).form
     scales = np.full(directions.shape[1], scale)
-    return Group(name, "law", component, form, scale * directions, scales, atoms=tuple(atoms))
+    return Group(form, "law", atoms[0].component, form, scale * directions, scales, atoms=tuple(atoms))
 
 
-def _named(sample: Data, misfit: float, library: Sequence[Candidate]) -> list[Group]:
-    """Effects of one kind; of the geometry lengths and angles apart. `misfit`: RMS that the base model leaves."""
-    kinds: dict[str, list[tuple[Effect, int, FloatArray]]] = {}
+def _named(robot: Robot, sample: Data, base: Fit, library: Sequence[Candidate]) -> list[Group]:
+    """Effects of one kind in their declared sizes; of the geometry lengths and angles apart."""
+    sizes = physical_sizes(robot, sample, base)
+    kinds: dict[str, list[tuple[Effect, int, float, FloatArray]]] = {}
     for candidate in _all_together(library):
-        for index, parameter in enumerate(candidate.effect.parameters):
-            column = candidate.directions[0].matrix()[sample.kept][:, index]
-            kinds.setdefault(_kind(candidate.effect, parameter), []).append((candidate.effect, index, column))
+        effect, moved = candidate.effect, candidate.directions[0].matrix()[sample.kept].T
+        for index, (parameter, column) in enumerate(zip(effect.parameters, moved, strict=True)):
+            size = sizes.of(effect.size(parameter), effect, parameter, column)
+            kinds.setdefault(_kind(effect, parameter), []).append((effect, index, size, column))
     found = []
     for name, members in kinds.items():
-        columns = np.column_stack([column for _, _, column in members])
-        deviations = _deviations([(effect, effect.parameters[i]) for effect, i, _ in members], columns, misfit)
-        size = float(np.sqrt((columns**2).mean(axis=0) @ deviations**2))
+        deviations = np.array([size for _, _, size, _ in members])
+        columns = deviations * np.column_stack([column for _, _, _, column in members])
+        size = float(np.sqrt((columns**2).sum(axis=1).mean()))
         if size > 0.0:
-            scales = deviations / size
-            where = tuple(dict.fromkeys(effect.component for effect, _, _ in members))
-            own = tuple((effect, index) for effect, index, _ in members)
-            found.append(Group(name, members[0][0].physics, _where(where), "", columns * scales, scales, own))
+            where = tuple(dict.fromkeys(effect.component for effect, _, _, _ in members))
+            own = tuple((effect, index) for effect, index, _, _ in members)
+            physics = members[0][0].physics
+            found.append(Group(name, physics, _where(where), "", columns / size, deviations / size, own))
     return found
 
 
@@ -236,32 +217,7 @@ def _all_together(library: Sequence[Candidate]) -> list[Candidate]:
 
 
 def _kind(effect: Effect, parameter: Parameter) -> str:
-    """Group of a parameter."""
+    """Group of a parameter; dimensions are those of which it is known how well machines are made."""
+    made = bool(np.isfinite(parameter.spread)) and parameter.name.endswith(("_rad", "_m"))
     kind = "angles" if parameter.name.endswith("_rad") else "lengths"
-    return effect.physics.replace("_", " ") + (f", {kind}" if _made(parameter) else "")
-
-
-def _made(parameter: Parameter) -> bool:
-    """Whether it is a dimension, of which it is known how well machines are made."""
-    return bool(np.isfinite(parameter.spread)) and parameter.name.endswith(("_rad", "_m"))
-
-
-_MOST_TYPICAL = 1e3
-"""Typical sizes of a parameter that keep the arithmetic within what numbers hold."""
-
-
-def _deviations(members: Sequence[tuple[Effect, Parameter]], columns: FloatArray, misfit: float) -> FloatArray:
-    """Deviations of physical size: what an effect says of itself, else what would show as much as all that shows."""
-    shows = np.sqrt((columns**2).mean(axis=0))
-    scales = np.array([parameter.scale for _, parameter in members])
-    found = np.empty(len(members))
-    for k, (effect, parameter) in enumerate(members):
-        if _made(parameter):
-            found[k] = effect.size(parameter).value
-        else:
-            # What does not show at all stays where it is.
-            shown = misfit / shows[k] if shows[k] > 0.0 else parameter.scale
-            found[k] = min(shown, parameter.spread, _MOST_TYPICAL * parameter.scale)
-    typical = OPTIONS.unlike * np.median(found / scales)
-    limited: FloatArray = np.minimum(found, typical * scales)
-    return limited
+    return effect.physics.replace("_", " ") + (f", {kind}" if made else "")

@@ -8,7 +8,6 @@ refute what only describes the rows that were seen. The problem is linearised ab
 linearised again there.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,17 +15,15 @@ from scipy.special import stdtrit
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray, as_matrix, rms
 from expdesign.chain.chain import Chain
-from expdesign.chain.component import Component
 from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.sight import Sight
 from expdesign.diagnosis.confirmation import Stability, named_without_tenths, shares_of
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
-from expdesign.diagnosis.evidence.columns import Dense
-from expdesign.diagnosis.evidence.dictionary import Atom, law_of
+from expdesign.diagnosis.evidence.dictionary import law_of
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.evidence.state import Present, base_alone, regular
-from expdesign.diagnosis.group_library import Group, GroupLibrary
+from expdesign.diagnosis.group_library import Group, GroupLibrary, Members
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import single_mistakes
 from expdesign.diagnosis.relinearised import relinearised
@@ -108,80 +105,59 @@ def grouped(robot: Robot, sample: Data, base: Fit, library: GroupLibrary) -> Gro
     """
     if not library.groups:
         return None
-    problem = _Problem(sample, base, library.groups)
-    chosen = problem.chosen()
+    chosen = _chosen(sample, base, library)
     aside = single_mistakes(chosen.state, sample, robot).rows
     if aside.any():
+        library = library.of_readings(readings_of(~aside, sample))
         sample = sample.restricted(~aside)
         base = fit(base.chain, sample)
-        problem = problem.restricted(sample, base, aside)
-        chosen = problem.chosen()
-    return _Model(robot, problem, chosen, library.sight).groups(aside) if chosen.laws else None
+        chosen = _chosen(sample, base, library)
+    return _Model(robot, sample, base, chosen, library).groups(aside) if chosen.laws else None
 
 
-class _Problem:
-    """The base model, all groups, and the readings that count, to first order."""
-
-    def __init__(self, sample: Data, base: Fit, groups: Sequence[Group]) -> None:
-        self.sample, self.base, self.groups = sample, base, groups
-        self.blocks = readings_of(blocks_of(sample), sample)
-        self.present = base_alone(base, sample, known_noise=False)
-
-    def restricted(self, sample: Data, base: Fit, aside: BoolArray) -> "_Problem":
-        """Without some rows (N,)."""
-        gone = readings_of(aside, self.sample)
-        return _Problem(sample, base, [replace(group, directions=group.directions[~gone]) for group in self.groups])
-
-    def chosen(self) -> Chosen:
-        """The groups that are there."""
-        atoms = [_atom(group.component, group.directions) for group in self.groups]
-        # The prior is that of as many laws as a dictionary has.
-        alarm = max(OPTIONS.alarm + min(float(np.log(len(atoms))) - OPTIONS.overlap, 0.0), 1.0)
-        options = replace(OPTIONS, alarm=alarm, most=len(atoms), slight=0.0)
-        return Search(Problem(self.present, atoms, self.blocks, options=options)).run(guarded=True)
+def _chosen(sample: Data, base: Fit, library: GroupLibrary) -> Chosen:
+    """The groups that are there beside the base model."""
+    atoms = [group.atom for group in library.groups]
+    options = replace(OPTIONS, most=len(atoms), slight=0.0)
+    blocks = readings_of(blocks_of(sample), sample)
+    alone = base_alone(base, sample, known_noise=False)
+    return Search(Problem(alone, atoms, blocks, options=options)).run(guarded=True)
 
 
 class _Model:
     """The chain with the chosen groups, and what is known of its parameters beforehand."""
 
-    def __init__(self, robot: Robot, problem: _Problem, chosen: Chosen, sight: Sight) -> None:
-        self.problem, self.sample, self.sight = problem, problem.sample, sight
-        self.chosen = [problem.groups[i] for i in chosen.laws]
+    def __init__(self, robot: Robot, sample: Data, base: Fit, chosen: Chosen, library: GroupLibrary) -> None:
         state = chosen.state
+        self.sample, self.blocks, self.alone, self.sight = sample, chosen.blocks, state.alone, library.sight
+        self.chosen = [library.groups[i] for i in chosen.laws]
         self.factors = np.sqrt(np.array(state.variances))
         self.noise = float(np.sqrt(state.noise_variance))
-        self.laws: list[list[Law]] = []
-        starts = []
+        self.members: list[Members] = []
+        begun, number = list[FloatArray](), 0
         for k, (group, factor) in enumerate(zip(self.chosen, self.factors, strict=True)):
-            scaled = np.split(state.weights_of(k) * group.scales, np.cumsum([atom.width for atom in group.atoms])[:-1])
-            variance, first = (self.noise * factor * group.scales[0]) ** 2, sum(map(len, self.laws)) + 1
-            parts = zip(group.atoms, scaled, strict=False)
-            links = [law_of(atom, variance, w, sight, robot, n) for n, (atom, w) in enumerate(parts, start=first)]
-            self.laws.append([law for law, _ in links])
-            starts += [values for _, values in links]
-        named = list(dict.fromkeys(effect for group in self.chosen for effect, _ in group.members))
-        effects = [*named, *(law for own in self.laws for law in own)]
-        self.chain = problem.sample.chain(robot, effects)
-        start = np.concatenate([problem.base.values, *(e.neutral() for e in named), *starts])
-        self.columns = self._columns()
-        start[: len(problem.base.values)] += state.weights[: len(problem.base.values)]
-        for k, (group, columns) in enumerate(zip(self.chosen, self.columns, strict=True)):
-            if group.members:
-                start[columns] += group.scales * state.weights_of(k)
-        self.start = np.clip(start, *self.chain.bounds())
-
-    def _columns(self) -> list[IntArray]:
-        """Parameters of the chain that every group has."""
-        slices = {id(effect): part for effect, part in zip(self.chain.effects, self.chain.slices, strict=True)}
-        return [
-            np.concatenate(
-                [
-                    *(np.array([slices[id(effect)].start + index]) for effect, index in group.members),
-                    *(np.arange(slices[id(law)].start, slices[id(law)].stop) for law in own),
+            weights, own = state.weights_of(k) * group.scales, group.members
+            if group.atoms:
+                variance = (self.noise * factor * group.scales[0]) ** 2
+                parts = np.split(weights, np.cumsum([atom.width for atom in group.atoms])[:-1])
+                links = [
+                    law_of(atom, variance, part, library.sight, robot, n)
+                    for n, (atom, part) in enumerate(zip(group.atoms, parts, strict=True), start=number + 1)
                 ]
-            ).astype(int)
-            for group, own in zip(self.chosen, self.laws, strict=True)
-        ]
+                number += len(links)
+                own = tuple((law, index) for law, _ in links for index in range(len(law.parameters)))
+                weights = np.concatenate([values for _, values in links])
+            self.members.append(own)
+            begun.append(weights)
+        effects = dict.fromkeys(effect for own in self.members for effect, _ in own)
+        self.chain = sample.chain(robot, sorted(effects, key=lambda effect: isinstance(effect, Law)))
+        first = dict(zip(self.chain.effects, (part.start for part in self.chain.slices), strict=True))
+        self.columns = [np.array([first[effect] + index for effect, index in own]) for own in self.members]
+        start = np.concatenate([base.values, *(effect.neutral() for effect in self.chain.effects)])
+        start[: len(base.values)] += state.weights[: len(base.values)]
+        for columns, values in zip(self.columns, begun, strict=True):
+            start[columns] += values
+        self.start = np.clip(start, *self.chain.bounds())
 
     def prior(self) -> tuple[FloatArray, FloatArray]:
         """Mean and standard deviation of all parameters, (p,) each."""
@@ -231,12 +207,10 @@ class _Model:
 
     def groups(self, aside: BoolArray) -> Groups:
         """The model with what it says of its groups."""
-        problem = self.problem
         result, state = self.fitted()
-        blocks, count = problem.blocks, len(self.chosen)
+        blocks, count = self.blocks, len(self.chosen)
         shares = state.shares
         errors = state.left_out(blocks)
-        before = problem.present.left_out(blocks)
         found = []
         for kind in dict.fromkeys(group.kind for group in self.chosen):
             own = [k for k in range(count) if self.chosen[k].kind == kind]
@@ -250,18 +224,20 @@ class _Model:
                     size=rms(sum((state.moved(k) for k in own), np.zeros(len(blocks)))),
                     determined=sum(state.determined(k) for k in own),
                     p_value=LeftOut(without, errors, blocks).p_value,
-                    laws=tuple(law for k in own for law in self.laws[k]),
+                    laws=tuple(
+                        law for law in dict.fromkeys(e for k in own for e, _ in self.members[k]) if isinstance(law, Law)
+                    ),
                     share=float(shares[own].sum()),
                     told_apart=_told_apart(self.chain, self.chosen[own[0]], self.columns[own[0]], result),
                 )
             )
         found.sort(key=lambda one: -one.size)
-        tenths = readings_of(blocks_of(problem.sample, OPTIONS.refits), problem.sample)
+        tenths = readings_of(blocks_of(self.sample, OPTIONS.refits), self.sample)
         refits = named_without_tenths(state, tenths, [0.0] * count)
         kept = [{self.chosen[k].kind for k in refit} for refit in refits]
         stability = shares_of([one.group.kind for one in found], kept)
         return Groups(
-            fit=result, found=tuple(found), before=rms(before), after=rms(errors),
+            fit=result, found=tuple(found), before=rms(self.alone.left_out(blocks)), after=rms(errors),
             widening=self._widening(state), noise=self.noise, aside=aside, stability=stability,
             few=_few_suffice(state, blocks), sight=self.sight,
         )  # fmt: skip
@@ -274,7 +250,7 @@ class _Model:
         is between the groups and the machine is alike within a block, so that B blocks show it B times:
         t_(B−1)·√(1 + 1/B) takes the place of a normal quantile.
         """
-        blocks, noise = self.problem.blocks, float(np.sqrt(state.noise_variance))
+        blocks, noise = self.blocks, float(np.sqrt(state.noise_variance))
         errors, variances = state.left_out(blocks) / noise, state.left_out_variances(blocks) / noise**2
         judged = LeftOut(errors, errors, blocks)
         inflation = judged.widened(variances, np.zeros(len(errors)))[0]
@@ -304,7 +280,3 @@ def _few_suffice(state: Present, blocks: IntArray) -> bool:
         trials = [current.beside(law, size) for law, size in zip(state.laws, state.variances, strict=True)]
         current = min(trials, key=lambda trial: rms(trial.left_out(blocks)))
     return rms(current.left_out(blocks)) <= goal
-
-
-def _atom(component: Component, directions: FloatArray) -> Atom:
-    return Atom(component, Dense(directions), directions.T @ directions)

@@ -7,14 +7,16 @@ from itertools import compress
 import casadi as ca
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray, as_matrix
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import RowData
+from expdesign.chain.sizes import PhysicalSizes
 from expdesign.diagnosis.evidence.columns import Dense, along
 from expdesign.errors import InputError
 from expdesign.estimation.fit import Data, Fit
+from expdesign.mechanics.elastostatics.maps import actuator_forces
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.symbolic import BatchFunction
 from expdesign.plugins import implementations
@@ -67,6 +69,16 @@ class Candidate:
     def idle(self) -> bool:
         """Whether the effect does nothing to the base model, as an effect of the load on a body that does not yield."""
         return not any(np.any(columns.whole) for columns in self.directions)
+
+
+def physical_sizes(robot: Robot, sample: Data, base: Fit) -> PhysicalSizes:
+    """Declared sizes at the recorded poses and loads, beside a base model."""
+    recordings = sample.recordings
+    jacobians = robot.jacobians(recordings.configurations)
+    forces = actuator_forces(jacobians, recordings.wrenches)
+    compliance = np.einsum("nij,j,nij->ni", jacobians.pose, robot.compliance, jacobians.pose).mean(axis=0)
+    springs = as_matrix(base.sensitivities)[:, : len(robot.stiffness)]
+    return PhysicalSizes(robot, forces, compliance, springs[sample.kept])
 
 
 def candidates(

@@ -24,18 +24,16 @@ import numpy as np
 from scipy.linalg import cho_solve
 from scipy.special import ndtr
 
-from expdesign.arrays import FloatArray, as_matrix
+from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.law import Law
-from expdesign.chain.sizes import PhysicalSizes
 from expdesign.diagnosis.evidence.state import base_alone
-from expdesign.diagnosis.library import Candidate
+from expdesign.diagnosis.library import Candidate, physical_sizes
 from expdesign.diagnosis.names import NamedModel, Names, hierarchical
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.gaussian import Mixture
-from expdesign.mechanics.elastostatics.maps import actuator_forces
 
 _LARGEST = 500.0
 """Logarithm of a Bayes factor beyond which numbers end."""
@@ -220,7 +218,7 @@ def _beside(names: Names, model: NamedModel) -> Iterator[_Beside]:
     noise = 1.0 if names.known_noise else max(model.fit.chi2 / max(sample.readings - model.fit.rank, 1), 1e-300)
     present = base_alone(model.fit, sample)
     known = replace(present, readings=present.readings / np.sqrt(noise))
-    sizes = _sizes(names)
+    sizes = physical_sizes(names.robot, sample, names.base.fit)
     kinds = len({candidate.effect.physics for candidate in names.library})
     for candidate in names.library:
         effect = candidate.effect
@@ -238,16 +236,6 @@ def _beside(names: Names, model: NamedModel) -> Iterator[_Beside]:
             to_all = np.vstack([-to_model, np.eye(len(free))]) * deviations
             odds *= OPTIONS.averaged_odds / (kinds * candidate.places)
             yield _Beside(candidate, start, odds, to_all @ mean, to_all @ covariance @ to_all.T)
-
-
-def _sizes(names: Names) -> PhysicalSizes:
-    """At the recorded poses and loads."""
-    robot, recordings = names.robot, names.sample.recordings
-    jacobians = robot.jacobians(recordings.configurations)
-    forces = actuator_forces(jacobians, recordings.wrenches)
-    compliance = np.einsum("nij,j,nij->ni", jacobians.pose, robot.compliance, jacobians.pose).mean(axis=0)
-    springs = as_matrix(names.base.fit.sensitivities)[:, : len(robot.stiffness)]
-    return PhysicalSizes(robot, forces, compliance, springs[names.sample.kept])
 
 
 def _moments(mean: FloatArray, covariance: FloatArray, *, one_sided: bool) -> tuple[float, FloatArray, FloatArray]:
