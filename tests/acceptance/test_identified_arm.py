@@ -70,7 +70,7 @@ def test_a_diagnosis(calibration: str) -> None:
 
     That joint 1's zero and the instrument's turn cannot be told apart made U a hundred times as large.
     """
-    frame = recordings(PLAIN, 100, 5, loads=False)
+    frame = recordings(PLAIN, 75, 5, loads=False)
     config = configuration(calibration)
     found = xd.diagnose(ROBOT, frame, targets=config)
     assert found.verdict == "consistent"

@@ -9,7 +9,7 @@ import pytest
 import expdesign as xd
 from expdesign.planning.optimality.certificate import LowerBound
 from tests.commands.calls import Printed, call, config_file, refusal
-from tests.design.problems import BIPOD, problem
+from tests.design.problems import BIPOD, problem, searched
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +72,7 @@ def test_a_reference_pose_makes_a_protocol(tmp_path: Path) -> None:
     search = {"population": 6, "generations": 2, "seed": 3, "polish": False}
     changes = {"experiment.reference_pose": {"pose": [0.0] * 6}, "experiment.measurements": 2, "optimiser": search}
     out = tmp_path / "out"
-    assert call("run", config_file(tmp_path, changes), "--out", out) == 0
+    searched(config_file(tmp_path, changes)).save(out)
     poses = pd.read_csv(out / "poses.csv")
     assert list(poses["kind"]) == ["reference", "pose"] * 4
     assert (poses.loc[poses["kind"] == "reference", "mass_kg"] == 0.0).all()

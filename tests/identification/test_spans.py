@@ -89,12 +89,12 @@ def test_what_distances_cannot_be_is_named() -> None:
 
 
 def test_a_diagnosis_says_what_it_leaves_out(caplog: pytest.LogCaptureFixture) -> None:
-    frame = measured(120, positions=True)
+    frame = measured(60, positions=True)
     with caplog.at_level("WARNING"):
         found = xd.diagnose(ROBOT, frame)
-    assert "reads complete positions, not 80 rows with fewer than three coordinates" in caplog.text
+    assert "reads complete positions, not 40 rows with fewer than three coordinates" in caplog.text
     assert "`expdesign identify` fits them" in caplog.text
-    assert len(found.result.recordings) == 40
+    assert len(found.result.recordings) == 20
 
 
 def test_two_coordinates_of_every_position_calibrate_an_arm_and_are_too_few_for_a_diagnosis() -> None:

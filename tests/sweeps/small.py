@@ -17,6 +17,7 @@ SMALL: dict[str, Any] = yaml.safe_load((CONFIGS / "bipod.yaml").read_text(encodi
     "robot": str(CONFIGS / "robots/bipod.yaml"),
     "optimiser": {"population": 8, "generations": 2, "seed": 1, "polish": False},
 }
+SMALL["model_error"] = {"physics": ["leg_backlash"]}  # which is enough to have a file of what a plan hides
 SMALL["experiment"] = SMALL["experiment"] | {"poses": {"grid": {"x_m": [-0.3, 0.3, 5], "y_m": [-0.3, 0.3, 5]}}}
 
 
