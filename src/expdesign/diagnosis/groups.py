@@ -4,8 +4,8 @@ Where ten parts of a machine are a little wrong, to name them one at a time ends
 imitates the rest. Here everything of one kind (angles of all links, compliances of all joints, laws of one form of what
 a body stands on) is one law with one size, N(0, f²·δ²) with the size δ that its members have beforehand. Evidence says
 which groups there are and sets f and the noise, which is not what the instrument alone would make; left-out blocks
-refute what only describes the rows that were seen. The problem is linearised about the base model, fitted in full, and
-linearised again there.
+refute what only describes the rows that were seen. The problem is linearised about the base model, fitted in full with
+these sizes, and linearised again there.
 """
 
 from dataclasses import dataclass, replace
@@ -34,8 +34,6 @@ from expdesign.mechanics.robots.robot import Robot
 
 _HELD = 1e-8
 """Factor on the deviations of parameters that no group of the model contains."""
-_REFITS, _SETTLED = 2, 0.1
-"""Times that the model is fitted in full and its groups are sized anew, and changes of log sizes that are none."""
 
 
 @dataclass(frozen=True)
@@ -177,33 +175,21 @@ class _Model:
 
     def fitted(self) -> tuple[Fit, Present]:
         """The model fitted in full, and linearised there with sizes by evidence."""
-        result, values = None, self.start
-        for _ in range(_REFITS):
-            mean, deviation = self.prior()
-            prior = mean, deviation / self.noise
-            result = relinearised(
-                fit(self.chain, self.sample, values, prior, enough=OPTIONS.settled), self.sample, prior
-            )
-            self.chain = result.chain
-            values = result.values
-            state = self._linearised(result, mean, deviation)
-            self.factors = self.factors * np.sqrt(state.variances)
-            self.noise = float(np.sqrt(state.noise_variance))
-            if np.abs(np.log(state.variances)).max() < _SETTLED:
-                break
-        assert result is not None
-        known = result.known_as(result.estimable.scaled(self.noise**2))
-        return replace(known, inflation=self.noise**2), state
-
-    def _linearised(self, result: Fit, mean: FloatArray, deviation: FloatArray) -> Present:
+        mean, deviation = self.prior()
+        prior = mean, deviation / self.noise
+        begun = fit(self.chain, self.sample, self.start, prior, enough=OPTIONS.settled)
+        result = relinearised(begun, self.sample, prior)
+        self.chain = result.chain
         kept, count = self.sample.kept, self.chain.base
         slopes = as_matrix(result.sensitivities)[kept]
         readings = result.residuals.ravel()[kept] + slopes @ (result.values - mean)
         base = slopes[:, :count]
         precision = regular(base, (self.noise / deviation[:count]) ** 2)
         laws = tuple(slopes[:, columns] * deviation[columns] / self.noise for columns in self.columns)
-        ones = (1.0,) * len(laws)
-        return Present(base, precision, readings, laws, ones, known_noise=False).refitted()
+        state = Present(base, precision, readings, laws, (1.0,) * len(laws), known_noise=False).refitted()
+        self.noise = float(np.sqrt(state.noise_variance))
+        known = result.known_as(result.estimable.scaled(state.noise_variance))
+        return replace(known, inflation=state.noise_variance), state
 
     def groups(self, aside: BoolArray) -> Groups:
         """The model with what it says of its groups."""
