@@ -47,21 +47,32 @@ def test_the_budget_is_that_of_the_commands(calibration: str | None) -> None:
     assert 0.0 <= accepted.robot_risk <= 1.0
 
 
-def test_what_no_reading_shows_rests_on_the_drawing_and_says_so() -> None:
+def test_what_no_reading_shows_rests_on_the_drawing_and_says_so(tmp_path: Path) -> None:
     """Zeros are off by 1 mrad: joint 1's is one rotation with the instrument's, joint 6's with the only marker's."""
     frame = recordings(PLAIN, 180, 5, loads=False).query("marker == 'one'")
-    found = xd.identify(ROBOT, frame, targets=configuration("both"))
+    config = configuration("both")
+    found = xd.identify(ROBOT, frame, targets=config)
     arm, fit, accepted = found.result.arm, found.result.fit, found.acceptance
     assert arm is not None
     assert accepted is not None
-    shown = np.abs(fit.sensitivities) @ np.abs(arm.drawing)
-    assert np.abs(fit.sensitivities @ arm.drawing).max() < 1e-2 * shown.max()
-    drawn = accepted.budget.drawing
-    assert drawn is not None
-    assert (drawn[:, 5] > 5e-4).all()
-    assert (drawn[:, 5] < 3e-3).all()
-    (said,) = [text for text in sentences(accepted) if "rests on the drawing" in text]
-    assert ": dx " in said
+    steps = np.hstack([arm.drawn.steps, arm.drawn.base])
+    shown = np.abs(fit.sensitivities) @ np.abs(steps)
+    assert np.abs(fit.sensitivities @ steps).max() < 1e-2 * shown.max()
+    base, tip = accepted.budget.base, accepted.budget.of("drawing")
+    assert base is not None
+    assert tip is not None
+    for turn in (base[:, 5], np.linalg.norm(tip.deviation[:, 3:], axis=1)):
+        assert (turn > 5e-4).all()
+        assert (turn < 3e-3).all()
+    assert (accepted.budget.standard >= tip.deviation).all()
+    said = " ".join(sentences(accepted))
+    assert "rests on the drawing in what no reading shows of the tip" in said
+    assert "in the base's frame as drawn" in said
+    found.save(tmp_path / "out")
+    commands = xd.compensate(tmp_path / "out" / "model.yaml", config)
+    stated = commands.frame[["sx_m", "sy_m", "sz_m", "srx_rad", "sry_rad", "srz_rad"]].to_numpy()
+    np.testing.assert_allclose(accepted.budget.standard, stated, rtol=0.02)
+    assert "rests on the drawing" in " ".join(commands.scope)
 
 
 @pytest.mark.parametrize("calibration", ["both", "geometric"])
@@ -84,8 +95,8 @@ def test_a_diagnosis(calibration: str) -> None:
     identified = xd.identify(ROBOT, frame, targets=config).acceptance
     assert identified is not None
     np.testing.assert_allclose(accepted.budget.standard, identified.budget.standard, rtol=0.1)
-    assert accepted.verdict == "pass"
-    assert accepted.budget.drawing is not None
+    assert accepted.verdict == identified.verdict
+    assert accepted.budget.base is not None
     # Readings are as uncertain in these frames as before.
     fit = found.result.predictive.fit
     before = widened(fit, found.result.widening).estimable.deviations(fit.sensitivities)

@@ -16,6 +16,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect, Parameter
+from expdesign.chain.models.drawn import Drawn
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.row import Row, RowData
 from expdesign.mechanics.minimal_set import MinimalSet
@@ -34,15 +35,14 @@ class Identified:
         values: its parameters, shape (p,).
         deviations: of all parameters before anything was measured, as the calibration sized them, shape (p,).
         minimal: parameters of the chain that its rows tell apart, and combinations of them which the others are.
-        drawing: what no reading shows and the drawing alone says: steps of the parameters, one standard deviation each,
-            shape (p, d); None for nothing.
+        drawn: what no reading shows and the drawing alone says; None for nothing.
     """
 
     chain: Chain
     values: FloatArray
     deviations: FloatArray
     minimal: MinimalSet | None = None
-    drawing: FloatArray | None = None
+    drawn: Drawn | None = None
     _known: list[tuple[RowData, FloatArray]] = field(default_factory=list, init=False, repr=False)
 
     @property
@@ -99,10 +99,13 @@ class ChainBeside(Chain):
         return Chain(self.robot, (*self.identified.chain.effects, *self.effects), reading=self.reading)
 
     @property
-    def drawing(self) -> FloatArray | None:
-        """What the drawing alone says (`Identified.drawing`), in steps of all parameters (p, d)."""
-        steps = self.identified.drawing
-        return None if steps is None else np.pad(steps, ((0, len(self.parameters) - len(steps)), (0, 0)))
+    def drawn(self) -> Drawn | None:
+        """What the drawing alone says of parameters that `in_frames` leaves as found; the others are free."""
+        minimal, drawn = self.identified.minimal, self.identified.drawn
+        if minimal is None or drawn is None:
+            return None
+        held = minimal.standing_in(slice(self.compliances, self._part.start))
+        return replace(drawn, steps=drawn.steps[:, drawn.steps[held].any(axis=0)])
 
     def about(self, values: FloatArray) -> "ChainBeside":
         """The same chain, linear about other values of its parameters (p,)."""

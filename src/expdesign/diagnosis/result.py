@@ -6,6 +6,7 @@ from functools import cached_property
 from expdesign.arrays import BoolArray, FloatArray, rms
 from expdesign.chain.chain import Chain
 from expdesign.chain.identified import ChainBeside
+from expdesign.chain.models.drawn import Drawn
 from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.diagnosis.confirmation import Stability
 from expdesign.diagnosis.findings import Finding
@@ -105,6 +106,12 @@ class Diagnosis:
         """By what the recordings widen what the predictive model predicts."""
         fit = self.judged or self.predictive.fit
         return widening(fit, self.names.sample, known_noise=self.noise.known, left_out=self.left_out)
+
+    @property
+    def drawn(self) -> Drawn | None:
+        """What no reading shows of an arm's tip, beside `known`."""
+        chain = self.predictive.fit.chain
+        return chain.drawn if isinstance(chain, ChainBeside) else None
 
     @property
     def known(self) -> Fit:

@@ -24,6 +24,7 @@ from expdesign.chain.effects.joints.readings import JointHarmonics
 from expdesign.chain.effects.links.links import LinkMassError
 from expdesign.chain.effects.load.payload import UnknownTool
 from expdesign.chain.identified import Identified
+from expdesign.chain.models.drawn import Drawn
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
@@ -79,8 +80,7 @@ class ArmCalibration:
         left: what the fit leaves of the fitted rows.
         levels: sizes of the groups of errors, by evidence.
         mean_square: of the residuals as a robust loss weighs them; None where all count alike.
-        drawing: standard deviations of what no reading shows and the drawing alone says, as steps of all parameters of
-            the chain, shape (p, d).
+        drawn: what no reading shows and the drawing alone says.
     """
 
     fitted: BoolArray
@@ -99,7 +99,7 @@ class ArmCalibration:
     left: LeftOver
     levels: list[Level]
     mean_square: float | None
-    drawing: FloatArray
+    drawn: Drawn
 
 
 def calibrate(
@@ -161,8 +161,28 @@ def calibrate(
         left=left_over(of_fitted, train.axes, fit.residuals, train.deflections[:, :3]),
         levels=levels_of(sizes, kinds, minimal.kept, found.solution),
         mean_square=None if options.loss == "squares" else found.mean_square,
-        drawing=minimal.unseen(len(sizes)) * np.where(np.isfinite(sizes), sizes * factors, 0.0)[minimal.dropped],
+        drawn=_drawn(chain, minimal, sizes * factors, levels, options),
     )
+
+
+def _drawn(
+    chain: Chain, minimal: MinimalSet, sizes: FloatArray, levels: dict[int, float], options: ArmOptions
+) -> Drawn:
+    """What no reading shows, from the sizes of all parameters (p,) and the factors by group.
+
+    What the instrument's pose stands for is the place of the base. A tip that markers of unknown places show is as far
+    from where it is drawn as other frames of this arm are.
+    """
+    reading = chain.reading
+    assert isinstance(reading, MarkerPosition)
+    count = 0 if reading.instrument is not None else 6 * len(reading.standing)
+    of_base = np.isin(minimal.dropped, minimal.standing_in(slice(chain.compliances, chain.compliances + count)))
+    steps = minimal.unseen(len(sizes)) * np.where(np.isfinite(sizes), sizes, 0.0)[minimal.dropped]
+    known = not any(isinstance(effect, CalibratedGeometryError) for effect in chain.effects)
+    known |= all(site in chain.robot.markers for site in reading.sited)
+    length, angle = (levels.get(GROUPS.index(name), 1.0) for name in ("lengths", "angles"))
+    tip = (0.0, 0.0) if known else (options.length * length, options.angle * angle)
+    return Drawn(steps[:, ~of_base], steps[:, of_base], tip)
 
 
 def identified_by(calibration: ArmCalibration, recordings: Recordings) -> Identified:
@@ -174,7 +194,7 @@ def identified_by(calibration: ArmCalibration, recordings: Recordings) -> Identi
     chain, rows = calibration.fit.chain, recordings.rows(calibration.fitted)
     deviations = np.broadcast_to(calibration.noise.deviations[:1], rows.deflections.shape)
     data = Data(rows, row_data(rows, chain.robot), Whitening(deviations), reading=chain.reading)
-    found = Identified(chain, calibration.fit.values, calibration.sizes, calibration.minimal, calibration.drawing)
+    found = Identified(chain, calibration.fit.values, calibration.sizes, calibration.minimal, calibration.drawn)
     knowledge = found.beside().knowledge()
     return replace(found, values=fit(chain, data, chain.start(), knowledge).values)
 

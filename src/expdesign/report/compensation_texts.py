@@ -5,6 +5,7 @@ from importlib.metadata import version
 
 import numpy as np
 
+from expdesign.arrays import FloatArray
 from expdesign.estimation.compensation.compensate import Corrections
 from expdesign.estimation.compensation.correction_table import CorrectionTable
 from expdesign.report import words
@@ -16,6 +17,17 @@ BASE_AS_DRAWN = (
     "not contain it; targets that the identified instrument reads are in the frame `instrument`"
 )
 """What is said of poses in the base frame where the instrument's frame was identified."""
+
+
+def tip_as_drawn(deviations: FloatArray) -> str:
+    """What is said of standard deviations (N, 6) of the tip's pose that no reading shows."""
+    place, turn = 1e3 * float(deviations[:, :3].max()), 1e3 * float(deviations[:, 3:].max())
+    return (
+        "U rests on the drawing in what no reading shows of the tip (one standard deviation, as this arm is made): up "
+        f"to {place:.2g} mm and {turn:.2g} mrad; state where the markers are on the tip (`markers` of the robot file), "
+        "and measure three"
+    )
+
 
 MOST_LINES = 20
 """Targets of which a terminal shows a line each; of more, those with the largest corrections."""

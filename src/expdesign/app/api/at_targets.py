@@ -16,7 +16,6 @@ from expdesign.assurance.acceptance.hidden_risk import decided_by, left_out_by
 from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.model_error.recorded import Shown
 from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden
-from expdesign.chain.identified import ChainBeside
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.load_errors import load_columns
 from expdesign.planning.criteria.targets import GivenVariances
@@ -82,8 +81,8 @@ class AtTargets:
     def identified(cls, problem: DesignProblem, result: Identification) -> "AtTargets":
         """An identified robot; not decided where it is refuted."""
         noise, recorded = result.noise, result.recordings.rows(result.fitted)
-        drawing = None if result.arm is None else result.arm.drawing
-        model = FittedModel(result.fit, recorded, result.whitening, noise.degrees, result.loads, drawing)
+        drawn = None if result.arm is None else result.arm.drawn
+        model = FittedModel(result.fit, recorded, result.whitening, noise.degrees, result.loads, drawn)
         return cls(problem, model, result.goodness.refuted)
 
     @classmethod
@@ -98,9 +97,9 @@ class AtTargets:
         degrees = result.noise.degrees
         if result.noise.origin == "residuals":  # what was found takes some
             degrees = min(degrees, float(max(result.after.dof, 1)))
-        chain = result.predictive.fit.chain
-        drawing = chain.drawing if isinstance(chain, ChainBeside) else None
-        model = FittedModel(known.seen_by(counts), recorded, whitening.rows(counts), degrees, result.loads, drawing)
+        model = FittedModel(
+            known.seen_by(counts), recorded, whitening.rows(counts), degrees, result.loads, result.drawn
+        )
         remedy = "record what separates the explanations, or look at the place that is named"
         return cls(problem, model, result.refuted, remedy)
 

@@ -37,7 +37,7 @@ from expdesign.estimation.compensation.target_loads import TargetLoads, said_of_
 from expdesign.io.output import csv_text
 from expdesign.io.table import Table, parse_table
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.report.compensation_texts import BASE_AS_DRAWN, compensated
+from expdesign.report.compensation_texts import BASE_AS_DRAWN, compensated, tip_as_drawn
 from expdesign.report.said import Said
 
 if TYPE_CHECKING:  # most commands are found without a configuration, and need not wait for planning
@@ -138,6 +138,8 @@ def compensate(
     if points is not stated:
         after = f"row {points.sequence[0]}"
         scope.append(f"all targets are taken after the campaign ({after}): the model drifts along `sequence`")
+    if found.drawn is not None and (found.drawn > found.deviations / np.sqrt(2.0)).any():
+        scope.append(tip_as_drawn(found.drawn))
     if base_as_drawn(identified, frame):
         scope.append(BASE_AS_DRAWN)
     return CompensationResult(text, found, corrections, sequence, robot, refuted, scope, purpose=purpose)

@@ -223,6 +223,7 @@ def diagnose(
         result.reading_deviations,
         birge_ratio=max(1.0, result.widening.parameters),  # less is noise that was stated too large
         verdict="refuted" if result.refuted else result.after.verdict,
+        drawn=result.drawn,
     )
     result = _read_again(result, model)
     at_targets = None

@@ -225,6 +225,7 @@ def identify(
         result.reading_deviations,
         birge_ratio=goodness.birge_ratio,
         verdict=goodness.verdict,
+        drawn=None if result.arm is None else result.arm.drawn,
     )
     purpose = purpose_of("identify", robot, recordings)
     return IdentificationResult(machine, model, result, at_targets=at_targets, accepted=accept, purpose=purpose)

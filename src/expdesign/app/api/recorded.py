@@ -14,6 +14,7 @@ from expdesign.app.api.result import FolderResult, PathLike, Result
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.recordings import recordings_findings
+from expdesign.chain.models.drawn import Drawn
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.reader import read_several, recordings_from_table, require_measured
 from expdesign.chain.recordings.recordings import DEFLECTIONS, SESSION, STATION, Recordings
@@ -158,6 +159,7 @@ def recorded_model(
     *,
     birge_ratio: float,
     verdict: str,
+    drawn: Drawn | None = None,
 ) -> Model:
     """The model of a fit, with what its recordings say of predictions.
 
@@ -170,6 +172,7 @@ def recorded_model(
         reading_deviations: standard deviation of a reading on every measured axis.
         birge_ratio: by which standard deviations are to be widened.
         verdict: of the test of fit.
+        drawn: what the recordings do not show of an arm's tip.
     """
     names = recordings.deviation_columns(robot.robot.coordinates)
     return Model.from_fit(
@@ -181,6 +184,7 @@ def recorded_model(
         verdict=verdict,
         recordings=recordings.rows(fitted),
         acting=None if loads is None else loads.at_targets(fit),
+        drawn=drawn,
     )
 
 

@@ -215,9 +215,10 @@ def _model_covariance(
     chain: Chain, model: Model, points: LoadedPoints, check: CheckMeasurement, loads: TargetLoads
 ) -> FloatArray:
     """Of what the chain predicts along the measured axes, what is not known of the payloads included, (N·k, N·k)."""
-    sensitivities = loads.sensitivities(chain, model, points)[:, check.axes]
+    attained = AttainedUncertainty.at(chain, model, points, loads)
+    sensitivities = attained.sensitivities[:, check.axes]
     flat = sensitivities.reshape(-1, sensitivities.shape[-1])
-    own = loads.own_errors(chain, model, points)[:, check.axes]
+    own = np.concatenate([attained.own, attained.drawn], axis=-1)[:, check.axes]
     own = own.reshape(len(flat), own.shape[-1])
     known = np.isfinite(np.diag(model.covariance))
     lost = (flat[:, ~known] != 0.0).any(axis=1)

@@ -21,6 +21,8 @@ if TYPE_CHECKING:  # what is decided of recordings without targets need not wait
 NOISE = "noise"
 OWN_PAYLOAD = "own payload"
 """Name of what is not known of the payload at a target."""
+DRAWING = "drawing"
+"""Name of what no reading shows of an arm's tip, as large as this arm is made."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +54,8 @@ class UncertaintyBudget:
         axes: deflection columns along the axes.
         coverage: of the expanded uncertainty.
         measurements: of the experiment.
-        drawing: by how much the attained pose may be off as the robot may differ from its drawing where no reading
-            shows it (m, rad), shape (t, n), one standard deviation; no contribution to U. None where all is shown.
+        base: by how much the base's frame may be off where no reading shows its place (m, rad), shape (t, n), one
+            standard deviation; no contribution to U, whose frame it is. None where all is shown.
         repetition: how the variances fall when the experiment is repeated; None where that is not known.
     """
 
@@ -62,7 +64,7 @@ class UncertaintyBudget:
     axes: tuple[str, ...]
     coverage: Coverage
     measurements: int
-    drawing: FloatArray | None = None
+    base: FloatArray | None = None
     repetition: "Repetition | None" = None
 
     @property
@@ -71,10 +73,9 @@ class UncertaintyBudget:
         matters: BoolArray = np.isfinite(self.tolerance)
         return matters
 
-    @property
-    def own_payload(self) -> Contribution | None:
-        """What is not known of the load at the targets themselves; None where that is exact."""
-        return next((one for one in self.contributions if one.name == OWN_PAYLOAD), None)
+    def of(self, name: str) -> Contribution | None:
+        """The first contribution of a name; None where there is none."""
+        return next((one for one in self.contributions if one.name == name), None)
 
     @cached_property
     def standard(self) -> FloatArray:

@@ -11,10 +11,17 @@ from pathlib import Path
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
-from expdesign.assurance.acceptance.budget import NOISE, OWN_PAYLOAD, Contribution, UncertaintyBudget, tolerances
+from expdesign.assurance.acceptance.budget import (
+    DRAWING,
+    NOISE,
+    OWN_PAYLOAD,
+    Contribution,
+    UncertaintyBudget,
+    tolerances,
+)
 from expdesign.assurance.acceptance.repetition import fitted_repetition
 from expdesign.chain.models.acting import ActingLoads
+from expdesign.chain.models.drawn import Drawn
 from expdesign.chain.models.estimable import Calibrated
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.points import points_from_table
@@ -43,8 +50,7 @@ class FittedModel:
         whitening: of these rows.
         degrees: degrees of freedom of the noise level, infinite where it is stated.
         loads: load errors that the covariance of the fit contains, of which some act at targets too; None for none.
-        drawing: what no reading shows and the covariance does not contain: steps of the parameters by which the robot
-            may differ from its drawing, one standard deviation each, shape (p, d); None for nothing.
+        drawn: what no reading shows and the covariance does not contain; None for nothing.
     """
 
     fit: Fit
@@ -52,7 +58,7 @@ class FittedModel:
     whitening: Whitening
     degrees: float = float("inf")
     loads: WeighedLoads | None = None
-    drawing: FloatArray | None = None
+    drawn: Drawn | None = None
 
 
 def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudget:
@@ -64,7 +70,7 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
     """
     require_what_is_calibrated(problem, shown=not model.fit.chain.reading.linear)
     acting = None if model.loads is None else model.loads.at_targets(model.fit)
-    attained = attained_at_targets(problem, model.fit, model.recordings, acting)
+    attained = attained_at_targets(problem, model.fit, model.recordings, acting, model.drawn)
     sensitivities, deviations = attained.sensitivities, attained.known
     known = model.fit.estimable if acting is None else acting.joined(model.fit.estimable)
     generalised = known.generalised
@@ -81,25 +87,24 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
     own = np.sqrt(np.maximum(np.einsum("tntn->tn", together), 0.0))
     noise = np.where(np.isfinite(deviations), own if model.loads is not None else deviations, np.nan)
     contributions = [Contribution(NOISE, noise, model.degrees, together), *loads]
-    if attained.own.any():
-        spread = np.einsum("tnd,smd->tnsm", attained.own, attained.own)
-        own = np.sqrt((attained.own**2).sum(axis=-1))
-        contributions.append(Contribution(OWN_PAYLOAD, own, covariance=spread))
-    steps = np.zeros((len(model.fit.values), 0)) if model.drawing is None else model.drawing
-    of_machine, there = np.split(sensitivities, [len(steps)], axis=-1)
+    for name, columns in ((OWN_PAYLOAD, attained.own), (DRAWING, attained.drawn)):
+        if columns.any():
+            spread = np.einsum("tnd,smd->tnsm", columns, columns)
+            contributions.append(Contribution(name, np.sqrt((columns**2).sum(axis=-1)), covariance=spread))
+    of_machine, there = np.split(sensitivities, [len(model.fit.values)], axis=-1)
+    drawn = model.drawn or Drawn(*np.zeros((2, len(model.fit.values), 0)))
     at = [np.zeros((*there.shape[:-1], effect.moved.shape[-1])) for effect in propagated.effects]
     if model.loads is not None:
         at = model.loads.acting_at(there, weighed=model.whitening.loads is not None)
+    constant = (attained.own**2).sum(axis=-1) + (attained.drawn**2).sum(axis=-1)
     return UncertaintyBudget(
         contributions=tuple(contributions),
         tolerance=tolerances(problem),
         axes=problem.loaded.robot.coordinates.deflection,
         coverage=problem.coverage,
         measurements=len(model.recordings),
-        drawing=np.sqrt(((of_machine @ steps) ** 2).sum(axis=-1)),
-        repetition=fitted_repetition(
-            model.fit, model.whitening, propagated.effects, (of_machine, at), (attained.own**2).sum(axis=-1)
-        ),
+        base=np.sqrt(((of_machine[..., : len(drawn.base)] @ drawn.base) ** 2).sum(axis=-1)),
+        repetition=fitted_repetition(model.fit, model.whitening, propagated.effects, (of_machine, at), constant),
     )
 
 
@@ -117,7 +122,11 @@ def places_tip(fit: Fit) -> bool:
 
 
 def attained_at_targets(
-    problem: DesignProblem, fit: Fit, recordings: Recordings, acting: ActingLoads | None = None
+    problem: DesignProblem,
+    fit: Fit,
+    recordings: Recordings,
+    acting: ActingLoads | None = None,
+    drawn: Drawn | None = None,
 ) -> AttainedUncertainty:
     """How well the attained poses are known along the axes of the tolerances, as `compensate` states it.
 
@@ -128,11 +137,12 @@ def attained_at_targets(
         fit: of the recordings.
         recordings: that were fitted.
         acting: errors of their loads that act at targets as well.
+        drawn: what they do not show of an arm's tip.
     """
     table, robot = targets_table(problem), fit.chain.robot
     known = Calibrated.of(recordings, robot, ordered=fit.chain.counts_rows)
     bare = Model(fit.chain, fit.values, fit.covariance, {}, Path(), problem.source, fit.subspace)
-    model = replace(bare, calibrated=known, acting=acting).at_targets
+    model = replace(bare, calibrated=known, acting=acting, drawn=drawn).at_targets
     points = after_campaign(model, points_from_table(table, robot))
     chain = chain_of(model, platform=True, from_command=True)
     if robot.jointed:

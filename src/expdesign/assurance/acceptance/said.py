@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.acceptance.budget import UncertaintyBudget
+from expdesign.assurance.acceptance.budget import DRAWING, OWN_PAYLOAD, UncertaintyBudget
 from expdesign.assurance.acceptance.decision import Basis, Decision
 from expdesign.probabilities import SMALLEST, probability_text
 
@@ -119,7 +119,7 @@ def sentences(decision: Decision) -> list[str]:
 
 def beside_the_plan(budget: UncertaintyBudget) -> list[str]:
     """What U contains and the criteria of a plan do not."""
-    if budget.own_payload is None:
+    if budget.of(OWN_PAYLOAD) is None:
         return []
     return [
         "U contains what is not known of the load at the targets themselves; DUIR, FEIR and total do not, since no "
@@ -127,23 +127,37 @@ def beside_the_plan(budget: UncertaintyBudget) -> list[str]:
     ]
 
 
+def _exceeds(budget: UncertaintyBudget, name: str) -> bool:
+    """Whether a contribution exceeds a tolerance by itself."""
+    part = budget.of(name)
+    return part is not None and bool((budget.matters & (budget.factor * part.deviation > budget.tolerance)).any())
+
+
 def _by_drawing(budget: UncertaintyBudget) -> list[str]:
-    """Axes on which the drawing says more of the pose than the readings, and leaves more open than U."""
-    if budget.drawing is None:
-        return []
-    sizes = np.where(budget.matters, budget.drawing, 0.0).max(axis=0)
-    resting = np.argwhere(budget.matters & (budget.drawing > budget.standard))[:, 1].tolist()
-    if not resting:
-        return []
-    sizes_text = ", ".join(
+    """What the drawing says more of than the readings: of the tip, which U contains, and of the base's frame."""
+    texts, drawn = [], budget.of(DRAWING)
+    if drawn is not None and (sizes := _most(budget, drawn.deviation, budget.standard / np.sqrt(2.0))):
+        texts.append(
+            "U rests on the drawing in what no reading shows of the tip (one standard deviation, as this arm is made): "
+            f"{sizes}. State where the markers are on the tip (`markers` of the robot file), and measure three."
+        )
+    if budget.base is not None and (sizes := _most(budget, budget.base, budget.standard)):
+        texts.append(
+            "U is in the base's frame as drawn, whose place no reading shows, and does not contain that (one standard "
+            f"deviation, as this arm is made): {sizes}. State the pose of the `instrument`."
+        )
+    return texts
+
+
+def _most(budget: UncertaintyBudget, deviations: FloatArray, than: FloatArray) -> str:
+    """The largest deviations (t, n) along axes on which some are larger than others; empty for none."""
+    sizes = np.where(budget.matters, deviations, 0.0).max(axis=0)
+    resting = np.argwhere(budget.matters & (deviations > than))[:, 1].tolist()
+    return ", ".join(
         f"{axis.rsplit('_', 1)[0]} {1e3 * size:.2g} {'mrad' if axis.endswith('_rad') else 'mm'}"
         for number, (axis, size) in enumerate(zip(budget.axes, sizes, strict=True))
         if number in resting
     )
-    return [
-        "U rests on the drawing in what no reading shows, and does not contain it (one standard deviation, as this "
-        f"arm is made): {sizes_text}."
-    ]
 
 
 def _verdict_sentence(decision: Decision) -> str:
@@ -195,8 +209,10 @@ def _repetitions(decision: Decision) -> list[str]:
         ]
     times = decision.repetitions_needed
     if times is None:
-        own, budget = decision.budget.own_payload, decision.budget
-        if own is not None and (budget.matters & (budget.factor * own.deviation > budget.tolerance)).any():
+        budget = decision.budget
+        if _exceeds(budget, DRAWING):
+            return ["No number of repetitions helps: no reading of these markers shows that part of the tip's pose."]
+        if _exceeds(budget, OWN_PAYLOAD):
             return [
                 "No number of repetitions helps: what is not known of the load at a target itself exceeds the "
                 "tolerance. Know that load better: its mass, its centre of mass, the direction of gravity."

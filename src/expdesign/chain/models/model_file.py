@@ -18,6 +18,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.models.acting import ActingLoads, ActingSection, acting_entry, acting_of
 from expdesign.chain.models.checked import covariance_of, relative_compliances, require_ordered, require_yielding
+from expdesign.chain.models.drawn import Drawn, DrawnSection, drawn_entry, drawn_of
 from expdesign.chain.models.effect_entry import EffectSection, effect_entry, effect_of, require_identifiers
 from expdesign.chain.models.estimable import Calibrated, Estimable, EstimableSection, estimable_entry, subspace_of
 from expdesign.chain.models.matrix_rows import MatrixRows, matrix_rows
@@ -66,6 +67,7 @@ class Model(Copied):
         fit: what the recordings say of the model (`goodness.Verdict`); empty where that is not known.
         calibrated: ranges of the recordings; None where they are not known.
         acting: errors of the recorded loads that act at targets as well; None where there are none.
+        drawn: what no reading shows of an arm's tip; None for nothing.
     """
 
     chain: Chain
@@ -80,6 +82,7 @@ class Model(Copied):
     fit: str = ""
     calibrated: Calibrated | None = None
     acting: ActingLoads | None = None
+    drawn: Drawn | None = None
 
     def __repr__(self) -> str:
         effects = ", ".join(f"{effect.physics} at {effect.component}" for effect in self.chain.effects)
@@ -97,6 +100,7 @@ class Model(Copied):
         verdict: str = "",
         recordings: LoadedPoints | None = None,
         acting: ActingLoads | None = None,
+        drawn: Drawn | None = None,
     ) -> "Model":
         """The model of a fit to `recordings` of the robot that a document describes, its covariance as it predicts."""
         return cls(
@@ -112,6 +116,7 @@ class Model(Copied):
             verdict,
             None if recordings is None else Calibrated.of(recordings, fit.chain.robot, ordered=fit.chain.counts_rows),
             acting,
+            drawn,
         )
 
     @property
@@ -165,6 +170,7 @@ class _ModelSection(Section):
     covariance: MatrixRows
     estimable: EstimableSection | None = None
     load_errors: ActingSection | None = None
+    drawing: DrawnSection | None = None
     birge_ratio: Annotated[Number, Field(gt=0.0)] = 1.0  # earlier versions wrote ratios below 1
     reading_std: dict[str, Positive] = Field(default_factory=dict)
     fit: str = ""
@@ -200,6 +206,7 @@ def model_text(model: Model, folder: Path) -> str:
         **({"fit": model.fit} if model.fit else {}),
         **estimable_entry(model.estimable.in_units(scale)),
         **acting_entry(model.acting, scale, model.chain.robot.coordinates),
+        **drawn_entry(model.drawn, scale),
     }
     head = (
         "# Identified model, for `expdesign predict`, `compensate` and `simulate`. Compliances in m/N (rad/(N m));\n"
@@ -257,6 +264,7 @@ def model_from_document(document: YamlDocument) -> Model:
         covariance=covariance,
         subspace=subspace,
         acting=acting_of(section.load_errors, robot, known, scale),
+        drawn=drawn_of(section.drawing, scale),
         birge_ratio=section.birge_ratio,
         reading_std=section.reading_std,
         fit=section.fit,

@@ -49,6 +49,7 @@ class Compensation:
         deviations: standard deviations of the attained poses (m, rad), shape (N, n).
         iterations: passes of the fixed point.
         residual: largest remaining error of the predicted pose (m, rad).
+        drawn: the part of `deviations` that no reading of an arm shows, shape (N, n); None of other robots.
     """
 
     commands: FloatArray
@@ -56,6 +57,7 @@ class Compensation:
     deviations: FloatArray
     iterations: int
     residual: float
+    drawn: FloatArray | None = None
 
 
 def compensate(model: Model, targets: LoadedPoints, loads: TargetLoads | None = None) -> Compensation:
@@ -110,9 +112,10 @@ def compensate_arm(model: Model, targets: ArmTargets, loads: TargetLoads | None 
     found = joint_commands(model, targets, loads)
     _require_within_limits(robot, points, found.commands)
     aimed = at_targets(model, targets, targets.frame)
-    deviations = AttainedUncertainty.at(tip_chain(model, targets.frame), model, aimed, loads).deviations
+    known = AttainedUncertainty.at(tip_chain(model, targets.frame), model, aimed, loads)
+    drawn = np.sqrt((known.drawn**2).sum(axis=-1))
     none = np.zeros((len(points), 0))
-    return Compensation(found.commands, none, deviations, found.iterations, float(found.residual.max()))
+    return Compensation(found.commands, none, known.deviations, found.iterations, float(found.residual.max()), drawn)
 
 
 def _not_converged(targets: LoadedPoints, errors: FloatArray, iterations: int) -> ConvergenceError:

@@ -17,6 +17,7 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.models.acting import own_names
 from expdesign.chain.models.model_file import Model
+from expdesign.chain.readings.position import TipPose
 from expdesign.chain.recordings.points import order_in_time
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import row_data
@@ -200,11 +201,13 @@ class AttainedUncertainty:
         sensitivities: S of the model's parameters, shape (N, r, p).
         known: √(S·P·Sᵀ), infinite where the model's recordings do not determine it, shape (N, r).
         own: what standard deviations of the targets' own payloads do, shape (N, r, D).
+        drawn: what does that no reading shows of an arm's tip, shape (N, r, d).
     """
 
     sensitivities: FloatArray
     known: FloatArray
     own: FloatArray
+    drawn: FloatArray
 
     @classmethod
     def at(
@@ -212,14 +215,17 @@ class AttainedUncertainty:
     ) -> "AttainedUncertainty":
         """At the poses of the targets themselves, which the commands miss by micrometres; along `axes` (N, r, r)."""
         sensitivities, own = loads.sensitivities(chain, model, points), loads.own_errors(chain, model, points)
+        drawn = np.zeros((*own.shape[:2], 0))
+        if model.drawn is not None and points.aim is not None and isinstance(chain.reading, TipPose):
+            drawn = model.drawn.moved(sensitivities, points.aim)
         if axes is not None:
-            sensitivities, own = axes @ sensitivities, axes @ own
-        return cls(sensitivities, model.estimable.deviations(sensitivities), own)
+            sensitivities, own, drawn = axes @ sensitivities, axes @ own, axes @ drawn
+        return cls(sensitivities, model.estimable.deviations(sensitivities), own, drawn)
 
     @property
     def deviations(self) -> FloatArray:
-        """√(S·P·Sᵀ + own·ownᵀ), shape (N, r)."""
-        found: FloatArray = np.sqrt(self.known**2 + (self.own**2).sum(axis=-1))
+        """√(S·P·Sᵀ + own·ownᵀ + drawn·drawnᵀ), shape (N, r)."""
+        found: FloatArray = np.sqrt(self.known**2 + (self.own**2).sum(axis=-1) + (self.drawn**2).sum(axis=-1))
         return found
 
 
