@@ -1,9 +1,8 @@
 """What no reading of an arm's calibration shows of the pose of its tip, and the drawing alone says.
 
 A frame on the tip is where markers of unknown places say that it is, and joint 6's zero is one turn with theirs: no
-reading tells them apart. What stays as drawn is a term with its prior, as large as such parts are made (model.md's
-rule: everything uncertain is one), and belongs to the uncertainty of the tip's pose, though not to that of readings.
-Where the instrument's own pose was identified, the base's frame is that of the first joint at its zero: what is
+reading tells them apart. What stays as drawn is a term with its prior, as large as such parts are made, and belongs to
+the uncertainty of the tip's pose, though not to that of readings. Where the instrument's own pose was identified, the base's frame is that of the first joint at its zero: what is
 uncertain of the place of that frame is said beside U.
 """
 
