@@ -2,8 +2,8 @@
 
 A frame on the tip is where markers of unknown places say that it is, and joint 6's zero is one turn with theirs: no
 reading tells them apart. What stays as drawn is a term with its prior, as large as such parts are made, and belongs to
-the uncertainty of the tip's pose, though not to that of readings. Where the instrument's own pose was identified, the base's frame is that of the first joint at its zero: what is
-uncertain of the place of that frame is said beside U.
+the uncertainty of the tip's pose, though not to that of readings. Where the instrument's own pose was identified, the
+base's frame is that of the first joint at its zero: what is uncertain of the place of that frame is said beside U.
 """
 
 from dataclasses import dataclass
