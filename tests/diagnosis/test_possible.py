@@ -1,6 +1,7 @@
 """What may be named: no imitation by a drift, no physics at its limits, nothing that a tenth of the rows turns over."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -150,9 +151,14 @@ def test_an_effect_by_which_left_out_rows_do_not_gain_goes() -> None:
     assert kept(names.model([*model.candidates, further], parts, model)).keys == model.keys
 
 
+@cache
+def clear() -> Search:
+    """Of two effects of clear size."""
+    return bipod_search(None, FRICTION, PLAY, parameters=[60.0, 2e-5])
+
+
 def test_clear_effects_are_named_by_every_nine_tenths() -> None:
-    search = bipod_search(None, FRICTION, PLAY, parameters=[60.0, 2e-5])
-    stable = stability(*found(search))
+    stable = stability(*found(clear()))
     assert stable is not None
     assert (stable.refits, stable.same, stable.shares) == (OPTIONS.refits, 1.0, (1.0, 1.0))
 
@@ -174,7 +180,7 @@ def test_refits_on_reduced_normal_equations_name_what_searches_on_the_rows_name(
 
 def test_names_do_not_hang_on_whether_rows_are_marked_for_testing() -> None:
     """Two effects of clear size, named from all series and from three quarters of them."""
-    search = bipod_search(None, FRICTION, PLAY, parameters=[60.0, 2e-5])
+    search = clear()
     names = search.known_names
     marked = Search.over(names.of_rows(names.sample.restricted(names.sample.rows.series % 4 != 0)))
     assert marked.model().keys == search.model().keys == (FRICTION.key, PLAY.key)

@@ -1,6 +1,7 @@
 """What the search for physics charges, keeps and says of its alternatives."""
 
 from dataclasses import dataclass, field, replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from expdesign.diagnosis.findings import findings, reported
 from expdesign.diagnosis.frame import framed
 from expdesign.diagnosis.held_out import held_out
 from expdesign.diagnosis.library import candidates, library
-from expdesign.diagnosis.names import Names
+from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.posterior import standing
 from expdesign.diagnosis.stages import unheard
@@ -37,9 +38,15 @@ def search_of(recordings: Recordings, *, known_noise: bool = True, effects: list
     return Search.over(Names(here, sample, entries, known_noise=known_noise))
 
 
-def test_the_search_keeps_what_it_needs_and_nothing_else() -> None:
+@cache
+def found() -> tuple[Search, NamedModel]:
+    """Of play alone, searched once."""
     search = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]))
-    model = search.model()
+    return search, search.model()
+
+
+def test_the_search_keeps_what_it_needs_and_nothing_else() -> None:
+    search, model = found()
     assert [effect.physics for effect in model.effects] == ["leg_backlash"]
     assert search.known_names.base.misfit - model.misfit > 2.0 * OPTIONS.alarm
     assert model.fit.values[-1] == pytest.approx(1.5e-5, rel=0.2)
@@ -50,11 +57,9 @@ def test_the_search_keeps_what_it_needs_and_nothing_else() -> None:
 
 
 def test_models_that_are_no_longer_kept_do_not_change_what_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    recordings = simulated(NAME, PLAY, parameters=[1.5e-5])
-    every = search_of(recordings)
-    expected = every.model()
+    every, expected = found()
     monkeypatch.setattr(names_module, "_MOST_KEPT", 3 * expected.fit.sensitivities.nbytes)
-    few = search_of(recordings)
+    few = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]))
     assert few.model().keys == expected.keys
     assert len(few.known_names.models) <= 5 < len(every.known_names.models)
     assert few.known_names.tried == every.known_names.tried
@@ -81,9 +86,8 @@ def test_an_effect_costs_its_parameters_and_the_places_where_it_was_looked_for()
 
 
 def test_with_an_unknown_noise_the_scale_of_the_deviations_does_not_matter() -> None:
-    recordings = simulated(NAME, PLAY, parameters=[1.5e-5])
-    search = search_of(recordings, known_noise=False)
-    assert search.model().keys == search_of(recordings).model().keys
+    search = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]), known_noise=False)
+    assert search.model().keys == found()[1].keys
 
 
 def test_removing_an_effect_of_two_leaves_the_other() -> None:
@@ -99,8 +103,7 @@ def test_removing_an_effect_of_two_leaves_the_other() -> None:
 
 def test_the_standing_of_an_effect() -> None:
     """Strong evidence leaves no doubt; a rival counts by exp(−½·Δ/temperature)."""
-    search = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]))
-    model = search.model()
+    search, model = found()
     without = search.known_names.without(model, 0)
     stands = standing(model, 0, without, search.alternatives(model)[0])
     assert stands.probability > 0.95
@@ -114,8 +117,7 @@ def test_the_standing_of_an_effect() -> None:
 
 def test_a_law_of_no_declared_form_in_the_place_of_a_name_counts_as_the_physics_that_it_is() -> None:
     """Of an equally likely law P(name) is half; one of the same port and inputs is the same physics."""
-    search = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]))
-    model = search.model()
+    search, model = found()
     without = search.known_names.without(model, 0)
     alone = standing(model, 0, without, [])
     own = model.effects[0].component
@@ -134,7 +136,7 @@ def test_laws_in_the_place_of_a_name_are_told_by_their_port_and_inputs() -> None
     """Play at a leg is a step of its force there; that such a law has no form of its own is not charged to it."""
     here = robot(NAME)
     frame = framed(here, simulated(NAME, PLAY, parameters=[1.5e-5]), without=frozenset(), report=unheard)
-    model = search_of(frame.recordings).model()
+    model = found()[1]
     (laws,) = frame.search.laws_instead(frame.search.known_names.model(model.candidates, [model.fit.values[-1:]]), 60.0)
     (own,) = (gain for (where, physics), gain in laws.items() if physics == PLAY.physics and where == PLAY.component)
     assert own > -10.0
