@@ -17,7 +17,6 @@ PROOFS = {
     "chain/test_against_laboratory.py::test_what_it_hides[hexapod-h1 encoder": "a periodic error of another pitch",
     "chain/test_bodies.py::test_a_body_without_standard_deviations": "a noise level that an explanation does not leave",
     "chain/test_markers.py": "geometry of an arm that is not recovered from positions",
-    "commands/test_closed_loop.py": "the benchmark of the closed loop that no longer runs",
     "commands/test_geometric_plans.py::test_designs_of": "geometric designs that differ from their criteria",
     "commands/test_geometric_plans.py::test_monte_carlo_of": "criteria of geometry that experiments do not have",
     "commands/test_geometric_plans.py::test_the_next_poses": "next poses that promise too much",

@@ -16,6 +16,7 @@ from tests.plant import HIGH, INSTRUMENT, JOINTS, LOW, PLACES, ROBOT, TARGETS, A
 from tests.plant import PLAIN as FAULTS
 
 NOISE = 1e-5
+Checks = dict[bool, pd.DataFrame]
 
 
 @pytest.fixture(scope="module")
@@ -62,25 +63,31 @@ def checked(identified: xd.IdentificationResult, faults: Faults = FAULTS, *, com
     return frame.assign(sequence=range(1, len(frame) + 1), series=range(1, len(frame) + 1))
 
 
-def test_an_arm_passes_with_its_commands_and_fails_without(identified: xd.IdentificationResult) -> None:
+@pytest.fixture(scope="module")
+def checks(identified: xd.IdentificationResult) -> Checks:
+    """Of the arm that was identified, at compensated commands or not; tests change copies of them."""
+    return {compensated: checked(identified, compensated=compensated) for compensated in (True, False)}
+
+
+def test_an_arm_passes_with_its_commands_and_fails_without(identified: xd.IdentificationResult, checks: Checks) -> None:
     assert np.isfinite(INSTRUMENT.translation).all()
     config = configuration(20)
-    passed = xd.verify(identified, checked(identified), config=config).result
+    passed = xd.verify(identified, checks[True], config=config).result
     assert passed.verdict == "pass"
     assert passed.consistent
-    failed = xd.verify(identified, checked(identified, compensated=False), config=config).result
+    failed = xd.verify(identified, checks[False], config=config).result
     assert failed.verdict == "fail"
     assert failed.consistent  # the model knows where the arm goes at the nominal commands
 
 
-def test_another_arm_is_not_what_the_model_predicts(identified: xd.IdentificationResult) -> None:
+def test_another_arm_is_not_what_the_model_predicts(identified: xd.IdentificationResult, checks: Checks) -> None:
     other = replace(FAULTS, zeros=FAULTS.zeros + 1e-3)
     verified = xd.verify(identified, checked(identified, other), config=configuration(20))
     found = verified.result
     assert found.verdict == "fail"
     assert not found.consistent
     assert "give the frame `instrument`" in verified.said.notes[-1]
-    good = xd.verify(identified, checked(identified), config=configuration(20))
+    good = xd.verify(identified, checks[True], config=configuration(20))
     assert not any("--frame" in note for note in good.said.notes)
 
 
@@ -90,8 +97,8 @@ def test_targets_in_a_base_whose_turn_no_reading_shows_say_so(identified: xd.Ide
     assert ["as drawn" in "".join(one.lines) for one in said] == [True, False]
 
 
-def test_an_orientation_has_three_angles(identified: xd.IdentificationResult) -> None:
-    frame = checked(identified).drop(columns=["measured_rx_rad"])
+def test_an_orientation_has_three_angles(identified: xd.IdentificationResult, checks: Checks) -> None:
+    frame = checks[True].drop(columns=["measured_rx_rad"])
     with pytest.raises(InputError, match="three angles"):
         xd.verify(identified, frame, config=configuration(20))
 
@@ -107,10 +114,12 @@ def in_instrument(frame: pd.DataFrame, stand: pin.SE3) -> pd.DataFrame:
     return found
 
 
-def test_targets_of_joints_are_written_in_the_frame_that_is_asked_for(identified: xd.IdentificationResult) -> None:
+def test_targets_of_joints_are_written_in_the_frame_that_is_asked_for(
+    identified: xd.IdentificationResult, checks: Checks
+) -> None:
     """They had the poses of the base's frame in it, which `verify` then refused."""
     found = xd.compensate(identified, configuration(20), frame="instrument").frame
-    base = checked(identified).iloc[: len(found)]
+    base = checks[True].iloc[: len(found)]
     names = [f"target_{name}" for name in SPATIAL.pose]
     seen = in_instrument(base, stand_of(identified))
     np.testing.assert_allclose(found[names], seen[names], atol=1e-11)
@@ -119,10 +128,10 @@ def test_targets_of_joints_are_written_in_the_frame_that_is_asked_for(identified
 
 @pytest.mark.parametrize("compensated", [True, False])
 def test_a_certificate_in_the_instruments_frame_is_that_in_the_base(
-    identified: xd.IdentificationResult, compensated: bool
+    identified: xd.IdentificationResult, checks: Checks, compensated: bool
 ) -> None:
     config, stand = configuration(20), stand_of(identified)
-    in_base = checked(identified, compensated=compensated)
+    in_base = checks[compensated]
     base = xd.verify(identified, in_base, config=config)
     seen = in_instrument(in_base, stand)
     assert np.abs(seen["target_x_m"] - in_base["target_x_m"]).min() > 0.1
@@ -144,8 +153,10 @@ def test_a_certificate_in_the_instruments_frame_is_that_in_the_base(
     np.testing.assert_allclose(np.array([axis.uncertainty for axis in axes], dtype=float), expected, rtol=1e-9)
 
 
-def test_positions_alone_are_verified_in_the_instruments_frame(identified: xd.IdentificationResult) -> None:
-    in_base = checked(identified)
+def test_positions_alone_are_verified_in_the_instruments_frame(
+    identified: xd.IdentificationResult, checks: Checks
+) -> None:
+    in_base = checks[True]
     angles = [f"measured_r{axis}_rad" for axis in "xyz"]
     base = xd.verify(identified, in_base.drop(columns=angles)).result
     seen = in_instrument(in_base, stand_of(identified)).drop(columns=angles)
@@ -155,8 +166,8 @@ def test_positions_alone_are_verified_in_the_instruments_frame(identified: xd.Id
         xd.verify(identified, seen.drop(columns="measured_z_m"), frame="instrument")
 
 
-def test_frames_that_cannot_be_meant(identified: xd.IdentificationResult) -> None:
-    check = checked(identified)
+def test_frames_that_cannot_be_meant(identified: xd.IdentificationResult, checks: Checks) -> None:
+    check = checks[True]
     with pytest.raises(ArgumentError, match="`tracker` is no frame"):
         xd.verify(identified, check, frame="tracker")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="m from its target in the frame of the instrument"):
@@ -171,7 +182,9 @@ def test_frames_that_cannot_be_meant(identified: xd.IdentificationResult) -> Non
         xd.verify(model(), measured_by_legs(commands(1), np.random.default_rng(1)), frame="instrument")
 
 
-def test_cartesian_targets_are_verified_as_joint_targets_are(identified: xd.IdentificationResult) -> None:
+def test_cartesian_targets_are_verified_as_joint_targets_are(
+    identified: xd.IdentificationResult, checks: Checks
+) -> None:
     """Commands for the poses that the nominal arm has at the targets; tolerances stand in the file of targets."""
     robot = identified.result.fit.chain.robot
     places, turns = robot.position(TARGETS), robot.jacobians(TARGETS).rotation
@@ -183,7 +196,7 @@ def test_cartesian_targets_are_verified_as_joint_targets_are(identified: xd.Iden
     frame = frame.assign(sequence=range(1, 4), series=range(1, 4), **tolerances)
     commands = xd.compensate(identified, frame).frame
     np.testing.assert_allclose(commands[[f"target_q{k}_rad" for k in range(1, 7)]], TARGETS, atol=1e-8)
-    by_joints = checked(identified)
+    by_joints = checks[True]
     own = [*JOINTS, *(f"target_{name}" for name in names)]
     np.testing.assert_allclose(commands[own], by_joints[own][:3], atol=1e-7)
     readings = [str(name) for name in by_joints if str(name).startswith("measured_")]

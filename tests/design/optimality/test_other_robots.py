@@ -54,8 +54,8 @@ def test_gradients_are_the_same(both: tuple[DesignProblem, DesignProblem]) -> No
 
 def test_polish_and_bound(both: tuple[DesignProblem, DesignProblem]) -> None:
     plain, disguised = both
-    decisions = designs(plain, 8, seed=1)
-    found = refined(disguised, decisions)
+    decisions = designs(plain, 4, seed=1)
+    found = refined(disguised, decisions, generations=6)
     assert disguised.loaded.robot.usable(plain.space.decode(found)[0]).all()
     best = criterion_gradients(disguised, found, ["duir"])["duir"][0].min()
     bounds = [Certificate(here, 0.0, BRIEF).bound().value for here in both]
