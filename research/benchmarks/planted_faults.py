@@ -70,7 +70,7 @@ FAULTS = (
     ),
     Fault(
         "a shared reference carries all of the noise instead of half",
-        "chain/instrument/deflection_noise.py",
+        "planning/deflection_noise.py",
         "np.linalg.cholesky(0.5 * (np.eye(series.shape[-1]) + same))",
         "np.linalg.cholesky(1.0 * (np.eye(series.shape[-1]) + same))",
         ("instrument", "criteria", "elastostatics"),
@@ -85,8 +85,8 @@ FAULTS = (
     Fault(
         "a leg gets shorter when it is warmed",
         "chain/effects/environment/thermal_drift.py",
-        "return theta[0] * at.place * self.driver(row, row.warming[at.index]), at.state",
-        "return -theta[0] * at.place * self.driver(row, row.warming[at.index]), at.state",
+        "return _shifts(at, theta * at.place, time=time)",
+        "return _shifts(at, -theta * at.place, time=time)",
         ("chain", "diagnosis"),
     ),
     Fault(

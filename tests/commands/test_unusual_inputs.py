@@ -47,17 +47,6 @@ def test_a_column_that_is_nearly_known_is_compared_with_the_known_ones(
     assert said in capsys.readouterr().err
 
 
-def test_poses_in_millimetres_are_noticed(tmp_path: Path, capsys: Printed) -> None:
-    text = CONFIG.read_text(encoding="utf-8").replace("robots/", f"{ROBOT.parent}/")
-    config = tmp_path / "config.yaml"
-    config.write_text(text.replace("x_m: [-0.03, 0.03]", "x_m: [-30, 30]"), encoding="utf-8")
-    assert call("check", config) == 0
-    assert "check their units (m, rad)" in capsys.readouterr().err
-    config.write_text(text, encoding="utf-8")
-    assert call("check", config) == 0
-    assert "check their units" not in capsys.readouterr().err
-
-
 def test_names_of_files_may_be_in_any_script(tmp_path: Path) -> None:
     folder = tmp_path / "Kalibrierung Ø – 校准 ✓"
     folder.mkdir()
