@@ -271,6 +271,16 @@ def test_joint_columns_alone_are_the_pose_of_the_nominal_robot(identified: Ident
     assert (found["sx_m"] > 0.0).all()
 
 
+def test_targets_of_the_tip_in_degrees_are_warned_of(
+    identified: IdentificationResult, caplog: pytest.LogCaptureFixture
+) -> None:
+    pose = {"x_m": -0.4, "y_m": 0.1, "z_m": 0.5, "rx_rad": 1.2, "ry_rad": 0.1, "rz_rad": -0.4}
+    xd.compensate(identified.model, pd.DataFrame([pose]))
+    assert "degrees" not in caplog.text
+    xd.compensate(identified.model, pd.DataFrame([pose | {"rx_rad": np.degrees(1.2)}]))
+    assert "targets: rx_rad would be 68.8 rad, i.e. 3.94e+03°. Is it in degrees?" in caplog.text
+
+
 @pytest.mark.parametrize(
     ("change", "part"),
     [

@@ -64,6 +64,8 @@ CONFIGURATIONS: dict[str, tuple[str, Change, str]] = {
     "one leg in N/µm": (_H, put("robot.actuator_stiffness.2", 5.24), "N/µm"),
     "one leg in N/mm": (_R, put("robot.actuator_stiffness.0", 1.5e4), "another unit"),
     "joint stiffness per degree": (_A, scale(("robot.actuator_stiffness", 1e-5)), "actuator_stiffness"),
+    "a joint's stiffness in kN·m/rad": (_A, scale(("robot.actuator_stiffness.0", 1e-3)), "arm's own weight of up to"),
+    "the instrument's pose in degrees": (_A, put("robot.instrument", [2.3, 1.6, 0.4, 0.6, -1.1, 137.5]), "degrees"),
     "gravity in mm/s²": (_H, put("robot.gravity_m_s2", [0.0, 0.0, -9806.65]), "mm/s²"),
     "gravity in g": (_R, put("robot.gravity_m_s2", [0.0, 0.0, -0.01]), "parts of g"),
     "noise of 2 m": (_H, put(f"{_STD}.dx_m", 2.0), "µm or mm"),

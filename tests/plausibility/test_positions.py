@@ -16,7 +16,7 @@ from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import read_robot
 from tests.identification.experiments import table_of
 from tests.identification.test_arm_calibration import mixed, recordings_of
-from tests.plant import JOINTS, READ, recordings, usual_faults
+from tests.plant import JOINTS, LOADS, READ, recordings, usual_faults
 from tests.plant import ROBOT as ARM
 from tests.plausibility.mistaken_recordings import cell, shifted
 from tests.plausibility.mistakes import Frame, swapped, times
@@ -122,6 +122,16 @@ def test_payloads_that_no_robot_could_hold_are_refused(tmp_path: Path, column: s
     wrong = recordings_from_table(table_of(frame), torso)
     with pytest.raises(InputError, match=rf"column {column.replace('_z_', '_x_')}: .* lies 150 m away.*look like mm"):
         say(recordings_findings(wrong, torso), wrong.source)
+
+
+def test_payloads_in_grams_are_named(arm: Robot, positions: pd.DataFrame) -> None:
+    """Of 2 kg, in the first of many rows; 10 kg are not asked about."""
+    for mass, said in ((10.0, []), (2000.0, ["row 2"])):
+        own = np.where(np.arange(len(positions)) == 0, mass, 0.0)
+        frame = positions.drop(columns=LOADS).assign(mass_kg=own, com_x_m=0.0, com_y_m=0.0, com_z_m=0.1)
+        findings = recordings_findings(recordings_from_table(table_of(frame), arm), arm)
+        assert [finding.where for finding in findings] == said
+        assert all("Is a mass in grams" in finding.likely for finding in findings)
 
 
 def test_positions_in_mm_are_refused(arm: Robot, positions: pd.DataFrame) -> None:

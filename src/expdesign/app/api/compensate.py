@@ -21,7 +21,7 @@ from expdesign.app.api.inputs import (
 from expdesign.app.api.result import Result, TableResult
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import say
-from expdesign.assurance.plausibility.targets import correction_findings, target_findings
+from expdesign.assurance.plausibility.targets import correction_findings, pose_findings, target_findings
 from expdesign.chain.models.estimable import Calibrated
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import Frame
@@ -120,6 +120,8 @@ def compensate(
     loads = TargetLoads.of_table(table, robot.coordinates)
     require_history(identified, table)
     require_known(frame, get_args(Frame), "frame", "frame")
+    if robot.jointed and any(table.has(name) for name in SPATIAL.pose[:3]):
+        say(pose_findings(robot, table.numbers(SPATIAL.pose), "targets", SPATIAL.pose), table.source)
     aims = arm_targets(table, identified, frame) if robot.jointed else None
     stated = points_from_table(table, robot) if aims is None else aims.points
     points = after_campaign(identified, stated)

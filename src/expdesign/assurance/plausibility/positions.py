@@ -7,6 +7,7 @@ from expdesign.assurance.plausibility.finding import Implausibility, extent
 from expdesign.assurance.plausibility.interpretations import explained
 from expdesign.assurance.plausibility.mistakes.numbers import agreeing_rows
 from expdesign.assurance.plausibility.registration import FEWEST, left_of, misfit_of, placed, some, spread_of
+from expdesign.assurance.plausibility.targets import deflection_finding
 from expdesign.chain.recordings.recordings import POSITION, Recordings, complete_positions
 from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, KinematicTree
 from expdesign.mechanics.robots.robot import Robot
@@ -27,7 +28,7 @@ def positions_findings(recordings: Recordings, robot: Robot) -> list[Implausibil
         return []
     positions = complete_positions(recordings)
     train = positions.rows(some(positions))
-    payloads = _payloads(recordings, robot)
+    payloads = _payloads(recordings, robot) or _loads(recordings, robot)
     if payloads or len(train) < FEWEST:
         return payloads
     units = _units(train, robot)
@@ -63,6 +64,16 @@ def _payloads(recordings: Recordings, robot: Robot) -> list[Implausibility]:
             likely = "Write centres of mass in m: they look like mm."
             found.append(Implausibility(what, likely, f"column {column}", impossible=True))
     return found
+
+
+def _loads(recordings: Recordings, robot: Robot) -> list[Implausibility]:
+    """Loads that would bend the arm of the robot file, without its own weight, by more than one that serves bends."""
+    forward = robot.jacobians(recordings.configurations).forward
+    forces = np.einsum("nij,ni->nj", forward, recordings.absolute) * robot.compliance
+    deflections = np.einsum("nij,nj->ni", forward, forces)
+    row = int(np.argmax(np.linalg.norm(deflections, axis=1)))
+    found = deflection_finding(robot, deflections[[row]], f"row {recordings.lines[row]}")
+    return [] if found is None else [found]
 
 
 def _units(train: Recordings, robot: Robot) -> list[Implausibility]:

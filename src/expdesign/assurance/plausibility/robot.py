@@ -1,11 +1,13 @@
-"""Robot files: geometry in millimetres, stiffness in N/µm, gravity in mm/s², limits that exclude the robot itself."""
+"""Robot files: geometry in millimetres, stiffness in N/µm, masses in g, gravity in mm/s², limits without the robot."""
 
 import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import Implausibility, extent
+from expdesign.assurance.plausibility.targets import pose_findings
+from expdesign.coordinates import SPATIAL
 from expdesign.mechanics.robots.drawing import Drawing
-from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.robots.robot import STANDARD_GRAVITY, Robot
 
 SIZES = (0.002, 40.0)
 """m; that machines have."""
@@ -28,12 +30,16 @@ DISPROPORTION = 60.0
 """Ratio of the sizes of two parts of one robot beyond which one is in another unit."""
 EXCLUDED = 0.6
 """Part of the robot's size by which limits may not exclude its own reference pose."""
+SAG, POSES = 0.1, 100
+"""rad or m that no joint of an arm yields by under its own weight; poses at which that is found."""
 
 
 def robot_findings(robot: Robot) -> list[Implausibility]:
     """What speaks against a robot file."""
     found = [*_size(robot), *_proportions(robot), *_limits(robot), *_stiffness(robot), *_gravity(robot)]
-    return [*found, *_legs(robot)]
+    if robot.instrument is not None:
+        found += pose_findings(robot, robot.instrument[None], "instrument", SPATIAL.pose)
+    return [*found, *_legs(robot), *_sag(robot)]
 
 
 COINCIDENT, STRAIGHT = 0.6, 0.02
@@ -144,6 +150,27 @@ def _stiffness(robot: Robot) -> list[Implausibility]:
             what = f"the stiffest actuator would be {values.max() / values.min():.3g} times as stiff as the softest"
             found.append(Implausibility(what, "Is one of them in another unit?", "actuator_stiffness"))
     return found
+
+
+def _sag(robot: Robot) -> list[Implausibility]:
+    """An arm whose own weight, with gravity of 1 g along any axis, bends a joint by what no joint yields."""
+    if not robot.jointed:
+        return []
+    count, generator = len(robot.stiffness), np.random.default_rng(0)
+    poses = np.tile(robot.reference_configuration(), (POSES, 1))
+    low, high = (np.clip(limit, -np.pi, np.pi) for limit in robot.actuator_limits)
+    poses[:, :count] = generator.uniform(low, high, (POSES, count))
+    weight = robot.own_weight(poses[:, None], STANDARD_GRAVITY * np.eye(len(robot.gravity)))
+    torque = np.linalg.norm(weight, axis=1).max(axis=0)
+    sag = torque * robot.compliance
+    worst = int(np.argmax(sag))
+    if not sag[worst] > SAG:
+        return []
+    unit, moment = ("rad", "N·m") if robot.units[worst] == "rad" else ("m", "N")
+    load = f"the arm's own weight of up to {torque[worst]:.3g} {moment}"
+    what = f"{robot.actuators[worst]} would yield by {sag[worst]:.3g} {unit} under {load}"
+    likely = "Is its `actuator_stiffness` per arcmin or in kN·m/rad, or a mass of the URDF in grams?"
+    return [Implausibility(what, likely, "actuator_stiffness")]
 
 
 def _gravity(robot: Robot) -> list[Implausibility]:

@@ -81,11 +81,11 @@ def _loads(points: LoadedPoints, robot: Robot, calibrated: Calibrated) -> list[I
     return []
 
 
-def pose_findings(robot: Robot, poses: FloatArray, where: str) -> list[Implausibility]:
-    """What speaks against the units of poses (s, n_q)."""
+def pose_findings(robot: Robot, poses: FloatArray, where: str, names: tuple[str, ...] = ()) -> list[Implausibility]:
+    """What speaks against the units of poses (s, n_q), or of poses of the tip in columns `names` (s, 6)."""
     size = extent(robot)
     found = []
-    for axis, name in enumerate(robot.configuration):
+    for axis, name in enumerate(names or robot.configuration):
         most = largest(poses[:, axis])
         if name.endswith("_rad"):
             turns = 2.0 * np.pi if robot.configuration != robot.coordinates.pose else PLATFORM_ANGLE
@@ -119,6 +119,7 @@ def deflection_finding(robot: Robot, values: FloatArray, where: str) -> Implausi
         what = f"the load would deflect the robot of {size:.3g} m by {moved:.3g} m"
         return Implausibility(what, likely, where, moved > BROKEN * size)
     if turned > TURNED:
-        what = f"the load would turn the platform by {turned:.3g} rad ({np.degrees(turned):.3g}°)"
+        turns = f"turn the {'tip' if robot.jointed else 'platform'} by {turned:.3g} rad ({np.degrees(turned):.3g}°)"
+        what = f"the load would {turns}"
         return Implausibility(what, likely, where, turned > OVERTURNED)
     return None
