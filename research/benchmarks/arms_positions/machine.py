@@ -106,11 +106,21 @@ class Machine:
         self._columns = [self._model.joints[number].idx_q for number in numbers]
         self._data, self._tip = self._model.createData(), self._model.getFrameId("flange", pin.FrameType.BODY)
 
+    @property
+    def places(self) -> Array:
+        """Of the markers on the flange, shape (markers, 3)."""
+        return self._places
+
     def readings(self, commands: Array, payloads: Array | None = None) -> Array:
         """Positions of every marker at commands (N, n) in the instrument's axes, (N, markers, 3), without noise.
 
         `payloads` (N,) are masses (kg) at the origin of the flange.
         """
+        poses = self.tips(commands, payloads)
+        return np.array([self._places @ pose.rotation.T + pose.translation for pose in poses])
+
+    def tips(self, commands: Array, payloads: Array | None = None) -> list[pin.SE3]:
+        """Poses of the flange at commands (N, n) in the instrument's axes."""
         found = []
         bare, last = self._model.inertias[self._numbers[-1]].copy(), self._model.frames[self._tip].placement
         for command, payload in zip(commands, np.zeros(len(commands)) if payloads is None else payloads, strict=True):
@@ -123,7 +133,6 @@ class Machine:
                 torque = -pin.computeGeneralizedGravity(self._model, self._data, q)
                 q[self._columns] = standing[self._columns] + self._compliance * torque[self._columns]
             pin.framesForwardKinematics(self._model, self._data, q)
-            pose = STAND.actInv(self._data.oMf[self._tip])
-            found.append(self._places @ pose.rotation.T + pose.translation)
+            found.append(STAND.actInv(self._data.oMf[self._tip]))
         self._model.inertias[self._numbers[-1]] = bare
-        return np.array(found)
+        return found
