@@ -54,7 +54,13 @@ def arrived(seed: int, markers: int, known: bool, folder: Path) -> tuple[np.ndar
     read = (exact + NOISE * random.standard_normal(exact.shape)).reshape(-1, 3)
     file = folder / "arm.urdf"
     file.write_text(arm.urdf, encoding="utf-8")
-    robot = {"name": "UR10e", "kind": "serial", "urdf": str(file), "base_link": ENDS[0], "tip_link": ENDS[1]}
+    robot: dict[str, object] = {
+        "name": "UR10e",
+        "kind": "serial",
+        "urdf": str(file),
+        "base_link": ENDS[0],
+        "tip_link": ENDS[1],
+    }
     robot |= {"actuator_stiffness": arm.stiffness.tolist()}
     names = [f"m{number}" for number in range(markers)]
     if known:  # measured on the real flange
