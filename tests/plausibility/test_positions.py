@@ -1,10 +1,12 @@
 """Positions of markers in other units and frames than the commands are named with place and remedy."""
 
 from collections.abc import Callable
+from copy import copy
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pinocchio as pin
 import pytest
 from scipy.spatial.transform import Rotation
 
@@ -16,7 +18,7 @@ from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import read_robot
 from tests.identification.experiments import table_of
 from tests.identification.test_arm_calibration import mixed, recordings_of
-from tests.plant import JOINTS, LOADS, READ, recordings, usual_faults
+from tests.plant import INSTRUMENT, JOINTS, LOADS, READ, recordings, usual_faults
 from tests.plant import ROBOT as ARM
 from tests.plausibility.mistaken_recordings import cell, shifted
 from tests.plausibility.mistakes import Frame, swapped, times
@@ -76,6 +78,45 @@ def test_commands_and_positions_of_different_frames_are_said(
     (finding,) = recordings_findings(recordings_from_table(table_of(change(positions)), arm), arm)
     assert says in finding.likely
     assert "after registration" in finding.what
+
+
+def pose_of(frame: pin.SE3) -> np.ndarray:
+    return np.append(frame.translation, pin.rpy.matrixToRpy(frame.rotation))
+
+
+STOOD = pose_of(INSTRUMENT)
+
+
+@pytest.mark.parametrize(
+    ("stated", "says"),
+    [
+        (
+            STOOD * np.repeat([1.0, 180.0 / np.pi], 3),
+            "angles in degrees? They have to be in rad. Write `instrument: [2.3, ",
+        ),
+        (STOOD * np.repeat([1e3, 1.0], 3), "Is its place in mm? Write `instrument: [2.3, 1.6, 0.4, 0.01, -0.02, 2.4]`"),
+        (
+            pose_of(INSTRUMENT.inverse()),
+            "in the instrument's axes? Write `instrument: [2.3, 1.6, 0.4, 0.01, -0.02, 2.4]`",
+        ),
+        (STOOD + 0.4 * np.eye(6)[0], "they fit. Without the key the pose is estimated."),
+    ],
+)
+def test_another_pose_of_the_instrument_is_said(
+    arm: Robot, positions: pd.DataFrame, stated: np.ndarray, says: str
+) -> None:
+    robot = copy(arm)
+    robot.instrument = stated
+    (finding,) = recordings_findings(recordings_from_table(table_of(positions), robot), robot)
+    assert says in finding.likely
+    robot.instrument = STOOD
+    assert recordings_findings(recordings_from_table(table_of(positions), robot), robot) == []
+    (finding,) = recordings_findings(recordings_from_table(table_of(times(-1.0, "py_m")(positions)), robot), robot)
+    assert "left-handed" in finding.likely
+    based = [INSTRUMENT.act(place) for place in positions[READ].to_numpy()]
+    frame = positions.assign(**dict(zip(READ, np.transpose(based), strict=True)))
+    (finding,) = recordings_findings(recordings_from_table(table_of(frame), robot), robot)
+    assert "in the base's frame? Write `instrument: [0, 0, 0, 0, 0, 0]`" in finding.likely
 
 
 def seen_from(frame: pd.DataFrame, late: np.ndarray) -> pd.DataFrame:

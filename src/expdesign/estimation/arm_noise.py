@@ -121,7 +121,7 @@ class ArmNoise:
         if stated is None:
             levels = np.full(len(self._kinds), _GUESS)
             found = self._solve(start, self._as_levels(levels), np.ones(len(self.problem.train)), known=False)
-            return self._estimated(found, start, levels * found.noise, None, ())
+            return self._estimated(found, start, levels * found.noise, None)
         known = np.isfinite(stated)
         # A coordinate that no row has stays without a deviation.
         squared, count = (stated**2).sum(axis=0, where=known), known.sum(axis=0)
@@ -147,13 +147,9 @@ class ArmNoise:
         ratio = np.sqrt(squares / np.maximum(dof, 1.0))
         typical = np.array([self._typical(deviations, columns) for _, columns in self._kinds])
         if generous:
-            remarks = tuple(
-                GenerousNoise(name, size, size * r)
-                for (name, _), size, r in zip(self._kinds, typical, ratio, strict=True)
-            )
-            return self._estimated(found, whole, typical * ratio, judged, remarks)
+            return self._estimated(found, whole, typical * ratio, judged, generous=typical)
         levels = typical * np.sqrt(np.maximum(ratio**2 - 1.0, 0.0))
-        return self._estimated(found, whole, levels, judged, (), deviations)
+        return self._estimated(found, whole, levels, judged, deviations)
 
     def _estimated(
         self,
@@ -161,10 +157,13 @@ class ArmNoise:
         start: FloatArray,
         levels: FloatArray,
         judged: tuple[float, int, float] | None,
-        remarks: tuple[Remark, ...],
         stated: FloatArray | None = None,
+        generous: FloatArray | None = None,
     ) -> Settled:
-        """Levels of every kind, in addition to what is stated if that is too small, until they settle."""
+        """Levels of every kind, in addition to what is stated if that is too small, until they settle.
+
+        `generous` are stated levels of every kind that are far too large.
+        """
         weights: FloatArray = np.ones(len(self.problem.train))
         whole = start.copy()
         whole[self.problem.live] = found.values
@@ -190,17 +189,22 @@ class ArmNoise:
             NoiseGroup(name, columns, self._typical(deviations, columns), float(freedom))
             for (name, columns), freedom in zip(self._kinds, dof, strict=True)
         )
+        remarks: list[Remark] = []
+        if generous is not None:
+            remarks = [
+                GenerousNoise(each.name, size, each.deviation) for each, size in zip(groups, generous, strict=True)
+            ]
         if stated is not None:
-            remarks = tuple(
+            remarks = [
                 NoiseBeyondStated(group.name, self._typical(stated, group.columns), group.deviation, float(extra))
                 for group, extra in zip(groups, levels, strict=True)
                 if extra > 0.0
-            )
+            ]
         noise = NoiseLevel(deviations, "residuals", groups)
         effective = deviations / np.sqrt(weights)[:, None]
         squares, _ = self._by_kind(found, weights)
         mean_square = float(squares.sum() / dof.sum())
-        return Settled(found, start, noise, effective, mean_square, float(dof.sum()), judged, list(remarks))
+        return Settled(found, start, noise, effective, mean_square, float(dof.sum()), judged, remarks)
 
     @property
     def _kinds(self) -> list[tuple[str, IntArray]]:

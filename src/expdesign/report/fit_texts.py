@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from expdesign.arrays import BoolArray, FloatArray
 from expdesign.counted import counted
 from expdesign.estimation.goodness import StatementOfFit
 from expdesign.estimation.identify import Identification
@@ -99,6 +100,19 @@ def identified_sentences(result: Identification) -> list[str]:
     return texts
 
 
+def stiffness_known(result: Identification) -> tuple[FloatArray, BoolArray]:
+    """Relative standard deviation of every actuator's stiffness, and whether more than a lower limit is known.
+
+    Shapes (n_p,).
+    """
+    relative = np.sqrt(np.diag(result.covariance)) / np.abs(result.compliance.estimate)
+    return relative, ~np.isin(result.robot.actuators, _idle(result)) & np.isfinite(result.stiffness.high)
+
+
+def _idle(result: Identification) -> list[str]:
+    return [name for each in result.suspicions if isinstance(each, IdleActuators) for name in each.actuators]
+
+
 def _stiffness(result: Identification) -> list[str]:
     if not result.robot.actuators:
         return [
@@ -107,11 +121,8 @@ def _stiffness(result: Identification) -> list[str]:
         ]
     if result.calibration == "geometric":
         return ["The geometry was identified from rows without load; stiffness is what the robot file says."]
-    relative = np.sqrt(np.diag(result.covariance)) / np.abs(result.compliance.estimate)
-    idle = [name for each in result.suspicions if isinstance(each, IdleActuators) for name in each.actuators]
-    shown = np.array([name not in idle for name in result.robot.actuators])
-    limited = shown & ~np.isfinite(result.stiffness.high)  # the compliance may be 0
-    known = shown & ~limited
+    (relative, known), idle = stiffness_known(result), _idle(result)
+    limited = ~known & ~np.isin(result.robot.actuators, idle)  # the compliance may be 0
     worst = int(np.argmax(np.where(known, relative, -1.0)))
     count = f"all {len(relative)}" if known.all() else f"{known.sum()} of {len(relative)}"
     names = np.array(result.robot.actuators)

@@ -9,6 +9,7 @@ from expdesign.estimation.remarks import BeyondManufacture
 from expdesign.report import words
 from expdesign.report.arm_section import arm_sections
 from expdesign.report.blocks import KeyFigure, KeyFigures, PageSection, Sentences
+from expdesign.report.fit_texts import stiffness_known
 from expdesign.report.glossary import words_section
 from expdesign.report.identification_tables import (
     SCRIPT,
@@ -79,14 +80,13 @@ def identification_report(
 
 def _key_figures(result: Identification) -> KeyFigures:
     train, held_out = rms(result.fit.residuals), rms(result.test_residuals)
-    identified = result.calibration != "geometric"
-    relative = np.sqrt(np.diag(result.covariance)) / np.abs(result.compliance.estimate) if identified else np.zeros(0)
     items = [KeyFigure("Residuals", words.number(train or 0.0), "standard deviations", "RMS; 1 is the noise")]
-    if relative.size:
-        items += [
-            KeyFigure("Worst stiffness", words.number(100.0 * float(relative.max()), 2), "%", "one standard deviation"),
-            KeyFigure("Rank", f"{result.fit.rank} of {len(result.fit.values)}", "", "stiffnesses determined"),
-        ]
+    if result.calibration != "geometric" and result.robot.actuators:
+        relative, known = stiffness_known(result)
+        if known.any():
+            worst = f"{100.0 * float(relative[known].max()):.2f}"
+            items.append(KeyFigure("Worst stiffness", worst, "%", "one standard deviation"))
+        items.append(KeyFigure("Stiffnesses", f"{known.sum()} of {len(known)}", "", "determined"))
     if held_out is not None:
         items.append(KeyFigure("Held-out rows", words.number(held_out), "standard deviations", "RMS"))
     return KeyFigures(items)

@@ -1,11 +1,13 @@
 """Absolute readings of an arm read otherwise: which convention, coupling, frame or order would make them fit?
 
 Each entry of `INTERPRETATIONS` proposes readings of the same recordings, with what to write so that they are read so.
-The instrument is registered and the markers are placed for the robot as drawn under every one (`registration`). Where
-the recordings as they are do not fit, the one that fits best is named, if it fits and by far better.
+The instrument is registered, unless its pose is stated, and the markers are placed for the robot as drawn under every
+one (`registration`). Where the recordings as they are do not fit, the one that fits best is named, if it fits and by
+far better.
 """
 
 from collections.abc import Callable, Iterator
+from copy import copy
 from dataclasses import dataclass, replace
 from itertools import combinations, product
 
@@ -16,7 +18,18 @@ from expdesign.arrays import FloatArray, IntArray, TextArray
 from expdesign.assurance.plausibility.finding import Implausibility
 from expdesign.assurance.plausibility.mistakes.columns import DEGREE
 from expdesign.assurance.plausibility.mistakes.rows import SHIFTS, SLIPS, divided, slip_text
-from expdesign.assurance.plausibility.registration import FEWEST, Misfit, left_of, misfit_of, placed, registered, some
+from expdesign.assurance.plausibility.registration import (
+    FEWEST,
+    POOR,
+    TURNED,
+    Misfit,
+    left_of,
+    misfit_of,
+    placed,
+    registered,
+    some,
+    spread_of,
+)
 from expdesign.chain.recordings.recordings import POSITION, STATION, Recordings, regrouped
 from expdesign.mechanics.robots.orientation import arrays_in_space
 from expdesign.mechanics.robots.robot import Robot
@@ -34,10 +47,12 @@ class Interpretation:
     Attributes:
         likely: what was mistaken, and what to write so that they are read so.
         read: the recordings read so, from those as they are.
+        placed: whether the instrument is registered although the robot file states its pose.
     """
 
     likely: str
     read: Callable[[Recordings], Recordings]
+    placed: bool = False
 
 
 @dataclass(frozen=True)
@@ -75,10 +90,46 @@ def explained(recordings: Recordings, robot: Robot) -> Explanation | None:
             break
         for interpretation in proposed(whole, robot):
             read = interpretation.read(whole)
-            misfit = misfit_of(read.rows(some(read)), robot)
+            misfit = misfit_of(read.rows(some(read)), _unplaced(robot) if interpretation.placed else robot)
             if misfit is not None and (best is None or misfit.size < best.misfit.size):
                 best = Explanation(interpretation, stated, misfit)
     return best if best is not None and best.misfit.size < min(1.0, stated.size / GAIN) else None
+
+
+def _unplaced(robot: Robot) -> Robot:
+    """The robot without what its file says of the instrument."""
+    other = copy(robot)
+    other.instrument = None
+    return other
+
+
+def _stand(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+    """Another pose of the instrument than the stated one: O itself, the inverse, another convention, or any."""
+    stated = robot.instrument
+    reading = None if stated is None else registered(recordings.rows(some(recordings)), _unplaced(robot))
+    if stated is None or reading is None:
+        return
+    found = reading.frames(reading.start)[0]
+    place, turn = stated[:3], Rotation.from_euler("xyz", stated[3:])
+    meant = [
+        ("Are the positions in the base's frame?", np.zeros(3), Rotation.identity()),
+        ("Is it inverse, the base in the instrument's axes?", -turn.inv().apply(place), turn.inv()),
+        ("Is its place in mm?", 1e-3 * place, turn),
+        *((text, place, made(stated[None, 3:], turn.as_matrix()[None])[0]) for text, made in CONVENTIONS[1:]),
+    ]
+    far = POOR * spread_of(recordings.deflections[:, :3])
+    text = f"Is `instrument` of the robot file another pose? With {_pose(np.round(found, 4))} they fit."
+    for question, where, turned in meant:
+        off = (turned.inv() * Rotation.from_euler("xyz", found[3:])).magnitude()
+        if np.linalg.norm(where - found[:3]) < far and off < TURNED:
+            text += f" {question} Write `instrument: {_pose(np.append(where, turned.as_euler('xyz')))}`."
+            break
+    text += " Without the key the pose is estimated."
+    yield Interpretation(text, lambda r: r, placed=True)
+
+
+def _pose(values: FloatArray) -> str:
+    return f"[{', '.join(f'{value + 0.0:.7g}' for value in np.round(values, 6))}]"
 
 
 def _commands(change: Callable[[FloatArray], FloatArray]) -> Callable[[Recordings], Recordings]:
@@ -112,7 +163,9 @@ def _frames(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
         return replace(recordings, deflections=recordings.deflections * signs)
 
     yield Interpretation(
-        "Is the instrument's frame left-handed, or one of px_m, py_m and pz_m of the wrong sign?", mirrored
+        "Is the instrument's frame left-handed, or one of px_m, py_m and pz_m of the wrong sign?",
+        mirrored,
+        placed=True,
     )
 
 
@@ -347,6 +400,7 @@ def _inverse(recordings: Recordings) -> Recordings:
 
 
 INTERPRETATIONS: dict[str, Callable[[Recordings, Robot], Iterator[Interpretation]]] = {
+    "another pose of the instrument than is stated": _stand,
     "joints in other units or of the wrong sign": _units,
     "a left-handed frame of the instrument": _frames,
     "orientations in other conventions, inverse poses": _orientations,
@@ -364,5 +418,6 @@ def unexplained(left: str, robot: Robot) -> Implausibility:
     """What is said of readings (`left`: what a fit leaves of them) that fit under no interpretation that was tried."""
     likely = "Compare the robot file and the columns with what was measured."
     if robot.jointed:
-        likely = f"Tried without success: {'; '.join(INTERPRETATIONS)}. {likely}"
+        tried = [name for name, kind in INTERPRETATIONS.items() if kind is not _stand or robot.instrument is not None]
+        likely = f"Tried without success: {'; '.join(tried)}. {likely}"
     return Implausibility(f"the readings do not fit the robot: {left} are left after the fit", likely, otherwise=True)
