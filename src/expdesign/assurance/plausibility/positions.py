@@ -26,9 +26,14 @@ def positions_findings(recordings: Recordings, robot: Robot) -> list[Implausibil
     """What speaks against units, signs and frames of positions of markers, beside commands of a serial robot."""
     if not robot.jointed or 0 not in recordings.axes:
         return []
+    return [*_frames(recordings, robot), *_loads(recordings, robot)]
+
+
+def _frames(recordings: Recordings, robot: Robot) -> list[Implausibility]:
+    """What speaks against units and frames of positions and payloads, whatever the loads do."""
     positions = complete_positions(recordings)
     train = positions.rows(some(positions))
-    payloads = _payloads(recordings, robot) or _loads(recordings, robot)
+    payloads = _payloads(recordings, robot)
     if payloads or len(train) < FEWEST:
         return payloads
     units = _units(train, robot)

@@ -22,8 +22,8 @@ FAR = 8.0
 """Times the robot's size at which no centre of mass and no pose is."""
 SOFT, SOFT_ARM, BROKEN = 0.003, 0.05, 0.5
 """Deflections in parts of the robot's size that are suspicious for robots on legs and for arms, and impossible."""
-TURNED, OVERTURNED = 0.05, 1.0
-"""rad of deflection that are suspicious, and impossible."""
+TURNED, TURNED_ARM, OVERTURNED = 0.05, 0.1, 1.0
+"""rad of deflection that are suspicious for robots on legs and for arms, and impossible."""
 PLATFORM_ANGLE = 1.8
 """rad that no platform on legs turns by."""
 HEAVY, OTHER_UNIT = 3.0, 100.0
@@ -118,7 +118,7 @@ def deflection_finding(robot: Robot, values: FloatArray, where: str) -> Implausi
     if size is not None and moved > soft * size:
         what = f"the load would deflect the robot of {size:.3g} m by {moved:.3g} m"
         return Implausibility(what, likely, where, moved > BROKEN * size)
-    if turned > TURNED:
+    if turned > (TURNED_ARM if robot.jointed else TURNED):
         turns = f"turn the {'tip' if robot.jointed else 'platform'} by {turned:.3g} rad ({np.degrees(turned):.3g}°)"
         what = f"the load would {turns}"
         return Implausibility(what, likely, where, turned > OVERTURNED)
