@@ -6,6 +6,7 @@ from importlib.metadata import version
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.models.drawn import RESTS_ON_IT
 from expdesign.estimation.compensation.compensate import Corrections
 from expdesign.estimation.compensation.correction_table import CorrectionTable
 from expdesign.report import words
@@ -22,11 +23,7 @@ BASE_AS_DRAWN = (
 def tip_as_drawn(deviations: FloatArray) -> str:
     """What is said of standard deviations (N, 6) of the tip's pose that no reading shows."""
     place, turn = 1e3 * float(deviations[:, :3].max()), 1e3 * float(deviations[:, 3:].max())
-    return (
-        "U rests on the drawing in what no reading shows of the tip (one standard deviation, as this arm is made): up "
-        f"to {place:.2g} mm and {turn:.2g} mrad; state where the markers are on the tip (`markers` of the robot file), "
-        "and measure three"
-    )
+    return RESTS_ON_IT.format(f"up to {place:.2g} mm and {turn:.2g} mrad")
 
 
 MOST_LINES = 20

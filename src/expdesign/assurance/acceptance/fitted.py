@@ -92,7 +92,9 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
             spread = np.einsum("tnd,smd->tnsm", columns, columns)
             contributions.append(Contribution(name, np.sqrt((columns**2).sum(axis=-1)), covariance=spread))
     of_machine, there = np.split(sensitivities, [len(model.fit.values)], axis=-1)
-    drawn = model.drawn or Drawn(*np.zeros((2, len(model.fit.values), 0)))
+    base = None
+    if model.drawn is not None:
+        base = np.sqrt(((of_machine[..., : len(model.drawn.base)] @ model.drawn.base) ** 2).sum(axis=-1))
     at = [np.zeros((*there.shape[:-1], effect.moved.shape[-1])) for effect in propagated.effects]
     if model.loads is not None:
         at = model.loads.acting_at(there, weighed=model.whitening.loads is not None)
@@ -103,7 +105,7 @@ def fitted_budget(problem: DesignProblem, model: FittedModel) -> UncertaintyBudg
         axes=problem.loaded.robot.coordinates.deflection,
         coverage=problem.coverage,
         measurements=len(model.recordings),
-        base=np.sqrt(((of_machine[..., : len(drawn.base)] @ drawn.base) ** 2).sum(axis=-1)),
+        base=base,
         repetition=fitted_repetition(model.fit, model.whitening, propagated.effects, (of_machine, at), constant),
     )
 

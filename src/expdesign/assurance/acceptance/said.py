@@ -7,6 +7,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import DRAWING, OWN_PAYLOAD, UncertaintyBudget
 from expdesign.assurance.acceptance.decision import Basis, Decision
+from expdesign.chain.models.drawn import RESTS_ON_IT
 from expdesign.probabilities import SMALLEST, probability_text
 
 DECISION_RULE = (
@@ -137,10 +138,7 @@ def _by_drawing(budget: UncertaintyBudget) -> list[str]:
     """What the drawing says more of than the readings: of the tip, which U contains, and of the base's frame."""
     texts, drawn = [], budget.of(DRAWING)
     if drawn is not None and (sizes := _most(budget, drawn.deviation, budget.standard / np.sqrt(2.0))):
-        texts.append(
-            "U rests on the drawing in what no reading shows of the tip (one standard deviation, as this arm is made): "
-            f"{sizes}. State where the markers are on the tip (`markers` of the robot file), and measure three."
-        )
+        texts.append(f"{RESTS_ON_IT.format(sizes)}.")
     if budget.base is not None and (sizes := _most(budget, budget.base, budget.standard)):
         texts.append(
             "U is in the base's frame as drawn, whose place no reading shows, and does not contain that (one standard "

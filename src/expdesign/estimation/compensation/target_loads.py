@@ -133,27 +133,22 @@ class TargetLoads:
         deviations = self.apart(own, robot.coordinates)
         if points.payload is None or not deviations.any():
             return np.zeros((len(points), robot.coordinates.n, 0))
-        count, split = deviations.shape[1], self.deviations.shape[1]
         rotation = robot.jacobians(points.configurations).rotation
         parameters = np.concatenate([points.payload, points.gravity], axis=1)
         loaded = LoadedRobot(robot, Payload(robot.coordinates), unit_sources(robot.coordinates))
         added = np.concatenate(loaded.load_errors(rotation, parameters), axis=-1) * deviations[:, None]
-        moved = []
-        for index in range(count):
-            change = 0.5 * added[..., index]
-            ends = [
-                replace(points, wrenches=points.wrenches + step, absolute=points.absolute + step)
-                for step in (change, -change)
-            ]
-            moved.append(self.motions(chain, model, ends[0]) - self.motions(chain, model, ends[1]))
         every = np.arange(len(points))
         keys = np.column_stack([points.payload, self.deviations, np.where(self.carries, every, -1)])
         _, payload = np.unique(keys, axis=0, return_inverse=True)
-        columns = [
-            moved[index][..., None] * (which[:, None] == np.unique(which))[:, None, :]
-            for index, which in enumerate([payload] * split + [every] * (count - split))
-            if deviations[:, index].any()
-        ]
+        columns = []
+        for index in np.flatnonzero(deviations.any(axis=0)).tolist():
+            ends = [
+                replace(points, wrenches=points.wrenches + step, absolute=points.absolute + step)
+                for step in (0.5 * added[..., index], -0.5 * added[..., index])
+            ]
+            moved = self.motions(chain, model, ends[0]) - self.motions(chain, model, ends[1])
+            which = payload if index < self.deviations.shape[1] else every
+            columns.append(moved[..., None] * (which[:, None] == np.unique(which))[:, None, :])
         return np.concatenate(columns, axis=2)
 
 
@@ -172,9 +167,9 @@ def loads_of_targets(table: Table, robot: Robot) -> TargetLoads | None:
 
 def checked_targets(table: Table, robot: Robot) -> TargetLoads | None:
     """The same of check measurements alone, in the order of the file."""
-    found = loads_of_targets(table, robot) if table.has(f"target_{robot.configuration[0]}") else None
-    if found is None:
+    if not table.has(f"target_{robot.configuration[0]}"):
         return None
+    found = TargetLoads.of_table(table, robot.coordinates)
     back = np.argsort(order_in_time(table), kind="stable")
     return TargetLoads(found.carries[back], found.deviations[back])
 
