@@ -8,7 +8,7 @@ import importlib
 import inspect
 import pkgutil
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache, lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import TypeVar
 
@@ -37,6 +37,12 @@ def implementations(package: str, base: type[T]) -> list[type[T]]:
     Raises:
         InputError: an entry point cannot be loaded, or is nothing of that kind.
     """
+    return list(_known(package, base))  # type: ignore[arg-type]  # classes are hashable
+
+
+@cache
+def _known(package: str, base: type[T]) -> tuple[type[T], ...]:
+    """The same, looked for once until `forget`: walking the folders of a package reads the disk."""
     found: list[type[T]] = []
     for place in (package, *ELSEWHERE.get(package, ())):
         path = getattr(importlib.import_module(place), "__path__", None)
@@ -46,7 +52,7 @@ def implementations(package: str, base: type[T]) -> list[type[T]]:
                 defined_here = isinstance(value, type) and value.__module__ == module.__name__
                 if defined_here and issubclass(value, base) and not inspect.isabstract(value):
                     found.append(value)
-    return found + _from_outside(package, base, found) if package in GROUPS else found
+    return (*found, *_from_outside(package, base, found)) if package in GROUPS else tuple(found)
 
 
 def _from_outside(package: str, base: type[T], inside: list[type[T]]) -> list[type[T]]:
@@ -87,7 +93,7 @@ def when_forgotten(clear: Callable[[], None]) -> None:
 
 def forget() -> None:
     """Look for implementations anew."""
-    for clear in (_points.cache_clear, *_KEPT):
+    for clear in (_known.cache_clear, _points.cache_clear, *_KEPT):
         clear()
 
 

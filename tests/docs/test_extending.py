@@ -21,6 +21,7 @@ from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import read_robot, robot_from_document
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.search import search
+from expdesign.plugins import forget
 from expdesign.report.design_report import design_report
 from expdesign.report.page import render
 from expdesign.report.said import Said
@@ -57,12 +58,12 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[
         package = importlib.import_module(str(Path(path).parent).replace("/", "."))
         monkeypatch.setattr(package, "__path__", [*package.__path__, str(file.parent)])
         placed.append(f"{package.__name__}.{file.stem}")
-        known_criteria.cache_clear()
+        forget()
 
     yield put
     for module in placed:
         sys.modules.pop(module, None)
-    known_criteria.cache_clear()
+    forget()
 
 
 def test_the_page_has_a_file_of_every_kind() -> None:
