@@ -288,10 +288,9 @@ class KinematicTree:
                 motion = self.motion(joint)
                 if (joint.name, False) in self._number_of:
                     pose = self._erred(pose, geometry, (joint.name, False))
-                if motion is not None:
-                    pose = pose @ moved(joint, self._value(motion, q, geometry))
-                elif joint.moves:
-                    pose = pose @ moved(joint, ca.SX(self.place(joint)))
+                if joint.moves:
+                    at = ca.SX(self.place(joint)) if motion is None else self._value(motion, q, geometry)
+                    pose = pose @ moved(joint.axis, at, along=joint.kind == "prismatic")
                 if joint.child in self.tips and not self.is_passed(joint.child):
                     pose = self._erred(pose, geometry, (joint.child, True))
                 poses[joint.child] = pose

@@ -8,15 +8,12 @@ Moments of forces and velocities by rotations, in space (three components) and i
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-
-if TYPE_CHECKING:
-    from expdesign.mechanics.robots.urdf import UrdfJoint
 
 Orientation = Literal["fixed-xyz", "moving-xyz"]
 _GIMBAL = 1e-9
@@ -112,10 +109,10 @@ def constant(matrix: FloatArray) -> ca.SX:
     return ca.sparsify(ca.SX(np.where(np.abs(matrix) < _ROUNDING, 0.0, matrix)))
 
 
-def moved(joint: "UrdfJoint", value: ca.SX) -> ca.SX:
-    """Motion of a joint along or about its axis: exp(q·ξ), by Rodrigues' formula for a rotation."""
-    axis = np.where(np.abs(joint.axis) < _ROUNDING, 0.0, joint.axis)
-    if joint.kind == "prismatic":
+def moved(axis: FloatArray, value: ca.SX, *, along: bool) -> ca.SX:
+    """Motion exp(q·ξ) by a coordinate q, along a unit vector (3,), or about it by Rodrigues' formula."""
+    axis = np.where(np.abs(axis) < _ROUNDING, 0.0, axis)
+    if along:
         motion = ca.SX(transform(np.eye(3), np.zeros(3)))
         motion[:3, 3] = ca.SX(axis) * value
         return motion
