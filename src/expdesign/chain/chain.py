@@ -253,11 +253,7 @@ class Chain:
 
     def _with_true_links(self, row: Row, errors: ca.SX | None) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
         """J, J̌, the wrench and the command of a robot whose joints and links have geometric errors."""
-        plain = row.pose.is_valid_input()
-        symbol = row.pose if plain else ca.SX.sym("q", len(self.robot.configuration))
-        forward, _, rotation = self.robot.links.jacobian_expressions(symbol, errors)
-        if not plain:
-            forward, rotation = ca.substitute([forward, rotation], [symbol], [row.pose])
+        forward, _, rotation = self.robot.links.jacobian_expressions(row.pose, errors)
         return forward, forward, row.wrench + turned_lever(rotation, row, row.wrench), row.pose
 
     def _link_errors(self, acting: Acting) -> ca.SX | None:

@@ -76,7 +76,7 @@ def corrected_origins(tree: KinematicTree, errors: FloatArray) -> dict[str, Floa
         terms = [(index, multiplier) for index, multiplier in motion.terms if index < len(tree.coordinates)]
         offset = float(sum(multiplier * errors[index] for index, multiplier in terms))
         if offset or joint.name in origins:
-            motion_by = np.array(ca.DM(moved(joint, ca.SX(offset))))
+            motion_by = np.array(ca.DM(moved(joint.axis, ca.SX(offset), along=joint.slides)))
             origins[joint.name] = origins.get(joint.name, joint.origin) @ motion_by
     return {name: as_in_file(tree.urdf, tree.urdf.joints[name], origin) for name, origin in origins.items()}
 

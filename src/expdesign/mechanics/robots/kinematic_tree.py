@@ -148,10 +148,34 @@ class KinematicTree:
     @remembered
     def tip_pose(self, q: ca.SX, geometry: ca.SX | None = None) -> ca.SX:
         """Pose (4×4) in the base link's frame of the tip that is looked at."""
-        poses, options = self.forward(q, geometry), []
-        for tip, seen in zip(self.tips, self.looked_at(q), strict=True):
-            own = (tip, True)
-            options.append((seen, self._erred(poses[tip], geometry, own) if self.is_passed(tip) else poses[tip]))
+        poses = [self._pose_of(tip, q, geometry) for tip in self.tips]
+        return chosen(list(zip(self.looked_at(q), poses, strict=True)))
+
+    def _pose_of(self, tip: str, q: ca.SX, geometry: ca.SX | None) -> ca.SX:
+        pose = self.forward(q, geometry)[tip]
+        return self._erred(pose, geometry, (tip, True)) if self.is_passed(tip) else pose
+
+    @remembered
+    def jacobian(self, q: ca.SX, geometry: ca.SX | None = None) -> ca.SX:
+        """Velocity and angular velocity of the tip that is looked at per coordinate of the chain, base axes, (6, n).
+
+        A joint with axis z at o moves a tip at p by [z×(p − o); z], or by [z; 0] along z: a quarter of the operations
+        that derivatives of the tip's pose take.
+        """
+        frames, options = self._placed(q, geometry)[1], []
+        for path, tip, seen in zip(self.paths, self.tips, self.looked_at(q), strict=True):
+            place, columns = self._pose_of(tip, q, geometry)[:3, 3], [ca.SX.zeros(6) for _ in self.coordinates]
+            for joint in path:
+                motion = self.motion(joint)
+                if motion is None:
+                    continue
+                frame = frames[joint.name]
+                axis, still = frame[:3, :3] @ constant(joint.axis), ca.SX.zeros(3)
+                turns = ca.vertcat(ca.cross(axis, place - frame[:3, 3]), axis)
+                for index, multiplier in motion.terms:
+                    if index < len(columns):
+                        columns[index] += multiplier * (ca.vertcat(axis, still) if joint.slides else turns)
+            options.append((seen, ca.horzcat(*columns)))
         return chosen(options)
 
     def motion(self, joint: UrdfJoint) -> Motion | None:
@@ -195,7 +219,7 @@ class KinematicTree:
             # Rounded figures of a mimicking joint must not cut off the ends of what it mimics.
             slack = _ROUNDED * (ends[1] - ends[0]) if np.isfinite(ends).all() else 0.0
             low, high = max(low, ends[0] - slack), min(high, ends[1] + slack)
-        return Coordinate(name, "m" if leader.kind == "prismatic" else "rad", low, high)
+        return Coordinate(name, "m" if leader.slides else "rad", low, high)
 
     def place(self, joint: UrdfJoint) -> float:
         """Coordinate at which a joint that no coordinate moves stands: 0, or the limit nearest to it."""
@@ -211,8 +235,7 @@ class KinematicTree:
 
     def joint_frame(self, q: ca.SX, joint: int) -> tuple[ca.SX, ca.SX]:
         """Place (3,) of `joints[joint]` and orientation (3×3) of its frame, as fixed to the link before it."""
-        before = self.joints[joint]
-        pose = self.forward(q)[before.parent] @ constant(before.origin)
+        pose = self._placed(q, None)[1][self.joints[joint].name]
         return pose[:3, 3], pose[:3, :3]
 
     def far_end(self, q: ca.SX, link: int) -> ca.SX:
@@ -220,12 +243,12 @@ class KinematicTree:
 
         Of several ends it is the one on the way to the tip that is looked at, if it is on one.
         """
-        poses, options = self.forward(q), []
+        (poses, frames), options = self._placed(q, None), []
         for path, tip, seen in zip(self.paths, self.tips, self.looked_at(q), strict=True):
             moving = [joint for joint in path if self.motion(joint) is not None]
             if self.joints[link] in moving:
                 following = moving[moving.index(self.joints[link]) + 1 :]
-                pose = poses[following[0].parent] @ constant(following[0].origin) if following else poses[tip]
+                pose = frames[following[0].name] if following else poses[tip]
                 options.append((seen, pose[:3, 3]))
         return chosen(options)
 
@@ -276,10 +299,15 @@ class KinematicTree:
             children.setdefault(joint.parent, []).append(joint)
         return children
 
-    @remembered
     def forward(self, q: ca.SX, geometry: ca.SX | None = None) -> dict[str, ca.SX]:
         """Poses (4×4) in the base link's frame of every link that the base carries; `geometry` holds the errors."""
+        return self._placed(q, geometry)[0]
+
+    @remembered
+    def _placed(self, q: ca.SX, geometry: ca.SX | None) -> tuple[dict[str, ca.SX], dict[str, ca.SX]]:
+        """`forward`, and the frames of joints, as fixed to the link before them."""
         poses: dict[str, ca.SX] = {self.base: ca.SX.eye(4)}
+        frames: dict[str, ca.SX] = {}
         queue = [self.base]
         while queue:
             parent = queue.pop(0)
@@ -288,14 +316,15 @@ class KinematicTree:
                 motion = self.motion(joint)
                 if (joint.name, False) in self._number_of:
                     pose = self._erred(pose, geometry, (joint.name, False))
+                frames[joint.name] = pose
                 if joint.moves:
                     at = ca.SX(self.place(joint)) if motion is None else self._value(motion, q, geometry)
-                    pose = pose @ moved(joint.axis, at, along=joint.kind == "prismatic")
+                    pose = pose @ moved(joint.axis, at, along=joint.slides)
                 if joint.child in self.tips and not self.is_passed(joint.child):
                     pose = self._erred(pose, geometry, (joint.child, True))
                 poses[joint.child] = pose
                 queue.append(joint.child)
-        return poses
+        return poses, frames
 
     def _value(self, motion: Motion, q: ca.SX, geometry: ca.SX | None) -> ca.SX:
         value = ca.SX(motion.offset)

@@ -29,10 +29,9 @@ from expdesign.mechanics.differentiation import plain
 from expdesign.mechanics.robots.common_normals import on_common_normals
 from expdesign.mechanics.robots.drawing import Drawing, DrawnPart
 from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, TIP_COLUMN, KinematicTree
-from expdesign.mechanics.robots.orientation import angular_velocity_map
 from expdesign.mechanics.robots.robot import CommandedState, Jacobians, Robot, RobotSection, gravity_or_standard
 from expdesign.mechanics.robots.urdf import CouplingSection, coupled, leading, read_urdf, require_joint
-from expdesign.mechanics.symbolic import BatchFunction, remembered
+from expdesign.mechanics.symbolic import BatchFunction
 
 Range = Annotated[list[Number], Field(min_length=2, max_length=2)]
 
@@ -192,13 +191,10 @@ class SerialRobot(Robot):
         pose = self.tree.tip_pose(q, geometry)
         return pose[:3, 3], pose[:3, :3]
 
-    @remembered
     def jacobian_expressions(self, configuration: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX, ca.SX]:
         """J, J̌ = J and R."""
-        position, rotation = self.tip(configuration, geometry)
-        joints = configuration[: len(self.tree.coordinates)]
-        forward = ca.vertcat(ca.jacobian(position, joints), angular_velocity_map(rotation, joints))
-        return forward, forward, rotation
+        forward = self.tree.jacobian(configuration, geometry)
+        return forward, forward, self.tip(configuration, geometry)[1]
 
     def commanded_state(self, configuration: ca.SX, gravity: ca.SX) -> CommandedState:
         position, _ = self.tip(configuration)

@@ -79,6 +79,11 @@ class UrdfJoint:
         """Whether it has one coordinate."""
         return self.kind in _MOVING
 
+    @property
+    def slides(self) -> bool:
+        """Whether this is along its axis, not about it."""
+        return self.kind == "prismatic"
+
 
 @dataclass(frozen=True)
 class UrdfLink:
@@ -152,7 +157,7 @@ def read_urdf(path: Path) -> Urdf:
 
 def _require_sensible_masses(urdf: Urdf) -> None:
     """Raise where a centre of mass lies far outside any robot of that size, or a mass would not fit into it."""
-    travel = (joint.high - joint.low for joint in urdf.joints.values() if joint.kind == "prismatic")
+    travel = (joint.high - joint.low for joint in urdf.joints.values() if joint.slides)
     size = sum(float(np.linalg.norm(joint.origin[:3, 3])) for joint in urdf.joints.values())
     size += sum(way for way in travel if np.isfinite(way))
     for link in urdf.links.values():
