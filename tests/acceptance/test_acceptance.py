@@ -11,12 +11,12 @@ import expdesign as xd
 from expdesign.assurance.acceptance.budget import Contribution, UncertaintyBudget
 from expdesign.assurance.acceptance.decision import Basis, Decision
 from expdesign.assurance.acceptance.planned import check_readings, planned_decisions
-from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.errors import InputError
 from expdesign.estimation.coverage import STANDARD, Coverage
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
+from expdesign.report.acceptance_texts import acceptance_record, sentences
 from tests.design.problems import BIPOD, HEXAPOD, plan_for, problem
 
 

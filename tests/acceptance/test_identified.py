@@ -15,14 +15,14 @@ from expdesign.assurance.acceptance import decision as decision_module
 from expdesign.assurance.acceptance.any_axis import any_beyond
 from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.acceptance.hidden_risk import LeftOutOptions, left_out_by, left_out_risk
-from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.model_error.physics import offsets
 from expdesign.assurance.model_error.recorded import Shown
 from expdesign.assurance.model_error.settings import Assumptions
-from expdesign.diagnosis.statement import with_share
+from expdesign.diagnosis.dispersion import with_share
 from expdesign.errors import InputError
 from expdesign.estimation.whitening import Whitening
 from expdesign.planning.plan import plan_frame
+from expdesign.report.acceptance_texts import acceptance_record, sentences
 from tests.acceptance.test_acceptance import ERRORS, copies, decision
 from tests.design.problems import HEXAPOD, plan_for, problem, recorded
 

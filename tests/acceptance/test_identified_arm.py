@@ -8,9 +8,9 @@ import pytest
 import yaml
 
 import expdesign as xd
-from expdesign.assurance.acceptance.said import sentences
-from expdesign.diagnosis.statement import widened
+from expdesign.diagnosis.dispersion import widened
 from expdesign.errors import InputError
+from expdesign.report.acceptance_texts import sentences
 from tests.design.problems import searched
 from tests.plant import PLAIN, ROBOT, recordings
 

@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import Component, Part, link_span
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.joints.bearings import JointBacklash, JointCompliance, across
+from expdesign.chain.effects.joints.backlash import JointBacklash
+from expdesign.chain.effects.joints.bearings import JointCompliance, across
 from expdesign.chain.effects.joints.geometry import ArmGeometricStiffness, ArmGeometryError
 from expdesign.chain.effects.joints.readings import LoggedBeforeSettled
 from expdesign.chain.effects.links.links import LinkCompliance

@@ -11,7 +11,8 @@ import pytest
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.effects.environment.thermal_drift import WarmUpByRows
-from expdesign.chain.effects.joints.bearings import ExtensionCompliance, ExtensionPlay, JointCompliance
+from expdesign.chain.effects.joints.backlash import ExtensionPlay
+from expdesign.chain.effects.joints.bearings import ExtensionCompliance, JointCompliance
 from expdesign.chain.effects.joints.readings import ReadBeforeSettled
 from expdesign.chain.effects.load.payload import UnknownTool
 from expdesign.chain.models.estimable import Calibrated

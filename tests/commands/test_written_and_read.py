@@ -15,7 +15,8 @@ import yaml
 
 import expdesign as xd
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.joints.bearings import JointBacklash, JointCompliance
+from expdesign.chain.effects.joints.backlash import JointBacklash
+from expdesign.chain.effects.joints.bearings import JointCompliance
 from expdesign.chain.effects.joints.geometry import ArmGeometryError
 from expdesign.chain.effects.links.links import LinkCompliance
 from expdesign.chain.models.model_file import Model, read_model

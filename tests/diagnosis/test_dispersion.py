@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from expdesign.diagnosis.statement import dispersion
+from expdesign.diagnosis.dispersion import dispersion
 from expdesign.estimation.fit import Data
 from tests.chain.bodies import BODY, recordings
 from tests.fitting import data_of

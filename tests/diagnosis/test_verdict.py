@@ -13,12 +13,12 @@ from expdesign.chain.component import ALL_JOINTS, PLATFORM
 from expdesign.chain.effects.joints.bearings import JointCompliance
 from expdesign.chain.effects.load.payload import UnknownTool
 from expdesign.chain.models.estimable import Estimable
+from expdesign.diagnosis.dispersion import NONE
 from expdesign.diagnosis.findings import reported
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.possible import at_limits
 from expdesign.diagnosis.result import Diagnosis
-from expdesign.diagnosis.statement import NONE
 from expdesign.diagnosis.verdict import doubt, verdict_without
 from expdesign.estimation.goodness import LackOfFit, StatementOfFit
 from expdesign.report.fit_texts import diagnosed_fit_sentences

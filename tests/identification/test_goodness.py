@@ -15,9 +15,9 @@ from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.readings.reading import MeasuredPose
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
+from expdesign.diagnosis.dispersion import statement
 from expdesign.diagnosis.frame import framed
 from expdesign.diagnosis.stages import unheard
-from expdesign.diagnosis.statement import statement
 from expdesign.estimation.goodness import StatementOfFit
 from expdesign.estimation.identify import identify
 from expdesign.mechanics.robots.robot import Robot

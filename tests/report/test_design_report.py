@@ -11,12 +11,12 @@ import pytest
 
 from expdesign.assurance.acceptance.budget import UncertaintyBudget
 from expdesign.assurance.acceptance.planned import planned_budgets, recommended_acceptance
-from expdesign.assurance.acceptance.said import sentences
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.planning.laboratory_sheet import Costs
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import design_minutes, pareto_frame, plan_of
 from expdesign.report import words
+from expdesign.report.acceptance_texts import sentences
 from expdesign.report.design_data import criteria_cells
 from expdesign.report.design_report import design_report
 from expdesign.report.design_texts import run_said

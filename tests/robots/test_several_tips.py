@@ -21,9 +21,9 @@ from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
+from expdesign.diagnosis.dispersion import widened, widening
 from expdesign.diagnosis.held_out import held_out_rows
 from expdesign.diagnosis.library import library
-from expdesign.diagnosis.statement import widened, widening
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import predict
 from expdesign.estimation.fit import Data, Fit, fit

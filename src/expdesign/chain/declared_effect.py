@@ -9,7 +9,7 @@ import casadi as ca
 from expdesign.chain.component import ACTUATORS, Component
 from expdesign.chain.declaration import ONLY, Beyond, Parameter, Variant
 from expdesign.chain.effect import Effect, Values
-from expdesign.chain.forms import Acting, Form
+from expdesign.chain.form import Acting, Form
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.chain.sentences import ENDLESS, Alone, Listed, Reported

@@ -4,6 +4,7 @@ import numpy as np
 
 from expdesign.chain.recordings.recordings import Remark
 from expdesign.diagnosis.base_models import base_model
+from expdesign.diagnosis.dispersion import Dispersion
 from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.options import OPTIONS
@@ -16,7 +17,6 @@ from expdesign.diagnosis.remarks import (
     TooFewForLaws,
     WithoutMoment,
 )
-from expdesign.diagnosis.statement import Dispersion
 from expdesign.estimation.fit import Data
 
 _NO_MOMENT = 1e-6

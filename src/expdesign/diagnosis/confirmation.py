@@ -19,11 +19,11 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, IntArray
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
+from expdesign.diagnosis.dispersion import dispersion, tested
 from expdesign.diagnosis.evidence.state import Present
 from expdesign.diagnosis.held_out import HeldOut, held_out
 from expdesign.diagnosis.names import NamedModel, Names, hierarchical
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.statement import dispersion, tested
 from expdesign.diagnosis.verdict import within_noise
 from expdesign.estimation.fit import Fit
 

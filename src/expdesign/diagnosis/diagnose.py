@@ -13,6 +13,7 @@ from expdesign.diagnosis.by_groups import by_groups
 from expdesign.diagnosis.caveats import not_sought
 from expdesign.diagnosis.confirmation import confirmed, stability
 from expdesign.diagnosis.cross_validation import LeftOut
+from expdesign.diagnosis.dispersion import deviations_from_none, dispersion, statement, tested
 from expdesign.diagnosis.evidence.problem import Chosen
 from expdesign.diagnosis.findings import Finding, findings, set_aside
 from expdesign.diagnosis.frame import Frame, framed
@@ -28,7 +29,6 @@ from expdesign.diagnosis.relinearised import relinearised
 from expdesign.diagnosis.remarks import Averaged
 from expdesign.diagnosis.result import LAWS, ONE_AT_A_TIME, TOGETHER, Diagnosis, Method
 from expdesign.diagnosis.stages import Report, Stage, unheard
-from expdesign.diagnosis.statement import deviations_from_none, dispersion, statement, tested
 from expdesign.diagnosis.verdict import doubt, fits, verdict_with_laws, verdict_without
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.estimation.load_errors import DeclaredLoadErrors, Estimator, load_columns

@@ -12,11 +12,11 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.sentences import ENDLESS
 from expdesign.diagnosis.confirmation import Stability, gains
 from expdesign.diagnosis.cross_validation import LeftOut
+from expdesign.diagnosis.dispersion import Dispersion
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.names import NamedModel
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.posterior import standing
-from expdesign.diagnosis.statement import Dispersion
 from expdesign.estimation.coverage import NORMAL_95
 from expdesign.estimation.fit import Fit
 

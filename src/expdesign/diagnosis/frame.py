@@ -14,6 +14,7 @@ from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.base_models import BaseModel, base_model
 from expdesign.diagnosis.caveats import caveats
+from expdesign.diagnosis.dispersion import dispersion, statement
 from expdesign.diagnosis.evidence.dictionary import Dictionary
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.held_out import HeldOut
@@ -23,7 +24,6 @@ from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.result import Diagnosis, Method
 from expdesign.diagnosis.stages import Report, Stage
-from expdesign.diagnosis.statement import dispersion, statement
 from expdesign.errors import InputError
 from expdesign.estimation.arm import ArmCalibration, identified_by
 from expdesign.estimation.estimability import CORRECT_ROW

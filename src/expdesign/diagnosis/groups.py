@@ -19,6 +19,7 @@ from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.sight import Sight
 from expdesign.diagnosis.confirmation import Stability, named_without_tenths, shares_of
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
+from expdesign.diagnosis.dispersion import Widening
 from expdesign.diagnosis.evidence.dictionary import law_of
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.evidence.search import Search
@@ -27,7 +28,6 @@ from expdesign.diagnosis.group_library import Group, GroupLibrary, Members
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import single_mistakes
 from expdesign.diagnosis.relinearised import relinearised
-from expdesign.diagnosis.statement import Widening
 from expdesign.estimation.coverage import NORMAL_95
 from expdesign.estimation.fit import Data, Fit, fit
 from expdesign.mechanics.robots.robot import Robot

@@ -6,8 +6,8 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, rms
 from expdesign.diagnosis.cross_validation import blocks_of, last_part
+from expdesign.diagnosis.dispersion import widened, widening
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.statement import widened, widening
 from expdesign.estimation.coverage import HeldOutRows
 from expdesign.estimation.fit import Data, Fit, fit
 

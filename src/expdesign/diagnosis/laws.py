@@ -10,6 +10,7 @@ from expdesign.chain.ports.curve import Curve, curve_of
 from expdesign.chain.ports.law import Law
 from expdesign.chain.ports.sight import Sight
 from expdesign.diagnosis.cross_validation import LeftOut
+from expdesign.diagnosis.dispersion import deviations_from_none, with_share
 from expdesign.diagnosis.evidence.dictionary import law_of
 from expdesign.diagnosis.evidence.problem import Chosen
 from expdesign.diagnosis.evidence.search import Search
@@ -18,7 +19,6 @@ from expdesign.diagnosis.names import Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.posterior import Place, places
 from expdesign.diagnosis.relinearised import relinearised
-from expdesign.diagnosis.statement import deviations_from_none, with_share
 from expdesign.estimation.fit import Fit, fit
 
 

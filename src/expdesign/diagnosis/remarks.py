@@ -1,4 +1,4 @@
-"""What limits the statements of a diagnosis."""
+"""What limits the statements of a diagnosis, as data; the sentences are in `report/remark_texts.py`."""
 
 from dataclasses import dataclass
 from enum import StrEnum

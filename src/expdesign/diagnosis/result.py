@@ -9,6 +9,7 @@ from expdesign.chain.identified import ChainBeside
 from expdesign.chain.models.drawn import Drawn
 from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.diagnosis.confirmation import Stability
+from expdesign.diagnosis.dispersion import NONE, Widening, widened, widening, with_share
 from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.held_out import HeldOut, held_out_rows
 from expdesign.diagnosis.laws import Laws
@@ -16,7 +17,6 @@ from expdesign.diagnosis.locate import Location
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.relinearised import AGREES
 from expdesign.diagnosis.remarks import WrittenOtherwise
-from expdesign.diagnosis.statement import NONE, Widening, widened, widening, with_share
 from expdesign.estimation.arm import ArmCalibration
 from expdesign.estimation.coverage import reading_deviations
 from expdesign.estimation.fit import Fit

@@ -1,4 +1,6 @@
-"""What an identification has to say of the recordings and of its own result."""
+"""What an identification remarks on the recordings and on its result, as data; the sentences are in
+`report/remark_texts.py`.
+"""
 
 from dataclasses import dataclass
 

@@ -25,8 +25,7 @@ from expdesign.planning.budget import Budget, read_budget, read_costs
 from expdesign.planning.constraints import read_constraints, required
 from expdesign.planning.criteria.criterion import Criterion, criteria_of_problem, kinds, known_criteria
 from expdesign.planning.criteria.targets import Targets
-from expdesign.planning.found_robot import FoundRobot, robot_of, with_geometric_stiffness
-from expdesign.planning.measurement_file import (
+from expdesign.planning.experiment_sections import (
     axis_of,
     load_section,
     read_noise,
@@ -34,6 +33,7 @@ from expdesign.planning.measurement_file import (
     tolerance_axes,
     with_reference_pose,
 )
+from expdesign.planning.found_robot import FoundRobot, robot_of, with_geometric_stiffness
 from expdesign.planning.pose_settings import LEFT_OUT
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.schema import ExperimentSection, LoadSection, PosesSection, RunSection, SearchOptions

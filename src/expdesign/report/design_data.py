@@ -12,7 +12,6 @@ import pandas as pd
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.decision import Decision
-from expdesign.assurance.acceptance.said import sentences
 from expdesign.io.output import csv_text
 from expdesign.planning.accuracy_map import AccuracyMap
 from expdesign.planning.criteria.assessment import Assessment
@@ -22,6 +21,7 @@ from expdesign.planning.optimality.deviations import Deviations, evaluations, pl
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import plans_frame
 from expdesign.report import error_maps, words
+from expdesign.report.acceptance_texts import sentences
 from expdesign.report.blocks import DataTable
 from expdesign.report.design_figures import criterion_title, described, hover_text, plotted, shown_criteria
 from expdesign.report.error_budget import acceptance_rows, parts

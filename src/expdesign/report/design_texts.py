@@ -7,13 +7,13 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.decision import Decision
-from expdesign.assurance.acceptance.said import beside_the_plan, sentences
 from expdesign.counted import counted
 from expdesign.estimation.goodness import StatementOfFit
 from expdesign.planning.criteria.criterion import Criterion
 from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
+from expdesign.report.acceptance_texts import beside_the_plan, sentences
 from expdesign.report.blocks import Definitions, PageSection, table_of
 from expdesign.report.design_data import criteria_table, further_criteria
 from expdesign.report.glossary import words_section

@@ -1,4 +1,9 @@
-"""What a diagnosis says: as `diagnosis.json` (file-formats.md, diagnosis.json), and in words on page and terminal."""
+"""What a diagnosis says: as `diagnosis.json` (file-formats.md, diagnosis.json), and in words on page and terminal.
+
+Here stand the sentences of the verdict, the mismatch and the probability of a finding. Those of caveats and doubts are
+in `remark_texts.py`, of the fits in `fit_texts.py`, of an effect in its class (`says`; `chain/effects`), of laws and
+outliers in `diagnosis/law_findings.py` and `diagnosis/findings.py`.
+"""
 
 import re
 from typing import Any

@@ -12,8 +12,8 @@ import pandas as pd
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import UncertaintyBudget
 from expdesign.assurance.acceptance.decision import Decision
-from expdesign.assurance.acceptance.said import DECISION_RULE, acceptance_record
 from expdesign.report import words
+from expdesign.report.acceptance_texts import DECISION_RULE, acceptance_record
 from expdesign.report.blocks import PageSection, Paragraph, table_of
 
 EXPLAINED = (

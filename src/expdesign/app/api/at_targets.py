@@ -13,13 +13,13 @@ from expdesign.assurance.acceptance.budget import NOISE, UncertaintyBudget
 from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.acceptance.fitted import FittedModel
 from expdesign.assurance.acceptance.hidden_risk import decided_by, left_out_by
-from expdesign.assurance.acceptance.said import acceptance_record, sentences
 from expdesign.assurance.model_error.recorded import Shown
 from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.load_errors import load_columns
 from expdesign.planning.criteria.targets import GivenVariances
 from expdesign.planning.problem import DesignProblem
+from expdesign.report.acceptance_texts import acceptance_record, sentences
 from expdesign.report.blocks import PageSection
 from expdesign.report.error_budget import acceptance_section
 from expdesign.report.hidden_physics import recordings_section

@@ -13,7 +13,6 @@ from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of, ta
 from expdesign.app.api.result import Result
 from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.acceptance.planned import planned_decisions
-from expdesign.assurance.acceptance.said import acceptance_record
 from expdesign.assurance.model_error.meir import meir_of_problem
 from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden, hidden_by_plan
 from expdesign.chain.recordings.points import points_from_table
@@ -22,6 +21,7 @@ from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.record import evaluation_record
 from expdesign.planning.plan import Plan, completed, read_plan, require_whole_load, without_validation
 from expdesign.planning.problem import DesignProblem
+from expdesign.report.acceptance_texts import acceptance_record
 from expdesign.report.design_texts import evaluated
 from expdesign.report.said import Said
 

@@ -15,7 +15,6 @@ from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import purpose_of
 from expdesign.app.api.result import PAGE, FolderResult, PathLike
 from expdesign.assurance.acceptance.planned import recommended_acceptance, with_recommended
-from expdesign.assurance.acceptance.said import acceptance_record
 from expdesign.assurance.model_error.statement import AccuracyStatement, hidden_by_plan
 from expdesign.assurance.model_error.unseen import Unseen, unseen_by
 from expdesign.errors import ArgumentError, InputError
@@ -35,6 +34,7 @@ from expdesign.planning.result import (
 )
 from expdesign.planning.search import BY_HAND, Progress, search
 from expdesign.planning.spending import spent, what_ends
+from expdesign.report.acceptance_texts import acceptance_record
 from expdesign.report.design_report import design_report
 from expdesign.report.design_texts import run_said
 from expdesign.report.page import Page

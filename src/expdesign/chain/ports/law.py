@@ -11,7 +11,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component
 from expdesign.chain.declaration import ONLY, Variant
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.forms import Form
+from expdesign.chain.form import Form
 from expdesign.chain.ports.features import FeatureBasis
 from expdesign.chain.ports.port import Channel, Port
 from expdesign.chain.ports.quantities import Quantity

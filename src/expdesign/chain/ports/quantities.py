@@ -13,7 +13,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import moment_at, passive_joint_turns, sprung_twist, with_links_beyond
 from expdesign.chain.declaration import Input
-from expdesign.chain.forms import relaxed
+from expdesign.chain.memory import relaxed
 from expdesign.chain.row import LAGS, Row, RowData
 from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
 from expdesign.mechanics.robots.robot import Robot

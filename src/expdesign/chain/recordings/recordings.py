@@ -283,5 +283,10 @@ class Recordings(LoadedPoints):
         return replace(self, **per_row, extra=self.extra.iloc[np.arange(len(self))[chosen]])
 
 
+def measured_axes(points: LoadedPoints) -> set[int]:
+    """Indices of the pose coordinates that were measured; all of them for points without readings."""
+    return {int(axis) for axis in points.axes} if isinstance(points, Recordings) else set(range(6))
+
+
 class Remark:
     """One thing that a user must know: a frozen dataclass with the figures that a sentence needs."""

@@ -13,7 +13,8 @@ from expdesign.chain.component import actuators_and_all
 from expdesign.chain.declaration import Declaration, Input, Size
 from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Effect, Parameter, Values, When
-from expdesign.chain.forms import Acting, Form, carried, relaxed
+from expdesign.chain.form import Acting, Form
+from expdesign.chain.memory import carried, relaxed
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.mechanics.robots.robot import Robot
 

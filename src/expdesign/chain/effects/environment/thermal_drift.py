@@ -21,7 +21,7 @@ from expdesign.chain.component import (
 from expdesign.chain.declaration import IN_1000_S, Beyond, Declaration, Input, Size, Variant
 from expdesign.chain.declared_effect import DeclaredEffect, Shows
 from expdesign.chain.effect import Parameter, Values, When
-from expdesign.chain.forms import Acting, Form, warm_up
+from expdesign.chain.form import Acting, Form
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES, POSITIONS, LoadedPoints, Measurand
 from expdesign.chain.row import Row
 from expdesign.mechanics.robots.robot import Robot
@@ -44,6 +44,16 @@ def _shifts(at: Acting, theta: ca.SX, *, time: bool = False) -> tuple[ca.SX, ca.
 
 def _grows(at: Acting, theta: ca.SX, *, time: bool = False) -> tuple[ca.SX, ca.SX]:
     return _shifts(at, theta * at.place, time=time)
+
+
+def _warm_up(at: Acting, theta: ca.SX, *, by_rows: bool = False) -> tuple[ca.SX, ca.SX]:
+    """Δq gains drift·(e^(−t₀/τ) − e^(−t/τ)), since the first row of all; t₀ is that of the series' first row.
+
+    In recordings without time t counts rows (`by_rows`); positions are relative to no row, and t₀ is 0.
+    """
+    row = at.row
+    before, now = (row.reference, row.number) if by_rows else (row.clock - row.elapsed, row.clock)
+    return theta[0] * (ca.exp(-before / theta[1]) - ca.exp(-now / theta[1])), at.state
 
 
 def _seen_drivers(robot: Robot, points: LoadedPoints) -> Shows:
@@ -151,7 +161,7 @@ class ArmThermalDrift(ThermalDrift):
         Form(_shifts),
         Form(partial(_shifts, time=True), _TIME),
         Form(
-            warm_up,
+            _warm_up,
             _WARM_UP,
             parameters=(
                 Parameter("drift_{motion}", 1e-5, low=-0.1, high=0.1),
@@ -215,7 +225,7 @@ class WarmUpByRows(DeclaredEffect):
     declared = replace(ArmThermalDrift.declared, form="exponential", inputs=(Input.TIME,), beyond=Beyond.GOES_ON)
     at = each_joint
     when: ClassVar[When] = lambda robot, points: not points.timed and len(points) >= FEWEST
-    forms = (Form(partial(warm_up, by_rows=True), "warm-up along sequence"),)
+    forms = (Form(partial(_warm_up, by_rows=True), "warm-up along sequence"),)
     quantities = (
         Parameter("drift_{motion}", 1e-5, low=-0.1, high=0.1),
         Parameter("constant_rows", 50.0, neutral=50.0, low=0.5, high=1e4, shape=True),

@@ -12,10 +12,9 @@ from expdesign.chain.component import INSTRUMENT, Component, on_any
 from expdesign.chain.declaration import Beyond, Declaration, Input, Size, Variant, rounded
 from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Parameter, Values, When
-from expdesign.chain.forms import Form
-from expdesign.chain.recordings.recordings import DEFLECTIONS, POSITIONS, LoadedPoints
+from expdesign.chain.form import Form
+from expdesign.chain.recordings.recordings import DEFLECTIONS, POSITIONS, LoadedPoints, measured_axes
 from expdesign.chain.row import Row
-from expdesign.chain.support import measured_axes
 from expdesign.mechanics.robots.orientation import angles_of, rotation_matrix
 from expdesign.mechanics.robots.robot import Robot
 

@@ -1,1 +1,1 @@
-"""Physics of the joints of an arm."""
+"""Physics of an arm's joints: their play (`backlash`), bearings off the axis, geometry and sensors."""

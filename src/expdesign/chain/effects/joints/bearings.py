@@ -1,4 +1,4 @@
-"""Bearings and guides of an arm's joints: they yield off the joint's axis, and have play."""
+"""Bearings and guides of an arm's joints, which yield off the joint's axis; play about it is in `backlash.py`."""
 
 from dataclasses import replace
 
@@ -15,11 +15,10 @@ from expdesign.chain.component import (
     sliding_joints,
     with_links_beyond,
 )
-from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size, Variant
-from expdesign.chain.declared_effect import DeclaredEffect, Shows
+from expdesign.chain.declaration import Declaration, Input, Size, Variant
+from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Parameter, Values
-from expdesign.chain.effects.legs.transmission import LegBacklash
-from expdesign.chain.forms import SLACK, Form, play, resting
+from expdesign.chain.form import Form
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.mechanics.robots.robot import Robot
@@ -113,10 +112,6 @@ def across(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
     return first, np.cross(axis, first)
 
 
-_EXTENDED = "with extension"
-"""Form of what depends on how far a sliding joint is extended."""
-
-
 class ExtensionCompliance(DeclaredEffect):
     """A telescope's guide yields more the farther it is extended.
 
@@ -142,7 +137,7 @@ class ExtensionCompliance(DeclaredEffect):
             ),
         ),
     )
-    forms = (Form(name=_EXTENDED),)
+    forms = (Form(name="with extension"),)
 
     at = sliding_joints
     quantities = (
@@ -159,65 +154,3 @@ class ExtensionCompliance(DeclaredEffect):
         load = with_links_beyond(self.robot, wrench, row, self.component.number)
         turn = (theta[0] + theta[1] * row.lengths[self.component.index]) * moment_at(load, row, point)
         return deflection + at_tip(self.robot, self.component.index, ca.SX.zeros(3), turn, row, point)
-
-
-def _pushed_by_nothing(robot: Robot, points: LoadedPoints) -> Shows:
-    """A joint that its own weight or the reference load pushes rests at one place, which its forms call the middle."""
-    own = points.measurand.reference(robot.own_weight(points.configurations, points.gravity))
-    reference = points.absolute - points.wrenches
-    own = own + (reference[:, None, :] @ robot.jacobians(points.configurations).forward)[:, 0]
-    free = np.any(np.abs(own) <= SLACK, axis=0)
-    return lambda joint, rest: str(rest) == "middle" or free[joint.index]
-
-
-class JointBacklash(DeclaredEffect):
-    """A joint has play: it jumps by the gap where its torque changes sign.
-
-    The torque is the whole one, the weight of the links included: unloaded, a joint rests on the side to which the
-    arm's own weight pushes it, and its play shows only when the load turns the torque round. A joint that nothing
-    pushes (its axis is vertical, or it is balanced) rests in the `middle` of its gap, at its `low` or `high` end
-    (variants).
-    """
-
-    identifier = "joints.backlash"
-    physics = "joint_backlash"
-    declared = replace(
-        LegBacklash.declared,
-        left_out="play of a joint",
-        usually="worn gears and couplings",
-        sizes=(Size("gap_rad", 3e-4, STRAIN_WAVE), Size("gap_m", 1e-5, "assumed: linear axis without preload")),
-    )
-    at = each_joint
-    shows = _pushed_by_nothing
-    forms = resting("low", "high")
-    quantities = (Parameter("gap_{motion}", 1e-5, low=0.0, high=0.1),)
-    says = LegBacklash.says
-
-
-class ExtensionPlay(DeclaredEffect):
-    """A telescope's play along its axis changes with its extension: a worn spindle, a guide that overlaps less.
-
-    A joint that nothing pushes rests in the middle of its gap.
-    """
-
-    identifier = "joints.extension_play"
-    physics = "joint_backlash"
-    declared = replace(
-        JointBacklash.declared,
-        left_out="play of a joint, the more the farther it is drawn out",
-        linear=True,
-        usually="worn guides",
-        laws=(),
-        inputs=(Input.FORCE, Input.PLACE),
-        sizes=(
-            Size("gap_m", 1e-5, "assumed: linear axis without preload"),
-            Size("gap_change", 1e-4, "assumed: a guide that is worn over a part of its travel"),
-        ),
-    )
-    at = sliding_joints
-    forms = (Form(play, _EXTENDED),)
-    quantities = (Parameter("gap_m", 1e-5, low=0.0, high=0.1), Parameter("gap_change", 1e-5, low=-0.1, high=0.1))
-    says = (
-        "{subject} has {gap_m:1e6 .3g} µm of play drawn in, and {gap_change.best:1e6 +.3g} µm more for every metre of "
-        "extension."
-    )

@@ -11,7 +11,7 @@ from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.declared_effect import DeclaredEffect, Shows
 from expdesign.chain.effect import Effect, Parameter, Values, When
 from expdesign.chain.effects.legs.transmission import EncoderPeriodicError, pitch
-from expdesign.chain.forms import Acting, Form
+from expdesign.chain.form import Acting, Form
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSITIONS, LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.mechanics.robots.robot import Robot

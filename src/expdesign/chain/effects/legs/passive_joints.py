@@ -11,7 +11,7 @@ from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Parameter
 from expdesign.chain.effects.legs.geometry import LegEnd
-from expdesign.chain.forms import Acting, Form
+from expdesign.chain.form import Acting, Form
 from expdesign.chain.row import Row
 from expdesign.mechanics.robots.orientation import rotation_vector
 from expdesign.mechanics.robots.robot import Robot

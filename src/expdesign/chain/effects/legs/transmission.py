@@ -11,7 +11,8 @@ from expdesign.chain.component import Component, each_leg, on
 from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size, Variant
 from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Parameter, Values, When
-from expdesign.chain.forms import Acting, Form, resting
+from expdesign.chain.form import Acting, Form
+from expdesign.chain.play import resting
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.mechanics.robots.robot import Robot

@@ -13,7 +13,7 @@ from expdesign.chain.component import PAYLOAD, PLATFORM, Component, heavy_links,
 from expdesign.chain.declaration import ONLY, Declaration, Input, Size, Variant, rounded
 from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Parameter, Values, When
-from expdesign.chain.forms import Form
+from expdesign.chain.form import Form
 from expdesign.chain.recordings.recordings import POSITIONS, LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.mechanics.robots.orientation import moment

@@ -9,8 +9,8 @@ from expdesign.chain.component import BASE, PLATFORM, on, on_any, symmetric
 from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size
 from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Parameter, When
+from expdesign.chain.recordings.recordings import measured_axes
 from expdesign.chain.row import Row
-from expdesign.chain.support import measured_axes
 from expdesign.coordinates import Coordinates
 from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
 

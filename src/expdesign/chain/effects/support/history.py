@@ -12,10 +12,10 @@ from expdesign.chain.declaration import Input, Size, Variant
 from expdesign.chain.effect import Parameter, When
 from expdesign.chain.effects.actuators.actuators import Creep, FrictionHysteresis
 from expdesign.chain.effects.support.statics import entries
-from expdesign.chain.forms import carried, relaxed
+from expdesign.chain.memory import carried, relaxed
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.support import DRIVES, OBLIQUE, SupportEffect, SupportForm, shown_drives
+from expdesign.chain.support_effect import DRIVES, OBLIQUE, SupportEffect, SupportForm, shown_drives
 from expdesign.mechanics.robots.robot import Robot
 
 _AZIMUTHS = tuple(np.linspace(0.0, np.pi, 6, endpoint=False))

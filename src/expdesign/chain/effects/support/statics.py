@@ -11,15 +11,14 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, Component, symmetric
 from expdesign.chain.declaration import STRAIN_WAVE, TEN_PERCENT, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Parameter, Values, When
-from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.recordings import LoadedPoints, measured_axes
 from expdesign.chain.row import Row
-from expdesign.chain.support import (
+from expdesign.chain.support_effect import (
     DRIVES,
     FARTHEST,
     OBLIQUE,
     SupportEffect,
     SupportForm,
-    measured_axes,
     over_pose,
     shown_drives,
     taken_up,

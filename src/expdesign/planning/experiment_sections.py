@@ -1,5 +1,5 @@
-"""The parts of a run configuration that say what is calibrated, how poses are measured, and along which axes accuracy
-is wanted.
+"""Read the sections of a run configuration that say what is calibrated and how poses are measured (`experiment`), and
+along which axes accuracy is wanted (`tolerance_axes` of a target); `problem_file.py` reads the whole configuration.
 """
 
 import numpy as np

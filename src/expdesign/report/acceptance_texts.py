@@ -1,4 +1,4 @@
-"""What a decision says: in `run.json`, `evaluate --json` and `identification.json`, and in words."""
+"""What a decision on acceptance says: in `run.json`, `evaluate --json` and `identification.json`, and in words."""
 
 from typing import Any
 

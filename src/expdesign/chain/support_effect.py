@@ -1,4 +1,5 @@
-"""What effects of a support (what a body stands on) have in common: drives, whole loads, and dependence on the pose.
+"""`SupportEffect`, the base class of effects of a support (what a body stands on): drives, whole loads, dependence on
+the pose. The effects are in `effects/support`.
 
 A support's twist follows from the six components of the wrench about the origin of P. A drive is one of them (`about
 x`: the moment about x and the rotation it causes), or the moment about a horizontal axis of any azimuth (`oblique`),
@@ -16,8 +17,8 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, on
 from expdesign.chain.declaration import Parameter, Variant, rounded
 from expdesign.chain.declared_effect import DeclaredEffect
-from expdesign.chain.forms import Form
-from expdesign.chain.recordings.recordings import LoadedPoints, Recordings
+from expdesign.chain.form import Form
+from expdesign.chain.recordings.recordings import LoadedPoints, measured_axes
 from expdesign.chain.row import Row
 from expdesign.mechanics.robots.robot import Robot
 
@@ -86,11 +87,6 @@ OBLIQUE = Drive("oblique", (3, 4))
 _VARIES = 1e-9
 FARTHEST = 50.0
 """m; a centre or an axis of rotation farther away than this is a translation."""
-
-
-def measured_axes(points: LoadedPoints) -> set[int]:
-    """Indices of the pose coordinates that were measured; all of them for points without readings."""
-    return {int(axis) for axis in points.axes} if isinstance(points, Recordings) else set(range(6))
 
 
 def shown_drives(points: LoadedPoints) -> set[Drive]:

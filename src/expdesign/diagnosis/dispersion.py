@@ -1,4 +1,4 @@
-"""What a diagnosis says of a fit: the statement of `identify` on the same rows, and by what it widens predictions.
+"""Statistics of a diagnosed fit: dispersion of its residuals, its test (that of `identify`), and wider predictions.
 
 `dispersion` says how much less the residuals of a model tell than as many independent rows with the stated noise would.
 Residuals that exceed their standard deviations, and residuals of consecutive rows that are alike (filtered or densely
