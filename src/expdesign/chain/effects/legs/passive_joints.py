@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from enum import StrEnum
-from functools import partial
+from functools import lru_cache, partial
 
 import casadi as ca
 
@@ -144,8 +144,9 @@ class PassiveJointStiffness(DeclaredEffect):
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
     ) -> tuple[ca.SX, ca.SX]:
-        stiffness = theta[0] * (self.bent(row) if self.variant is PassiveJoints.FLEXURES else self.relaxed(row))
-        added = ca.diag(compliance) @ row.forward.T @ stiffness @ row.forward
+        flexures = self.variant is PassiveJoints.FLEXURES
+        stiffness = row.forward.T @ self.bent(row) @ row.forward if flexures else self._relaxed(row)
+        added = ca.diag(compliance) @ (theta[0] * stiffness)
         # (I + S)⁻¹·e = e − S·(I + S)⁻¹·e, of which an expression of the derivative at S = 0 is short.
         return elongation - added @ ca.solve(ca.SX.eye(elongation.shape[0]) + added, elongation), state
 
@@ -154,60 +155,77 @@ class PassiveJointStiffness(DeclaredEffect):
             return pose
         return pose + row.pose_map @ (compliance * theta[0] * self.preload(row))
 
-    def relaxed(self, row: Row) -> ca.SX:
-        """K_J (n×n, twist coordinates) of relaxed joints of unit stiffness."""
-        n = self.robot.coordinates.n
-        total = ca.SX.zeros(n, n)
-        shares = _SHARES[self.variant] if self.robot.coordinates.rotations else (1.0,)
-        for leg in self.actuators:
-            for turn, share in zip(passive_joint_turns(self.robot, row, leg), shares, strict=True):
-                total += share * turn.T @ turn
-        return total
+    @property
+    def _shares(self) -> tuple[float, ...]:
+        return _SHARES[self.variant] if self.robot.coordinates.rotations else (1.0,)
+
+    def _relaxed(self, row: Row) -> ca.SX:
+        """Jᵀ·K_J·J (n_p×n_p) of relaxed joints of unit stiffness."""
+        parts = [zip(self._shares, _of_turns(self.robot, row, leg), strict=True) for leg in self.actuators]
+        return sum((share * part for leg in parts for share, part in leg), ca.SX(0.0))
+
+    def resisting(self, row: Row, twist: ca.SX) -> ca.SX:
+        """K_J·η, the wrench (n,) with which relaxed joints of unit stiffness resist a twist (n,)."""
+        turns = [zip(self._shares, passive_joint_turns(self.robot, row, leg), strict=True) for leg in self.actuators]
+        return sum((share * (turn.T @ (turn @ twist)) for leg in turns for share, turn in leg), ca.SX(0.0))
 
     def bent(self, row: Row) -> ca.SX:
-        """K_J + K_G(τ₀) per unit stiffness in twist coordinates, from the energy of joints relaxed at the zero pose.
-
-        Of the end that the variant names, or of both. With W = T⁻ᵀ·∂U/∂X the wrench that bends the joints, the
-        unloaded legs carry τ₀ = −Jᵀ·W; the derivative of the whole wrench W + J⁻ᵀ·τ₀ at constant τ₀ is the stiffness
-        of the joints.
+        """K_J + K_G(τ₀) (n×n, twist coordinates) of joints of unit stiffness that are relaxed at the zero pose: of the
+        end that the variant names, or of both.
         """
-        robot = self.robot.inverse_kinematics
-        pose = ca.SX.sym("X", 6)
-        held = ca.SX.sym("tau", 6)
-        geometry = ca.SX(robot.geometry)
-        lengths = robot.actuator_lengths(pose, geometry)
-        rates = robot.pose_rate_map(pose)
-        bending = rates.T @ ca.gradient(self._energy(pose), pose)
-        wrench = bending + (ca.jacobian(lengths, pose) @ rates).T @ held
-        derivative = ca.jacobian(wrench, pose) @ rates
-        # τ₀ is held constant in the derivative, so it is put in last.
-        return ca.substitute(ca.substitute(derivative, pose, row.pose), held, self.preload(row))
+        return sum((_flexures(self.robot, row, self.variant)[0][leg] for leg in self.actuators), ca.SX(0.0))
 
     def preload(self, row: Row) -> ca.SX:
         """τ₀ (n_p,) per unit stiffness: actuator forces that hold the bent joints without any load."""
-        pose = ca.SX.sym("X", 6)
-        bending = self.robot.inverse_kinematics.pose_rate_map(pose).T @ ca.gradient(self._energy(pose), pose)
-        return -row.forward.T @ ca.substitute(bending, pose, row.pose)
+        return sum((_flexures(self.robot, row, self.variant)[1][leg] for leg in self.actuators), ca.SX(0.0))
 
-    def _energy(self, pose: ca.SX) -> ca.SX:
-        """Energy of joints of unit stiffness: ½(bending at the base² + bending at the platform² + ½ twist²).
 
-        Of one end ½(bending² + ¼ twist²), so that those of both ends add up.
-        """
-        geometry = ca.SX(self.robot.inverse_kinematics.geometry)
-        vectors = self.robot.straight_legs.leg_vectors(pose, geometry)
-        relaxed = self.robot.straight_legs.leg_vectors(ca.SX.zeros(6), geometry)
-        rotation = self.robot.inverse_kinematics.rotation(pose)
-        turned = rotation_vector(rotation)
-        energy = ca.SX(0)
-        for leg in self.actuators:
-            u = vectors[:, leg] / ca.norm_2(vectors[:, leg])
-            home = relaxed[:, leg] / ca.norm_2(relaxed[:, leg])
-            ends = {PassiveJoints.BASE: home, PassiveJoints.PLATFORM: rotation @ home}
-            for end, relaxed_at in ends.items():
-                if self.variant in (end, PassiveJoints.FLEXURES):
-                    energy += 0.5 * (_angle_squared(u, relaxed_at) + 0.25 * ca.dot(u, turned) ** 2)
-        return energy
+_KEPT = 64
+"""Expressions that are kept, so that all variants, and the effects at one leg and at all of them, share them."""
+
+
+@lru_cache(maxsize=_KEPT)
+def _of_turns(robot: Robot, row: Row, leg: int) -> list[ca.SX]:
+    """(t·J)ᵀ·(t·J), (n_p×n_p) each, of the turns t of a leg's joints (`passive_joint_turns`)."""
+    turned = [turn @ row.forward for turn in passive_joint_turns(robot, row, leg)]
+    return [each.T @ each for each in turned]
+
+
+@lru_cache(maxsize=_KEPT)
+def _flexures(robot: Robot, row: Row, variant: Variant) -> tuple[list[ca.SX], list[ca.SX]]:
+    """Stiffness (n×n) and preload τ₀ (n_p,) by the bent joints of every leg, from their energies U.
+
+    With W = T⁻ᵀ·∂U/∂X the wrench that bends them, the unloaded legs carry τ₀ = −Jᵀ·W; the stiffness is the derivative
+    of the whole wrench W + J⁻ᵀ·τ₀ at constant τ₀, Σ τ₀,k·H_k the second part of it.
+    """
+    closed_form, pose = robot.inverse_kinematics, ca.SX.sym("X", 6)
+    rates = closed_form.pose_rate_map(pose)
+    inverse = ca.jacobian(closed_form.actuator_lengths(pose, ca.SX(closed_form.geometry)), pose) @ rates
+    wrenches = [rates.T @ ca.gradient(energy, pose) for energy in _energies(robot, pose, variant)]
+    curvatures = [ca.jacobian(inverse[k, :].T, pose) @ rates for k in range(inverse.shape[0])]
+    derivatives = [ca.jacobian(wrench, pose) @ rates for wrench in wrenches]
+    found = ca.substitute(ca.cse([*wrenches, *curvatures, *derivatives]), [pose], [row.pose])
+    wrenches, curvatures, derivatives = (found[i * len(wrenches) :][: len(wrenches)] for i in range(3))
+    preloads = [-row.forward.T @ wrench for wrench in wrenches]
+    bent = [sum((t[k] * h for k, h in enumerate(curvatures)), d) for d, t in zip(derivatives, preloads, strict=True)]
+    return bent, preloads
+
+
+def _energies(robot: Robot, pose: ca.SX, variant: Variant) -> list[ca.SX]:
+    """Energy of each leg's joints of unit stiffness: ½(bending at the base² + bending at the platform² + ½ twist²).
+
+    Of one end ½(bending² + ¼ twist²), so that those of both ends add up.
+    """
+    geometry, found = ca.SX(robot.inverse_kinematics.geometry), []
+    rotation = robot.inverse_kinematics.rotation(pose)
+    turned = rotation_vector(rotation)
+    both = (ca.horzsplit(robot.straight_legs.leg_vectors(at, geometry)) for at in (pose, ca.SX.zeros(6)))
+    for vector, relaxed in zip(*both, strict=True):
+        u, home = vector / ca.norm_2(vector), relaxed / ca.norm_2(relaxed)
+        ends = {PassiveJoints.BASE: home, PassiveJoints.PLATFORM: rotation @ home}
+        bent = [_angle_squared(u, at) for end, at in ends.items() if variant in (end, PassiveJoints.FLEXURES)]
+        found.append(sum((0.5 * (squared + 0.25 * ca.dot(u, turned) ** 2) for squared in bent), ca.SX(0.0)))
+    return found
 
 
 def _angle_squared(a: ca.SX, b: ca.SX) -> ca.SX:

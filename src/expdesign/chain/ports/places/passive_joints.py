@@ -29,7 +29,7 @@ class PassiveJointsPort(Port):
     """u: stiffness (N·m/rad) against rotation at every end of every leg, base ends first, of joints relaxed wherever.
 
     The wrench that turns the joints as the legs' own springs deflect, −Σ u·K·J·Δq with K of unit stiffness
-    (`PassiveJointStiffness.relaxed`), is missing from what the legs carry. To first order in u, as all laws are.
+    (`PassiveJointStiffness.resisting`), is missing from what the legs carry. To first order in u, as all laws are.
     """
 
     name = "passive joints"
@@ -40,7 +40,8 @@ class PassiveJointsPort(Port):
         kinds = [(end, leg) for end in _ends(self.robot) for leg in each_leg(self.robot)]
         moved = sprung_twist(self.robot, row)
         for index, (end, leg) in enumerate(kinds):
-            wrench = wrench - extra[index] * (PassiveJointStiffness(self.robot, leg, end).relaxed(row) @ moved)
+            joints = PassiveJointStiffness(self.robot, leg, end)
+            wrench = wrench - extra[index] * joints.resisting(row, moved)
         return wrench
 
     def entries(self, sight: Sight) -> Iterator[Entry]:
