@@ -57,6 +57,25 @@ class Coordinate:
     high: float
 
 
+@dataclass(frozen=True)
+class PlacedFrame:
+    """A frame in the base link's: its axes (3×3), its origin (3,), and the steps that led to it, in base axes."""
+
+    rotation: ca.SX
+    position: ca.SX
+    steps: tuple[ca.SX, ...] = ()
+
+    def moved(self, by: ca.SX) -> "PlacedFrame":
+        """The frame after a motion (4×4) in its own axes."""
+        step = self.rotation @ by[:3, 3]
+        return PlacedFrame(self.rotation @ by[:3, :3], self.position + step, (*self.steps, step))
+
+    @cached_property
+    def pose(self) -> ca.SX:
+        """Homogeneous, 4×4."""
+        return ca.blockcat([[self.rotation, self.position], [ca.SX.zeros(1, 3), ca.SX.ones(1)]])
+
+
 class KinematicTree:
     """The chain from a base link to one or several tip links, and all that hangs on it.
 
@@ -148,33 +167,33 @@ class KinematicTree:
     @remembered
     def tip_pose(self, q: ca.SX, geometry: ca.SX | None = None) -> ca.SX:
         """Pose (4×4) in the base link's frame of the tip that is looked at."""
-        poses = [self._pose_of(tip, q, geometry) for tip in self.tips]
+        poses = [self._tip(tip, q, geometry).pose for tip in self.tips]
         return chosen(list(zip(self.looked_at(q), poses, strict=True)))
 
-    def _pose_of(self, tip: str, q: ca.SX, geometry: ca.SX | None) -> ca.SX:
-        pose = self.forward(q, geometry)[tip]
-        return self._erred(pose, geometry, (tip, True)) if self.is_passed(tip) else pose
+    def _tip(self, tip: str, q: ca.SX, geometry: ca.SX | None) -> PlacedFrame:
+        link = self._placed(q, geometry)[0][tip]
+        return link.moved(self._error(geometry, (tip, True))) if geometry is not None and self.is_passed(tip) else link
 
     @remembered
     def jacobian(self, q: ca.SX, geometry: ca.SX | None = None) -> ca.SX:
         """Velocity and angular velocity of the tip that is looked at per coordinate of the chain, base axes, (6, n).
 
-        A joint with axis z at o moves a tip at p by [z×(p − o); z], or by [z; 0] along z: a quarter of the operations
-        that derivatives of the tip's pose take.
+        A joint with axis z moves a tip at a distance r from it by [z×r; z], or by [z; 0] along z: a third of the
+        operations that derivatives of the tip's pose take. What lies before the joint is no part of r.
         """
         frames, options = self._placed(q, geometry)[1], []
         for path, tip, seen in zip(self.paths, self.tips, self.looked_at(q), strict=True):
-            place, columns = self._pose_of(tip, q, geometry)[:3, 3], [ca.SX.zeros(6) for _ in self.coordinates]
-            for joint in path:
-                motion = self.motion(joint)
-                if motion is None:
-                    continue
-                frame = frames[joint.name]
-                axis, still = frame[:3, :3] @ constant(joint.axis), ca.SX.zeros(3)
-                turns = ca.vertcat(ca.cross(axis, place - frame[:3, 3]), axis)
-                for index, multiplier in motion.terms:
+            steps, columns = [*self._tip(tip, q, geometry).steps], [ca.SX.zeros(6) for _ in self.coordinates]
+            reach = ca.SX.zeros(3)
+            for joint in reversed(path):
+                frame, motion = frames[joint.name], self.motion(joint)
+                while len(steps) > len(frame.steps):
+                    reach += steps.pop()
+                axis = frame.rotation @ constant(joint.axis)
+                twist = ca.vertcat(axis, ca.SX.zeros(3)) if joint.slides else ca.vertcat(ca.cross(axis, reach), axis)
+                for index, multiplier in () if motion is None else motion.terms:
                     if index < len(columns):
-                        columns[index] += multiplier * (ca.vertcat(axis, still) if joint.slides else turns)
+                        columns[index] += multiplier * twist
             options.append((seen, ca.horzcat(*columns)))
         return chosen(options)
 
@@ -235,21 +254,21 @@ class KinematicTree:
 
     def joint_frame(self, q: ca.SX, joint: int) -> tuple[ca.SX, ca.SX]:
         """Place (3,) of `joints[joint]` and orientation (3×3) of its frame, as fixed to the link before it."""
-        pose = self._placed(q, None)[1][self.joints[joint].name]
-        return pose[:3, 3], pose[:3, :3]
+        frame = self._placed(q, None)[1][self.joints[joint].name]
+        return frame.position, frame.rotation
 
     def far_end(self, q: ca.SX, link: int) -> ca.SX:
         """Place (3,) at which link 1, 2, ... (index from 0) ends: at the next joint of the chain, or at the tip.
 
         Of several ends it is the one on the way to the tip that is looked at, if it is on one.
         """
-        (poses, frames), options = self._placed(q, None), []
+        (links, joints), options = self._placed(q, None), []
         for path, tip, seen in zip(self.paths, self.tips, self.looked_at(q), strict=True):
             moving = [joint for joint in path if self.motion(joint) is not None]
             if self.joints[link] in moving:
                 following = moving[moving.index(self.joints[link]) + 1 :]
-                pose = frames[following[0].name] if following else poses[tip]
-                options.append((seen, pose[:3, 3]))
+                end = joints[following[0].name] if following else links[tip]
+                options.append((seen, end.position))
         return chosen(options)
 
     @property
@@ -299,32 +318,32 @@ class KinematicTree:
             children.setdefault(joint.parent, []).append(joint)
         return children
 
+    @remembered
     def forward(self, q: ca.SX, geometry: ca.SX | None = None) -> dict[str, ca.SX]:
         """Poses (4×4) in the base link's frame of every link that the base carries; `geometry` holds the errors."""
-        return self._placed(q, geometry)[0]
+        return {name: frame.pose for name, frame in self._placed(q, geometry)[0].items()}
 
     @remembered
-    def _placed(self, q: ca.SX, geometry: ca.SX | None) -> tuple[dict[str, ca.SX], dict[str, ca.SX]]:
-        """`forward`, and the frames of joints, as fixed to the link before them."""
-        poses: dict[str, ca.SX] = {self.base: ca.SX.eye(4)}
-        frames: dict[str, ca.SX] = {}
+    def _placed(self, q: ca.SX, geometry: ca.SX | None) -> tuple[dict[str, PlacedFrame], dict[str, PlacedFrame]]:
+        """Frames of the links, and of the joints as fixed to the link before them."""
+        links, joints = {self.base: PlacedFrame(ca.SX.eye(3), ca.SX.zeros(3))}, {}
         queue = [self.base]
         while queue:
             parent = queue.pop(0)
             for joint in self._children.get(parent, []):
-                pose = poses[parent] @ constant(joint.origin)
+                frame = links[parent].moved(constant(joint.origin))
                 motion = self.motion(joint)
-                if (joint.name, False) in self._number_of:
-                    pose = self._erred(pose, geometry, (joint.name, False))
-                frames[joint.name] = pose
+                if geometry is not None and (joint.name, False) in self._number_of:
+                    frame = frame.moved(self._error(geometry, (joint.name, False)))
+                joints[joint.name] = frame
                 if joint.moves:
                     at = ca.SX(self.place(joint)) if motion is None else self._value(motion, q, geometry)
-                    pose = pose @ moved(joint.axis, at, along=joint.slides)
-                if joint.child in self.tips and not self.is_passed(joint.child):
-                    pose = self._erred(pose, geometry, (joint.child, True))
-                poses[joint.child] = pose
+                    frame = frame.moved(moved(joint.axis, at, along=joint.slides))
+                if geometry is not None and joint.child in self.tips and not self.is_passed(joint.child):
+                    frame = frame.moved(self._error(geometry, (joint.child, True)))
+                links[joint.child] = frame
                 queue.append(joint.child)
-        return poses, frames
+        return links, joints
 
     def _value(self, motion: Motion, q: ca.SX, geometry: ca.SX | None) -> ca.SX:
         value = ca.SX(motion.offset)
@@ -334,14 +353,13 @@ class KinematicTree:
                 value += multiplier * geometry[index]
         return value
 
-    def _erred(self, pose: ca.SX, geometry: ca.SX | None, end: tuple[str, bool]) -> ca.SX:
-        if geometry is None:
-            return pose
+    def _error(self, geometry: ca.SX, end: tuple[str, bool]) -> ca.SX:
+        """Motion (4×4) from where the far end of a link is nominally."""
         start = len(self.coordinates) + len(FRAME_AXES) * self._number_of[end]
         error = ca.SX.eye(4)
         error[:3, :3] = rotation_matrix(geometry[start + 3 : start + 6], "fixed-xyz")
         error[:3, 3] = geometry[start : start + 3]
-        return pose @ error
+        return error
 
     def link_of(self, name: str) -> int:
         """Number of the link of the chain (0: the base) with which a link of the URDF moves first."""
