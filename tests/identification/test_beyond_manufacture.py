@@ -1,6 +1,7 @@
 """Corrections that no machine needs are named before anything else, and written where somebody accepts them."""
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from expdesign.report.words import size
 from tests.plant import PLAIN, ROBOT, recordings
 
 
+@cache
 def read(zero: float) -> xd.IdentificationResult:
     """Joint 3's mark is off by `zero` (rad)."""
     zeros = PLAIN.zeros + zero * (np.arange(6) == 2)

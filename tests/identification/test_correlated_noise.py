@@ -84,11 +84,11 @@ def test_the_next_measurement_follows_the_same_noise() -> None:
 def test_chi2_has_the_degrees_of_freedom_that_it_states() -> None:
     here = case(shared_reference=True)
     plan, found = plan_of(shared_reference=True), []
-    for seed in range(25):
+    for seed in range(10):
         identified = xd.identify(HEXAPOD["robot"], xd.simulate(here, plan, seed=seed).frame, targets=here)
         assert identified.chi2 is not None
         found.append(identified.chi2 / identified.result.goodness.dof)
-    assert np.mean(found) == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / (25 * 42)))
+    assert np.mean(found) == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / (10 * 42)))
 
 
 def test_whitening_is_the_inverse_root_of_the_whole_covariance() -> None:

@@ -114,26 +114,18 @@ def test_declared_errors_do_not_refute_a_model() -> None:
     assert np.mean(allowing) == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / (8 * goodness.dof)) + 0.05)
 
 
-def test_a_diagnosis_looks_for_nothing_that_declared_errors_account_for() -> None:
-    case, frame = simulated(LARGE, seed=3)
-    found = xd.diagnose(HEXAPOD["robot"], frame, targets=case)
-    assert found.record["verdict"] == "consistent"
-    assert found.result.before.without_load_errors is not None
-    assert xd.identify(HEXAPOD["robot"], frame).result.goodness.refuted
-
-
 def test_a_diagnosis_reads_the_errors_that_the_recordings_declare() -> None:
     case, frame = simulated(SHARED, seed=3)
     diagnosed = xd.diagnose(HEXAPOD["robot"], columns_of(frame, **WHOLE), targets=problem(HEXAPOD, UNDECLARED))
     named, found = diagnosed.result.before, diagnosed.acceptance
-    configured = xd.diagnose(HEXAPOD["robot"], frame, targets=case).result.before
-    assert named.chi2 == pytest.approx(configured.chi2, rel=1e-9)
-    assert named.without_load_errors == pytest.approx(configured.without_load_errors, rel=1e-9)
+    configured = xd.identify(HEXAPOD["robot"], frame, targets=case).result.goodness
+    assert named.chi2 == pytest.approx(configured.chi2, rel=1e-6)
+    assert named.without_load_errors == pytest.approx(configured.without_load_errors, rel=1e-6)
     assert found is not None
     assert [one.name for one in found.budget.contributions][1:] == ["mass", "com"]
 
 
-@pytest.mark.parametrize("estimator", ["generalised", "weighted"])
+@pytest.mark.parametrize("estimator", ["generalised", pytest.param("weighted", marks=pytest.mark.slow)])
 def test_a_diagnosis_that_misses_nothing_is_the_identification(estimator: str) -> None:
     """One model has one estimate, one covariance, one statement of fit and one U."""
     _, frame = simulated(LARGE, seed=4)
@@ -143,6 +135,7 @@ def test_a_diagnosis_that_misses_nothing_is_the_identification(estimator: str) -
     )
     diagnosed, identified = (way(HEXAPOD["robot"], frame, targets=case) for way in (xd.diagnose, xd.identify))
     assert diagnosed.record["verdict"] == "consistent"
+    assert diagnosed.result.before.without_load_errors is not None
     known, fit = diagnosed.result.known, identified.result.fit
     np.testing.assert_allclose(known.values, fit.values, rtol=1e-7)
     np.testing.assert_allclose(known.covariance, fit.covariance, rtol=1e-6, atol=1e-9)
@@ -291,7 +284,7 @@ def test_the_scale_that_was_taken_follows_the_recordings() -> None:
     random = np.random.default_rng(2)
     taken = []
     for actual in (0.2, 2.0):
-        found = [experiments.identified(random, actual, "generalised").loads for _ in range(8)]
+        found = [experiments.identified(random, actual, "generalised").loads for _ in range(5)]
         taken.append(float(np.mean([np.log(loads.sizes[0]) for loads in found if loads is not None])))
     assert taken[0] < np.log(0.4)
     assert taken[1] > np.log(1.5)

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import expdesign as xd
-from expdesign.chain.recordings.recordings import complete_positions
+from expdesign.chain.recordings.recordings import Recordings, complete_positions
 from expdesign.errors import InputError
 from expdesign.mechanics.minimal_set import MinimalSet
 from tests.identification.test_arm_calibration import recordings_of
@@ -88,13 +88,19 @@ def test_what_distances_cannot_be_is_named() -> None:
         complete_positions(recordings_of(frame))
 
 
-def test_a_diagnosis_says_what_it_leaves_out(caplog: pytest.LogCaptureFixture) -> None:
-    frame = measured(60, positions=True)
-    with caplog.at_level("WARNING"):
-        found = xd.diagnose(ROBOT, frame)
+def test_a_diagnosis_says_what_it_leaves_out(caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[Recordings] = []
+
+    def begun(robot: object, recordings: Recordings, *more: object, **options: object) -> None:
+        given.append(recordings)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("expdesign.app.api.diagnose.diagnose_recordings", begun)
+    with caplog.at_level("WARNING"), pytest.raises(KeyboardInterrupt):
+        xd.diagnose(ROBOT, measured(60, positions=True))
     assert "reads complete positions, not 40 rows with fewer than three coordinates" in caplog.text
     assert "`expdesign identify` fits them" in caplog.text
-    assert len(found.result.recordings) == 20
+    assert len(given[0]) == 20
 
 
 def test_two_coordinates_of_every_position_calibrate_an_arm_and_are_too_few_for_a_diagnosis() -> None:

@@ -115,12 +115,6 @@ def test_the_band_covers_the_true_compliance() -> None:
     assert np.concatenate(inside).mean() > 0.85
 
 
-def test_consistent_recordings_have_no_law() -> None:
-    result = diagnose(robot(BIPOD), recordings_of(None))
-    assert result.verdict == "consistent"
-    assert result.laws is None
-
-
 def test_beyond_the_range_of_its_inputs_a_law_fades_and_says_so() -> None:
     result = found()
     chain, values = result.predictive.fit.chain, result.predictive.fit.values

@@ -13,7 +13,7 @@ Where the platform frame is not at the centroid of the points, translation and r
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.readings.position import FIXED, INSTRUMENT, PLACE, TURN, MarkerPosition, turns
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError, NotIdentifiableError
@@ -145,9 +145,11 @@ def start_of(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> F
     turns_by, shifts = np.tile(np.eye(3), (len(reading.standing), 1, 1)), np.zeros((len(reading.standing), 3))
     if reading.instrument is not None:
         turns_by[:], shifts[:] = rotations_of(reading.instrument[3:]), reading.instrument[:3]
+    stations = np.unique(at) if reading.instrument is None else ()
+    steps = _steps(rotations, at, site, sites, reading)
     for step_number in range(_ALTERNATIONS):
         points = positions + np.einsum("nij,nj->ni", rotations, places[site])
-        for station in np.unique(at) if reading.instrument is None else ():
+        for station in stations:
             mine = at == station
             if step_number == 0 and (complete & mine).sum() >= _COMPLETE:
                 mine &= complete
@@ -156,17 +158,8 @@ def start_of(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> F
         turn, shift = turns_by[at], shifts[at]
         readings = np.where(seen, readings, np.einsum("nji,nj->ni", turn, points - shift))
         in_base, before = np.einsum("nij,nj->ni", turn, readings) + shift, places.copy()
-        for k, place in enumerate(known):
-            mine = site == k
-            if place is None and mine.any():
-                differences = (in_base - points)[mine]
-                free = [i for i, axis in enumerate("xyz") if (sites[k], axis) not in reading.held]
-                columns = rotations[mine].reshape(-1, 3)[:, free]
-                # Every station that sees the marker may be shifted with its place.
-                shared = np.kron(at[mine][:, None] == np.unique(at[mine]), np.eye(3))
-                matrix = np.hstack([columns, shared]) if reading.instrument is None else columns
-                step = np.linalg.lstsq(matrix, differences.ravel(), rcond=1e-6)[0]
-                places[k, free] += step[: len(free)]
+        for k, (mine, free, solution) in steps.items():
+            places[k, free] += solution @ (in_base - points)[mine].ravel()
         if complete.all() and step_number and np.abs(places - before).max(initial=0.0) < _STANDING:
             break
     start = np.zeros(len(reading.parameters))
@@ -183,6 +176,24 @@ def start_of(reading: MarkerPosition, robot: Robot, recordings: Recordings) -> F
         on_tip = rotations[aimed].swapaxes(1, 2) @ turn[aimed] @ recordings.aim[kept][aimed]
         start[reading.parts[TURN, name]] = angles_of_matrix(Rotation.from_matrix(on_tip).mean().as_matrix())
     return _with_fixed(reading, robot, recordings, start)
+
+
+def _steps(
+    rotations: FloatArray, at: IntArray, site: IntArray, sites: list[str], reading: MarkerPosition
+) -> dict[int, tuple[BoolArray, list[int], FloatArray]]:
+    """By unknown site: rows that see it, its free axes, and the least squares of its step from their differences."""
+    found = {}
+    for k, name in enumerate(sites):
+        mine = site == k
+        if name in reading.places or not mine.any():
+            continue
+        free = [i for i, axis in enumerate("xyz") if (name, axis) not in reading.held]
+        columns = rotations[mine].reshape(-1, 3)[:, free]
+        # Every station that sees the marker may be shifted with its place.
+        shared = np.kron(at[mine][:, None] == np.unique(at[mine]), np.eye(3))
+        matrix = np.hstack([columns, shared]) if reading.instrument is None else columns
+        found[k] = mine, free, np.linalg.pinv(matrix, rcond=1e-6)[: len(free)]
+    return found
 
 
 def _with_fixed(reading: MarkerPosition, robot: Robot, recordings: Recordings, start: FloatArray) -> FloatArray:
