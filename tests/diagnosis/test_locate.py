@@ -4,10 +4,11 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from expdesign.diagnosis.library import Candidate, candidates, library
-from expdesign.diagnosis.locate import locate
+from expdesign.diagnosis.locate import drivers, locate
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.estimation.fit import linear_fit
 from tests.cases import robot
@@ -75,3 +76,13 @@ def test_what_is_explained_scales_with_the_variance_of_the_noise() -> None:
     explained = {probe.name: probe.explained for probe in twice.components}
     for probe in once.components:
         assert probe.explained == pytest.approx(2.0 * explained[probe.name], rel=1e-9)
+
+
+def test_columns_of_numbers_without_a_meaning_are_tried_as_causes() -> None:
+    sample = sample_of("bipod-unequal", simulated("bipod-unequal"))
+    rows = len(sample.recordings)
+    extra = pd.DataFrame({"humidity": np.linspace(0.3, 0.6, rows).astype(str), "operator": "Ada", "room": 21.0})
+    sample = replace(sample, recordings=replace(sample.recordings, extra=extra))
+    tried = drivers(sample, robot("bipod-unequal"))
+    assert "humidity" in tried
+    assert {"operator", "room"}.isdisjoint(tried)

@@ -6,9 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from expdesign.chain.recordings.columns import COLUMNS
 from expdesign.errors import InputError
 from expdesign.io.table import parse_table, read_table
-from expdesign.io.tables_in_units import in_si, meant, synonym
+from expdesign.io.tables_in_units import in_si
 
 
 def test_numbers_integers_and_text() -> None:
@@ -94,13 +95,13 @@ def test_missing_file(tmp_path: Path) -> None:
 )
 def test_joints_as_controllers_call_them_are_recognised(written: str, known: str | None) -> None:
     """Controllers count joints from 1; q0 is part of a quaternion."""
-    assert meant(written) == known
+    assert COLUMNS.meant(written) == known
 
 
 def test_a_joint_of_a_urdf_keeps_its_name_whatever_that_is() -> None:
     """Joints of many URDFs are called j1 to j6; where `q1_rad` is missing, its place may be taken by `j1_rad`."""
     rows = pd.DataFrame({"j1_rad": ["0.1"], "motor3_rad": ["0.2"]})
-    assert in_si(rows, "t.csv").frame.columns.tolist() == ["j1_rad", "motor3_rad"]
-    assert synonym("j1_rad") == "q1_rad"
+    assert in_si(rows, "t.csv", COLUMNS).frame.columns.tolist() == ["j1_rad", "motor3_rad"]
+    assert COLUMNS.hint("j1_rad") == "q1_rad"
     with pytest.raises(InputError, match="`J1` is not known"):
-        in_si(rows.rename(columns={"j1_rad": "J1"}), "t.csv")
+        in_si(rows.rename(columns={"j1_rad": "J1"}), "t.csv", COLUMNS)

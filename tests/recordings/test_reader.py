@@ -1,11 +1,13 @@
 """Every fault of a recordings file is answered with file, row and column; what is right is read as it stands."""
 
+import logging
 from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from expdesign.app.api.recorded import say_unknown_columns
 from expdesign.chain.recordings.filled_in import check_structure
 from expdesign.chain.recordings.points import points_from_table
 from expdesign.errors import InputError
@@ -158,6 +160,21 @@ def test_a_wrench_may_not_contradict_the_payload(factor: float, contradicts: boo
 def test_recorded_are_kept_and_known_to_be_unknown() -> None:
     found = read(valid().assign(operator="Ada", dx_M=1.0), robot("H1"))
     assert list(found.extra.columns) == ["operator", "dx_M"]
+
+
+def test_what_is_said_of_columns_without_a_meaning(caplog: pytest.LogCaptureFixture) -> None:
+    """Numbers in every row that vary are what a diagnosis compares residuals with; nothing else is used."""
+    made = valid()
+    numbers = np.arange(len(made), dtype=float)
+    gaps = np.where(numbers == 2.0, np.nan, numbers)
+    found = read(made.assign(operator="Ada", humidity=numbers, gaps=gaps, room=21.0), robot("H1"))
+    assert list(found.further) == ["humidity"]
+    with caplog.at_level(logging.INFO, "expdesign"):
+        say_unknown_columns(found)
+    kept, used = caplog.messages
+    assert kept.endswith("kept but not used: operator, gaps, room")
+    assert "`diagnose` alone uses" in used
+    assert used.endswith(": humidity")
 
 
 def test_points_need_neither_sequence_nor_measured_columns() -> None:

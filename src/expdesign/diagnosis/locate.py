@@ -11,7 +11,6 @@ These are score tests: what directions explain of residuals once a model has bee
 from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
 from scipy.special import chdtrc
 
 from expdesign.arrays import FloatArray, as_matrix
@@ -158,10 +157,7 @@ def drivers(sample: Data, robot: Robot) -> dict[str, FloatArray]:
         found["time_s"] = recordings.time
     if recordings.temperature is not None:
         found["temperature_degC"] = recordings.temperature
-    for name in recordings.extra.columns:
-        values = pd.to_numeric(recordings.extra[name], errors="coerce").to_numpy(dtype=float)
-        if np.isfinite(values).all():
-            found[str(name)] = values
+    found |= recordings.further
     return {name: values for name, values in found.items() if np.ptp(values) > 0.0}
 
 

@@ -14,18 +14,14 @@ import pandas as pd
 from expdesign.arrays import BoolArray, FloatArray, IntArray, TextArray
 from expdesign.errors import InputError
 from expdesign.io.excel import OLD_WORKBOOK, is_excel_name, is_workbook, sheet_rows
+from expdesign.io.known_columns import NONE_KNOWN, KnownColumns
 from expdesign.io.schema import LARGEST
 from expdesign.io.table_text import Rows, decoded, separated
-from expdesign.io.tables_in_units import SiFrame, in_si, synonym
+from expdesign.io.tables_in_units import SiFrame, in_si
 from expdesign.io.yaml_reader import read_bytes
 
 _LOG = logging.getLogger(__name__)
 
-_MEANING = {
-    "sequence": ": whole numbers, the order in which the rows were recorded",
-    "series": ": a whole number for each series, which rows share between which nothing was set anew",
-}
-"""Of columns that people do not have by themselves."""
 _MOST_COLUMNS = 10_000
 """A tree of a hundred joints has fewer than a thousand."""
 _LARGEST_INTEGER = 2.0**53
@@ -41,12 +37,14 @@ class Table:
         frame: the cells as text, one row per line that is not empty.
         lines: line of the file on which each row stands.
         written: name in the file of the columns that were converted to SI, by their SI names.
+        known: the columns that are known, for messages.
     """
 
     source: str
     frame: pd.DataFrame
     lines: IntArray
     written: dict[str, str] = field(default_factory=dict)
+    known: KnownColumns = NONE_KNOWN
 
     @property
     def columns(self) -> list[str]:
@@ -85,10 +83,12 @@ class Table:
         for column in columns:
             if column not in self.frame.columns:
                 # Slips of the pen rarely touch the first letter, and `sx_m` is not meant where `x_m` is missing.
-                others = [name for name in self.columns if name not in columns and name[:1] == column[:1]]
-                near = difflib.get_close_matches(column, others, n=1, cutoff=0.7)
-                near = near or [name for name in self.columns if name not in columns and synonym(name) == column]
-                remedy = f"Is `{near[0]}` meant?" if near else f"Add the column{_MEANING.get(column, '')}."
+                others = [name for name in self.columns if name not in columns]
+                alike = [name for name in others if name[:1] == column[:1]]
+                near = difflib.get_close_matches(column, alike, n=1, cutoff=0.7)
+                near = near or [name for name in others if self.known.hint(name) == column]
+                asked = f": {self.known.asked[column]}" if column in self.known.asked else ""
+                remedy = f"Is `{near[0]}` meant?" if near else f"Add the column{asked}."
                 raise self.fault("the column is missing", column=column, remedy=remedy)
 
     def numbers(self, columns: tuple[str, ...]) -> FloatArray:
@@ -203,10 +203,11 @@ def _require_table(path: Path, data: bytes) -> None:
         raise InputError(f"this is {_OTHERS[suffix]}, not a table", where=str(path), remedy=remedy)
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path, known: KnownColumns = NONE_KNOWN) -> Table:
     """Read a table with a header row from CSV (any usual separator and encoding) or a sheet of a workbook (.xlsx).
 
-    Columns in other units become SI columns. What was found out about the file is logged.
+    Columns in other units become SI columns, and those that are `known` may be written in other letters. What was found
+    out about the file is logged.
 
     Raises:
         InputError: the file is missing, is not text, has no rows, or its rows have more cells than the header.
@@ -216,18 +217,18 @@ def read_table(path: Path) -> Table:
     _require_table(path, data)
     if is_workbook(data) or is_excel_name(path):
         rows, sheet, notes = sheet_rows(data, source)
-        return _table(rows, f"{source}, sheet `{sheet}`", notes, file=source)
+        return _table(rows, f"{source}, sheet `{sheet}`", notes, known, file=source)
     text, notes = decoded(data, source)
-    return parse_table(text, source, notes)
+    return parse_table(text, source, known, notes)
 
 
-def parse_table(text: str, source: str, notes: Sequence[str] = ()) -> Table:
+def parse_table(text: str, source: str, known: KnownColumns = NONE_KNOWN, notes: Sequence[str] = ()) -> Table:
     """Read a table from the text of a CSV file; see `read_table`."""
     rows, found = separated(text, source)
-    return _table(rows, source, [*notes, *found])
+    return _table(rows, source, [*notes, *found], known)
 
 
-def _table(rows: Rows, source: str, notes: list[str], file: str = "") -> Table:
+def _table(rows: Rows, source: str, notes: list[str], known: KnownColumns, file: str = "") -> Table:
     filled = [(line, row) for line, row in rows if any(cell.strip() for cell in row)]
     if not filled:
         raise InputError("the file is empty", where=source, remedy="A header row and at least one row are needed.")
@@ -255,12 +256,12 @@ def _table(rows: Rows, source: str, notes: list[str], file: str = "") -> Table:
                 remedy = "Is the file cut off? Save it again, or complete the row."
             raise InputError(what, where=f"{source}, row {line}", remedy=remedy)
     frame = pd.DataFrame([row for _, row in body], columns=header, dtype=str)
-    found = in_si(frame, source)
+    found = in_si(frame, source, known)
     if found.written:
         notes = [*notes, *_conversions(found)]
     if notes:
         _LOG.info("%s: %s", file or source, "; ".join(notes))
-    return Table(source, found.frame, np.array([line for line, _ in body], dtype=np.int64), found.written)
+    return Table(source, found.frame, np.array([line for line, _ in body], dtype=np.int64), found.written, known)
 
 
 def _conversions(found: SiFrame) -> list[str]:

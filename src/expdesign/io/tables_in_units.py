@@ -1,20 +1,17 @@
 """Tables in units of choice: columns become SI columns where a table is read, and are written in other units.
 
-Names of columns as people write them: in capitals, with a blank before the unit, without a unit, in other words.
-
-What can mean one thing only is read so (`DX (mm)`, `dz mm`, `SEQUENCE`); what is nearly a known name is refused with
-that name, because a column that is dropped changes what is identified from the others.
+Units are written in many ways (`DX (mm)`, `dz mm`); what can mean one thing only is read so. Columns that are known by
+their names are handed in (`known_columns.py`).
 """
 
 import re
 from collections.abc import Collection
 from dataclasses import dataclass
-from functools import cache
 
 import pandas as pd
 
-from expdesign.coordinates import PLANAR, PLANE, SPATIAL
 from expdesign.errors import InputError
+from expdesign.io.known_columns import NONE_KNOWN, KnownColumns
 from expdesign.io.units import (
     NUMBER,
     SI,
@@ -27,30 +24,11 @@ from expdesign.io.units import (
     wanted_units,
 )
 
-PLAIN = ("sequence", "series", "marker", "split", "reference", "kind", "points", "reference_points")
-"""Columns without a unit."""
-
 _FORMS = (
     re.compile(r"(?P<base>\w[\w ]*?)[\s_]*[\[(]\s*(?P<unit>[^\[\]()]+?)\s*[\])]"),
     re.compile(r"(?P<base>\w+)\s+(?P<unit>\S+)"),
     re.compile(r"(?P<base>\w+)_(?P<unit>[^_\s]+(?:_s2)?)"),
 )
-
-_SYNONYMS = {
-    "sequence": ("seq", "seqno", "no", "nr", "nummer", "number", "row", "zeile", "messung", "measurement",
-                 "reihenfolge", "folge", "index", "lfdnr"),
-    "series": ("serie", "ser", "gruppe", "group", "posenr", "messreihe", "reihe", "pose"),
-    "mass_kg": ("masse", "gewicht", "weight", "payload", "load", "last", "nutzlast", "massekg", "m"),
-    "time_s": ("zeit", "t", "times", "zeits"),
-    "temperature_degC": ("temperatur", "temp", "tempc", "temperaturc"),
-    "marker": ("reflector", "reflektor", "smr", "punkt", "point", "target"),
-    **{f"com_{axis}_m": (f"cog{axis}", f"sp{axis}", f"schwerpunkt{axis}", f"c{axis}", f"com{axis}m") for axis in "xyz"},
-    **{f"d{axis}_m": (f"delta{axis}", f"deflection{axis}", f"verschiebung{axis}", f"u{axis}") for axis in "xyz"},
-    **{f"dr{axis}_rad": (f"deltar{axis}", f"rotation{axis}", f"verdrehung{axis}") for axis in "xyz"},
-    **{f"f{axis}_N": (f"force{axis}", f"kraft{axis}") for axis in "xyz"},
-    **{f"m{axis}_Nm": (f"moment{axis}", f"torque{axis}", f"t{axis}") for axis in "xyz"},
-    **{f"r{axis}_rad": (word,) for axis, word in zip("xyz", ("roll", "pitch", "yaw"), strict=True)},
-}  # fmt: skip
 
 
 def measured_as(name: str, where: str = "") -> MeasuredColumn | None:
@@ -79,48 +57,6 @@ def measured_as(name: str, where: str = "") -> MeasuredColumn | None:
     return None
 
 
-def plain_as(name: str) -> str | None:
-    """The column without a unit that has this name in other letters, or None."""
-    lower = name.strip().lower().replace(" ", "_")
-    return lower if lower in PLAIN else None
-
-
-def meant(name: str) -> str | None:
-    """The known column whose name this is but for marks and the unit (`dxm`, `x`, `J1`), or None.
-
-    Joints of a URDF may have any name, which its columns have with their unit: `j1_rad` is none in other letters.
-    """
-    compact = _compact(name)
-    joint = re.fullmatch(r"q([1-9]\d*)(?:rad)?|(?:j|joint|axis|achse|gelenk)([1-9]\d*)", compact)
-    return f"q{joint.group(1) or joint.group(2)}_rad" if joint else _without_marks().get(compact)
-
-
-def synonym(name: str) -> str | None:
-    """The known column that another word stands for (`Masse`, `Seq`), or None."""
-    compact = _compact(name)
-    own = meant(name.removesuffix("_rad"))
-    return own or next((known for known, words in _SYNONYMS.items() if compact in words), None)
-
-
-def _compact(name: str) -> str:
-    return re.sub(r"[\W_]", "", name).lower()
-
-
-@cache
-def _without_marks() -> dict[str, str]:
-    """Known names by their letters and digits, with and without the unit."""
-    known = list(PLAIN)
-    for coordinates in (SPATIAL, PLANE, PLANAR):
-        known += [name for names in vars(coordinates).values() if isinstance(names, tuple) for name in names]
-    known += ["mass_kg", "time_s", "temperature_degC", "px_m", "py_m", "pz_m", "spx_m", "spy_m", "spz_m"]
-    known += [f"{before}_{name}" for before in ("measured", "reading") for name in SPATIAL.pose]
-    found = {_compact(name): name for name in known}
-    for name in known:
-        base = re.sub(r"_(m|rad|N|Nm|kg|s|degC|m_s2)$", "", name)
-        found.setdefault(_compact(base), name)
-    return found
-
-
 @dataclass(frozen=True)
 class SiFrame:
     """A frame whose columns are in SI.
@@ -136,7 +72,7 @@ class SiFrame:
     units: tuple[str, ...] = ()
 
 
-def in_si(frame: pd.DataFrame, source: str) -> SiFrame:
+def in_si(frame: pd.DataFrame, source: str, known: KnownColumns = NONE_KNOWN) -> SiFrame:
     """The cells of a table (text) with every column that names another unit converted to SI.
 
     Cells that are not numbers stay as they are, so that whoever needs the column says where they stand.
@@ -149,10 +85,10 @@ def in_si(frame: pd.DataFrame, source: str) -> SiFrame:
     written: dict[str, str] = {}
     units: dict[str, None] = {}
     columns: dict[str, pd.Series] = {}
-    exact = {known[0] for column in map(str, frame.columns) if (known := _stated(column, source)) is not None}
+    exact = {found[0] for column in map(str, frame.columns) if (found := _stated(column, source)) is not None}
     exact |= set(map(str, frame.columns))
     for column in map(str, frame.columns):
-        name, unit = _stated(column, source) or _spelt(frame[column], column, exact, source)
+        name, unit = _stated(column, source) or _spelt(frame[column], column, exact, source, known)
         if name in names:
             what = f"the columns {names[name]} and {column} give the same quantity"
             raise InputError(what, where=f"{source}, column {column}", remedy="Keep one of them.")
@@ -176,7 +112,9 @@ def _stated(column: str, source: str) -> tuple[str, Unit | None] | None:
     return None if measured is None else (measured.si_name, measured.unit)
 
 
-def _spelt(cells: "pd.Series[str]", column: str, taken: Collection[str], source: str) -> tuple[str, Unit | None]:
+def _spelt(
+    cells: "pd.Series[str]", column: str, taken: Collection[str], source: str, known: KnownColumns
+) -> tuple[str, Unit | None]:
     """The same of a column in other letters; any other column keeps its name.
 
     Raises:
@@ -185,15 +123,15 @@ def _spelt(cells: "pd.Series[str]", column: str, taken: Collection[str], source:
     measured = measured_as(column, f"{source}, column {column}")
     if measured is not None and measured.si_name not in taken:
         return measured.si_name, measured.unit
-    plain = plain_as(column)
+    plain = known.in_other_letters(column)
     if plain is not None and plain not in taken:
         return plain, None
-    known = meant(column)
+    near = known.meant(column)
     numeric = all(NUMBER.fullmatch(cell.strip()) or cell.strip() == "" for cell in cells)
-    if known is not None and known not in taken and numeric:
+    if near is not None and near not in taken and numeric:
         what = f"the column `{column}` is not known"
-        other = "" if known in PLAIN else " Its unit stands behind the underscore."
-        remedy = f"Did you mean `{known}`?{other}"
+        other = " Its unit stands behind the underscore." if known.has_unit(near) else ""
+        remedy = f"Did you mean `{near}`?{other}"
         raise InputError(what, where=f"{source}, column {column}", remedy=remedy)
     return column, None
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.recordings.columns import COLUMNS
 from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.target_loads import TargetLoads
@@ -337,7 +338,7 @@ def _poses(section: PosesSection, robot: Robot) -> PoseSet:
         path = section.document.file(section.candidates)
         if not _is_file(path):
             raise place.fault(f"there is no file {path}", "Paths are relative to the configuration.")
-        table = read_table(path)
+        table = read_table(path, COLUMNS)
         if tips is not None and table.has(TIP_COLUMN):
             return PoseSet(candidates=_distinct(with_joint_columns(table, robot).numbers(robot.configuration)))
         return PoseSet(candidates=at_tips(_distinct(table.numbers(names)), tips))

@@ -17,6 +17,7 @@ from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.assurance.plausibility.robot import robot_findings
 from expdesign.chain.models.model_file import Model
+from expdesign.chain.recordings.columns import COLUMNS
 from expdesign.chain.recordings.filled_in import check_structure
 from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.chain.recordings.measured import with_targets
@@ -187,7 +188,7 @@ def _usable(robot: Robot, source: str, effects: int | None, purpose: Purpose) ->
 def _recordings(
     file: Path, robot: RobotInput | None, purpose: Purpose, *, shared_reference: bool | None
 ) -> CheckResult:
-    table = read_table(file)
+    table = read_table(file, COLUMNS)
     if robot is None:
         return CheckResult(
             recordings_said(str(file), check_structure(table), None, robot=False), None, (), purpose=purpose

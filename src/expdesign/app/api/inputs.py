@@ -16,6 +16,7 @@ from expdesign.app.api.result import PathLike, Result
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.robot import robot_findings
 from expdesign.chain.models.model_file import Model, model_from_document, model_of_robot, read_model
+from expdesign.chain.recordings.columns import COLUMNS
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import ArgumentError, InputError
 from expdesign.io.kinds import kind_of
@@ -148,8 +149,9 @@ def table_of(table: TableInput, name: str) -> Table:
     """A CSV file, or a frame or the rows of a result as the table that their CSV file gives; NaN is an empty cell."""
     rows = table.as_table() if isinstance(table, Result) else table
     if isinstance(rows, pd.DataFrame):
-        return parse_table(csv_text(rows.astype(object).where(rows.notna(), "")), name)
-    return read_table(_path(table if rows is None else rows, name, "a path, a frame, or a result that has rows"))
+        return parse_table(csv_text(rows.astype(object).where(rows.notna(), "")), name, COLUMNS)
+    path = _path(table if rows is None else rows, name, "a path, a frame, or a result that has rows")
+    return read_table(path, COLUMNS)
 
 
 _NUMBERS = ("int", "int | None", "float", "float | None")

@@ -12,6 +12,7 @@ from expdesign.app.api.inputs import RobotFile, RobotInput
 from expdesign.app.api.recorded import read_recordings
 from expdesign.app.api.result import PathLike, Result, numeric
 from expdesign.chain.models.model_file import Model, model_from_document, read_model
+from expdesign.chain.recordings.columns import COLUMNS
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError
 from expdesign.io.kinds import kind_of
@@ -41,7 +42,7 @@ def load(file: PathLike, robot: RobotInput | None = None) -> Loaded:
     """
     path = Path(file)
     if is_table_name(path):
-        return numeric(read_table(path).frame) if robot is None else read_recordings(path, robot)
+        return numeric(read_table(path, COLUMNS).frame) if robot is None else read_recordings(path, robot)
     return read_document(read_yaml(path), problem_from_document)
 
 
@@ -130,7 +131,7 @@ def open_result(folder: PathLike) -> SavedResult:
     return SavedResult(
         place,
         json.loads(read_text(records[0])) if records else {},
-        {path.stem: numeric(read_table(path).frame) for path in found if path.suffix == ".csv"},
+        {path.stem: numeric(read_table(path, COLUMNS).frame) for path in found if path.suffix == ".csv"},
         read_model(place / MODEL) if MODEL in names and (place / MODEL).exists() else None,
         purpose=Purpose(about["command"], tuple(_from(place, name) for name in about["inputs"])),
     )

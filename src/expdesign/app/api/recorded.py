@@ -16,6 +16,7 @@ from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.models.drawn import Drawn
 from expdesign.chain.models.model_file import Model
+from expdesign.chain.recordings.columns import COLUMNS, SPELT
 from expdesign.chain.recordings.reader import read_several, recordings_from_table, require_measured
 from expdesign.chain.recordings.recordings import DEFLECTIONS, SESSION, STATION, Recordings
 from expdesign.chain.recordings.references import Points, Sharing, with_references
@@ -23,7 +24,6 @@ from expdesign.coordinates import SPATIAL
 from expdesign.errors import InputError
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.weighed import WeighedLoads
-from expdesign.io.tables_in_units import synonym
 
 if TYPE_CHECKING:  # most recordings have no targets, and need not wait for planning
     from expdesign.app.api.at_targets import StatedAtTargets
@@ -33,11 +33,6 @@ if TYPE_CHECKING:  # most recordings have no targets, and need not wait for plan
 
 RecordingsInput = PathLike | Sequence[PathLike] | pd.DataFrame | Recordings | Result
 _LOG = logging.getLogger(__name__)
-_KNOWN = [
-    *("sequence", "series", "time_s", "split", "mass_kg"),
-    *(column for names in vars(SPATIAL).values() if isinstance(names, tuple) for column in names),
-]
-"""Columns of robots in space."""
 _SHOWN = 20
 """Columns that are named in one message."""
 _OF_THE_SHEET = ("do", "plan_row", "remarks")
@@ -189,7 +184,7 @@ def recorded_model(
 
 
 def say_unknown_columns(recordings: Recordings) -> None:
-    """Log on level INFO (which commands show) the columns that are kept and not used."""
+    """Log on level INFO (which commands show) the columns without a meaning, those that only a diagnosis uses apart."""
     unknown = [str(name) for name in recordings.extra.columns if name not in _OF_THE_SHEET]
     if recordings.markers:
         unknown = [name for name in unknown if name not in (STATION, SESSION)]
@@ -198,15 +193,22 @@ def say_unknown_columns(recordings: Recordings) -> None:
         what = f"the columns {', '.join(spatial)} are of a robot in space, and this one moves in a plane"
         likely = "Is the robot file that of the robot that was measured?"
         say([Implausibility(what, likely)], recordings.source)
-        unknown = [name for name in unknown if name not in _KNOWN]
-    if unknown:
-        names = ", ".join(_with_near(name) for name in unknown[:_SHOWN])
-        names += f" and {len(unknown) - _SHOWN} more" if len(unknown) > _SHOWN else ""
-        _LOG.info("%s: columns without a meaning here, kept but not used: %s", recordings.source, names)
+        unknown = [name for name in unknown if name not in SPELT]
+    compared = recordings.further
+    kept, used = ([name for name in unknown if (name in compared) is there] for there in (False, True))
+    _say_columns(recordings.source, "kept but not used", kept)
+    _say_columns(recordings.source, "which `diagnose` alone uses (do residuals vary with them?)", used)
+
+
+def _say_columns(source: str, what: str, names: Sequence[str]) -> None:
+    if names:
+        listed = ", ".join(_with_near(name) for name in names[:_SHOWN])
+        listed += f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
+        _LOG.info("%s: columns without a meaning here, %s: %s", source, what, listed)
 
 
 def _with_near(name: str) -> str:
     """A column with the known one it resembles, in another unit (`dx_mm`), misspelt (`dxm`), numbered (`mass2`)."""
-    near = [] if name in _KNOWN else difflib.get_close_matches(name, _KNOWN, n=1, cutoff=0.8)
-    other = near[0] if near else synonym(name) or synonym(name.rstrip("N0123456789"))
+    near = [] if name in SPELT else difflib.get_close_matches(name, SPELT, n=1, cutoff=0.8)
+    other = near[0] if near else COLUMNS.hint(name) or COLUMNS.hint(name.rstrip("N0123456789"))
     return f"{name} (is `{other}` meant?)" if other and other != name else name

@@ -15,8 +15,8 @@ from expdesign.app.api.inputs import RobotInput, TableInput, load_robot, named_a
 from expdesign.app.api.result import PathLike, RecordedTable, filled
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.recordings.columns import REFERENCE
-from expdesign.chain.recordings.filled_in import reading_names, unloaded_rows
-from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION
+from expdesign.chain.recordings.filled_in import unloaded_rows
+from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, reading_names
 from expdesign.errors import ArgumentError, InputError
 from expdesign.estimation.preparation.point_lists import PointSet, read_point_sets
 from expdesign.estimation.preparation.registered_deflections import (

@@ -13,7 +13,7 @@ import pandas as pd
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of, table_of
 from expdesign.app.api.result import FolderResult, PathLike, RowsResult
-from expdesign.chain.recordings.filled_in import reading_names
+from expdesign.chain.recordings.recordings import reading_names
 from expdesign.errors import InputError
 from expdesign.io.excel import workbook
 from expdesign.io.output import csv_text

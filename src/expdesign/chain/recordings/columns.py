@@ -1,15 +1,18 @@
-"""The columns of recordings, declared once, and how each is read; every fault is named with file, row and column.
+"""The columns of recordings, declared once: name with unit, meaning, and what people call them.
 
-`RECORDED` says what every column means, which a reader takes as known and `file-formats.md` shows. What a column must
-fulfil stands in the function that reads it.
+`RECORDED` is what readers take as known, `file-formats.md` shows, and messages ask after. A new column is an entry
+here, a field of `LoadedPoints` (`recordings.py`) and a line in `points_of` (`points.py`), where it is read and checked.
+`io/units.py` has what names without their unit measure, for columns in other units than SI.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 from expdesign.chain.recordings.load_errors import WEIGHT, error_columns
-from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, measured_names
-from expdesign.coordinates import SPATIAL, Coordinates
+from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, measured_names, reading_names
+from expdesign.coordinates import PLANE, SPATIAL, Coordinates
+from expdesign.io.known_columns import KnownColumns
 from expdesign.io.table import Table
 from expdesign.mechanics.robots.robot import Robot
 
@@ -25,11 +28,17 @@ class ColumnGroup:
         shown: their names on the page of file formats, those of a hexapod where they depend on the robot.
         meaning: with what holds where they are left out.
         of: their names for a robot.
+        spelt: names, of any robot, that are recognised in other letters, with other marks or without their unit.
+        words: what people call them, for the hints of messages (`KnownColumns.words`).
+        asked: what is said where the column is missing.
     """
 
     shown: str
     meaning: str
     of: Callable[[Robot], tuple[str, ...]]
+    spelt: tuple[str, ...] = ()
+    words: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    asked: str = ""
 
 
 def _listed(names: tuple[str, ...]) -> str:
@@ -54,23 +63,42 @@ def leg_temperatures(robot: Robot) -> tuple[str, ...]:
     return tuple(f"leg{i + 1}_degC" for i in range(len(robot.stiffness)))
 
 
+def _along(names: tuple[str, ...], *words: str) -> dict[str, tuple[str, ...]]:
+    """Words of three components, in which `{}` is the axis."""
+    return {name: tuple(word.format(axis) for word in words) for name, axis in zip(names, "xyz", strict=True)}
+
+
+def _one(name: str, meaning: str, *words: str, asked: str = "") -> ColumnGroup:
+    """A column that every robot has."""
+    return ColumnGroup(f"`{name}`", meaning, _named(name), (name,), {name: words}, asked)
+
+
 RECORDED = (
-    ColumnGroup("`sequence`", "whole number, unique: the order in time", _named("sequence")),
-    ColumnGroup(
-        "`series`",
-        "whole number; rows of one series have one command, and deflections from the unloaded state at its start",
-        _named("series"),
+    _one(
+        "sequence",
+        "whole number, unique: the order in time",
+        *("seq", "seqno", "no", "nr", "nummer", "number", "row", "zeile", "messung", "measurement", "reihenfolge"),
+        *("folge", "index", "lfdnr"),
+        asked="whole numbers, the order in which the rows were recorded",
     ),
-    ColumnGroup(
-        "`time_s`",
+    _one(
+        "series",
+        "whole number; rows of one series have one command, and deflections from the unloaded state at its start",
+        *("serie", "ser", "gruppe", "group", "posenr", "messreihe", "reihe", "pose"),
+        asked="a whole number for each series, which rows share between which nothing was set anew",
+    ),
+    _one(
+        "time_s",
         "time since the first row of the recordings, also in points; optional, required for creep and drift with time",
-        _named("time_s"),
+        *("zeit", "t", "times", "zeits"),
     ),
     ColumnGroup(
         _listed(SPATIAL.pose),
         "commanded pose; `x_m`, `y_m` of a bipod; `q1_rad` or `q1_m`, … of an arm (or a joint by name, `elbow_rad`), "
         "and `NAME_rad` or `NAME_m` of its `branch_joints`",
         lambda robot: robot.configuration,
+        SPATIAL.pose,
+        {"rx_rad": ("roll",), "ry_rad": ("pitch",), "rz_rad": ("yaw",)},
     ),
     ColumnGroup("`tip`", "name of the row's tip, where an arm has several", _named()),
     ColumnGroup(
@@ -78,37 +106,56 @@ RECORDED = (
         "payloads of an arm's `payload_links`, in their frames",
         _named(),
     ),
-    ColumnGroup(_listed(SPATIAL.wrench), "assumed wrench; or a payload", _of("wrench")),
+    ColumnGroup(
+        _listed(SPATIAL.wrench),
+        "assumed wrench; or a payload",
+        _of("wrench"),
+        SPATIAL.wrench,
+        _along(SPATIAL.wrench[:3], "force{}", "kraft{}") | _along(SPATIAL.wrench[3:], "moment{}", "torque{}", "t{}"),
+    ),
     ColumnGroup(
         _listed(("mass_kg", *SPATIAL.centre_of_mass)),
         "assumed payload in P; or a wrench",
         lambda robot: ("mass_kg", *robot.coordinates.centre_of_mass),
+        ("mass_kg", *SPATIAL.centre_of_mass),
+        {"mass_kg": ("masse", "gewicht", "weight", "payload", "load", "last", "nutzlast", "massekg", "m")}
+        | _along(SPATIAL.centre_of_mass, "cog{}", "sp{}", "schwerpunkt{}", "c{}", "com{}m"),
     ),
     ColumnGroup(
         _listed(SPATIAL.deflection),
         "measured deflection; at least one component",
         _of("deflection"),
+        SPATIAL.deflection,
+        _along(SPATIAL.deflection[:3], "delta{}", "deflection{}", "verschiebung{}", "u{}")
+        | _along(SPATIAL.deflection[3:], "deltar{}", "rotation{}", "verdrehung{}"),
     ),
     ColumnGroup(
         _listed(SPATIAL.deviation),
         "standard deviation of each measured component; optional: else it is estimated, and χ² is no test",
         _of("deviation"),
+        SPATIAL.deviation,
     ),
     ColumnGroup(
         "`abs_fx_N`, …, `abs_mz_Nm`",
         "whole load, where the reference state was loaded and the wrench is a change; optional, default 0",
         lambda robot: whole_load(robot.coordinates),
     ),
-    ColumnGroup(_listed(SPATIAL.gravity), "gravity of this row in O, where the base turns; optional", _of("gravity")),
+    ColumnGroup(
+        _listed(SPATIAL.gravity),
+        "gravity of this row in O, where the base turns; optional",
+        _of("gravity"),
+        SPATIAL.gravity,
+    ),
     ColumnGroup(
         "`temperature_degC`; `leg1_degC`, …",
         "temperature, or that of each leg; optional",
         lambda robot: ("temperature_degC", *leg_temperatures(robot)),
+        ("temperature_degC",),
+        {"temperature_degC": ("temperatur", "temp", "tempc", "temperaturc")},
     ),
-    ColumnGroup(
-        "`reference`",
+    _one(
+        REFERENCE,
         "name of the unloaded reading; rows of one name share its noise, half of each row's variance; optional",
-        _named(REFERENCE),
     ),
     ColumnGroup(
         "`error_mass_kg`, `error_com_x_m`, …, `error_fx_N`, …, `error_mz_Nm`",
@@ -121,7 +168,7 @@ RECORDED = (
         "name of the weights of the row, which have one error; else all rows carry the same; optional",
         _named(WEIGHT),
     ),
-    ColumnGroup("`split`", "`train` or `test`; rows marked `test` are never fitted; optional", _named("split")),
+    _one("split", "`train` or `test`; rows marked `test` are never fitted; optional"),
     ColumnGroup(
         "`station`",
         "place of the instrument: positions of each station have a pose of the instrument of their own; `diagnose` "
@@ -133,16 +180,36 @@ RECORDED = (
         "rows between which no marker was taken off: every session has places of the markers of its own; optional",
         _named(),
     ),
-    ColumnGroup("`marker`", "name of the marker whose position was measured", _named("marker")),
-    ColumnGroup(_listed(POSITION), "its position in the instrument's frame", _named(*POSITION)),
-    ColumnGroup(_listed(POSITION_DEVIATION), "standard deviations; optional", _named(*POSITION_DEVIATION)),
+    _one(
+        "marker",
+        "name of the marker whose position was measured",
+        *("reflector", "reflektor", "smr", "punkt", "point", "target"),
+    ),
+    ColumnGroup(_listed(POSITION), "its position in the instrument's frame", _named(*POSITION), POSITION),
+    ColumnGroup(
+        _listed(POSITION_DEVIATION), "standard deviations; optional", _named(*POSITION_DEVIATION), POSITION_DEVIATION
+    ),
     ColumnGroup(
         "`measured_x_m` … `measured_rz_rad`",
         "measured pose, in place of deflections, with the same standard deviations",
         lambda robot: measured_names(robot.coordinates),
+        measured_names(SPATIAL),
     ),
 )
 """Every column; `tip` and what links carry are read with the joints, `station` is kept for a diagnosis."""
+_BEFORE = ("kind", "points", "reference_points", *reading_names(SPATIAL))
+"""Columns of sheets and lists of points, from which recordings are made."""
+_JOINT = re.compile(r"q([1-9]\d*)(?:rad)?|(?:j|joint|axis|achse|gelenk)([1-9]\d*)")
+"""Joints as controllers call them, from 1."""
+SPELT = tuple(name for group in RECORDED for name in group.spelt)
+"""Columns of recordings in space that are recognised in other letters."""
+COLUMNS = KnownColumns(
+    names=(*SPELT, *_BEFORE, *SPATIAL.tilt, *PLANE.tilt),
+    words={name: words for group in RECORDED for name, words in group.words.items()},
+    numbered={"q{}_rad": _JOINT},
+    asked={name: group.asked for group in RECORDED if group.asked for name in group.spelt},
+)
+"""What a reader of a table is handed, so that it recognises columns of recordings, points and targets."""
 
 
 def known_columns(robot: Robot) -> set[str]:

@@ -26,7 +26,7 @@ from expdesign.chain.recordings.points import (
     require_load,
     require_one_command,
 )
-from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, SPANS, measured_names
+from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, SPANS, measured_names, reading_names
 from expdesign.chain.recordings.references import first_disagreement, read_references
 from expdesign.coordinates import PLANAR, PLANE, SPATIAL, Coordinates
 from expdesign.counted import counted
@@ -34,11 +34,6 @@ from expdesign.errors import InputError
 from expdesign.io.table import Table
 
 _HISTORY = ("time_s", "temperature_degC")
-
-
-def reading_names(coordinates: Coordinates) -> tuple[str, ...]:
-    """Columns of what an instrument shows of the platform's pose, from any zero."""
-    return tuple(f"reading_{name}" for name in coordinates.pose)
 
 
 def filled_in(table: Table, coordinates: Coordinates) -> tuple[Table, list[str]]:

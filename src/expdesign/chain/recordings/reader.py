@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import TextArray
+from expdesign.chain.recordings.columns import COLUMNS
 from expdesign.chain.recordings.filled_in import filled_in
 from expdesign.chain.recordings.joint_columns import with_joints
 from expdesign.chain.recordings.measured import with_readings, with_targets
@@ -27,7 +28,7 @@ def read_recordings(path: Path, robot: Robot) -> Recordings:
     Raises:
         InputError: the file is missing, or anything in it is missing, not a number, or cannot be right.
     """
-    recordings = recordings_from_table(read_table(path), robot)
+    recordings = recordings_from_table(read_table(path, COLUMNS), robot)
     require_measured(recordings, robot)
     return recordings
 

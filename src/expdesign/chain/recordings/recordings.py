@@ -67,6 +67,11 @@ def measured_names(coordinates: Coordinates) -> tuple[str, ...]:
     return tuple(f"measured_{name}" for name in coordinates.pose)
 
 
+def reading_names(coordinates: Coordinates) -> tuple[str, ...]:
+    """Columns of what an instrument shows of the platform's pose, from any zero."""
+    return tuple(f"reading_{name}" for name in coordinates.pose)
+
+
 @dataclass(frozen=True, repr=False)
 class LoadedPoints:
     """Rows of commands and loads in the order of their sequence; what `predict` and `compensate` need.
@@ -85,7 +90,7 @@ class LoadedPoints:
         gravity: in O (m/s²), shape (N, d).
         temperature: °C, shape (N,), or None.
         leg_temperature: °C, shape (N, n_p), or None.
-        extra: columns that have no meaning here, kept for reports.
+        extra: columns that have no meaning here; a diagnosis compares residuals with those of numbers (`further`).
         marker: index in `markers` of every row, shape (N,), where positions of markers are measured; else None.
         markers: names of the markers; with sessions and stations each marker is one in each of them.
         sites: place on a tip that each of `markers` has (one for a marker in each session); empty for `markers`.
@@ -158,6 +163,13 @@ class LoadedPoints:
     def timed(self) -> bool:
         """Whether time was recorded and passes."""
         return self.time is not None and bool(np.any(np.diff(self.time) > 0.0))
+
+    @property
+    def further(self) -> dict[str, FloatArray]:
+        """Columns without a meaning that hold a number in every row and vary, shape (N,) each, by name."""
+        numbers = self.extra.apply(pd.to_numeric, errors="coerce")
+        values = {str(name): numbers[name].to_numpy(dtype=float) for name in numbers.columns}
+        return {name: each for name, each in values.items() if np.isfinite(each).all() and np.ptp(each) > 0.0}
 
     @property
     def marker_indicators(self) -> FloatArray:
