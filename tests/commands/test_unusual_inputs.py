@@ -34,7 +34,7 @@ def test_one_row_of_a_body_is_not_set_aside_as_an_outlier(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("column", "other", "said"),
     [
-        ("dx_m", "dx_mmm", "dx_mmm (is `dx_m` meant?), sx_m\n"),
+        ("dx_m", "dx_mmm", "dx_mmm (is `dx_m` meant?)\n"),
         ("time_s", "massN", "massN (is `mass_kg` meant?)\n"),
     ],
 )
