@@ -35,7 +35,7 @@ MOST_LINES = 60
 _WIDTH, _COLOURS = 360, 48
 _HEAD = """# Gallery
 
-One question of a laboratory each, in at most 60 lines of Python, with outputs. Pictures need the extra `studies`;
+Each notebook answers one question of a laboratory in at most 60 lines of Python. Pictures need the extra `studies`;
 `python docs/gallery.py` runs the notebooks again.
 """
 _GRID = "display: grid; grid-template-columns: repeat(auto-fill, minmax(230px, 1fr)); gap: 1.5rem"

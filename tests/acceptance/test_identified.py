@@ -119,8 +119,8 @@ def test_nothing_is_decided_with_a_model_that_its_recordings_refute(tmp_path: Pa
     assert "expdesign diagnose" in said
     identified.save(tmp_path / "out")
     page = (tmp_path / "out" / "report.html").read_text()
-    assert "not decided" in page
-    assert "has the probability" not in page
+    assert '<dt>Acceptance</dt>\n<dd><span class="value">not decided</span></dd>' in page
+    assert "The probability that any axis" not in page
 
 
 def test_the_configuration_of_another_robot_is_refused() -> None:

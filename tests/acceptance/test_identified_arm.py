@@ -66,7 +66,7 @@ def test_what_no_reading_shows_rests_on_the_drawing_and_says_so(tmp_path: Path) 
         assert (turn < 3e-3).all()
     assert (accepted.budget.standard >= tip.deviation).all()
     said = " ".join(sentences(accepted))
-    assert "rests on the drawing in what no reading shows of the tip" in said
+    assert "ost of U rests on the drawing, because no reading shows where the tip is" in said
     assert "in the base's frame as drawn" in said
     found.save(tmp_path / "out")
     commands = xd.compensate(tmp_path / "out" / "model.yaml", config)

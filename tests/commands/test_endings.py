@@ -88,7 +88,7 @@ def test_check_where_no_pose_can_be_reached(tmp_path: Path, capsys: Printed) -> 
     far = {f"{axis}_m": [-3.0, 3.0] for axis in "xyz"}
     path = config_file(tmp_path, {"experiment.poses": {"bounds": far}})
     assert call("check", path) == 3
-    assert "0% of the poses can be reached" in capsys.readouterr().out
+    assert "0 % of the poses can be reached" in capsys.readouterr().out
     assert call("check", CONFIG) == 0
 
 

@@ -49,7 +49,7 @@ def test_of_recordings_that_refute_the_model_nothing_is_enough() -> None:
         fit, decisions = StatementOfFit.of_chi2(chi2, 40), [Decision(budget, Basis.PLAN)] * 2
         lines = next_said(totals, decisions, fit, None, None).statements
         assert any("No further measurement is needed" in line for line in lines) == enough
-        assert any("as if the base model were right" in line for line in lines) != enough
+        assert any("assumes that the base model is right" in line for line in lines) != enough
 
 
 def test_it_stops_at_the_accuracy(tmp_path: Path, capsys: Printed) -> None:

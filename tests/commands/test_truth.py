@@ -32,6 +32,9 @@ def test_montecarlo_with_another_stiffness_attains_the_same(tmp_path: Path) -> N
     second order in the deflection)."""
     done = [xd.montecarlo(CONFIG, plan_file(tmp_path), samples=400, seed=3, truth=truth)
             for truth in (None, softer(tmp_path, 1.2))]  # fmt: skip
+    for result, said in zip(done, ("that of the configuration", "softer.yaml")):
+        result.save(tmp_path / "out", force=True)
+        assert said in (tmp_path / "out" / "report.html").read_text()
     assert done[0].criteria["rms"]["duir"] == pytest.approx(done[1].criteria["rms"]["duir"], rel=1e-2)
 
 

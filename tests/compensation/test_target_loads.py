@@ -165,7 +165,7 @@ def test_what_recordings_showed_of_weights_and_gravity_is_applied_at_the_target(
     away = found.compensation.commands - expected.commands
     assert (np.abs(away) < 0.5 * found.corrections.expanded).all()
     assert (np.abs(plain.commands - expected.commands) > 2.0 * found.corrections.expanded).any()
-    assert "applied at every target: load_direction_tilt" in " ".join(found.scope)
+    assert "applied at every target: the identified direction of gravity" in " ".join(found.scope)
     commanded = found.frame[POSES].to_numpy(dtype=float)
     predicted = xd.predict(identified, found.frame, platform=True).prediction
     np.testing.assert_allclose(commanded + predicted.deflections, poses.to_numpy(dtype=float), atol=1e-8)

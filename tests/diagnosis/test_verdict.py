@@ -140,7 +140,7 @@ def test_where_something_is_unexplained_it_is_not_said_that_nothing_speaks_again
     estimated = StatementOfFit(None, 200, None, origin="residuals")
     made = SimpleNamespace(verdict=verdict, before=estimated, after=replace(estimated), widening=NONE, loads=None)
     base, found = diagnosed_fit_sentences(cast(Diagnosis, made))
-    assert ("what the diagnosis found speaks against the model that was found" in found) == (verdict == "unexplained")
+    assert ("what the diagnosis found speaks against the diagnosed model" in found) == (verdict == "unexplained")
     assert ("what the diagnosis found" in base) == (verdict != "consistent")
 
 

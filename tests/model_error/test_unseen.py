@@ -97,7 +97,7 @@ def test_what_further_measurements_leave_is_the_largest_of_all_physics(base: dic
     largest = int(np.where(counts, hidden, 0.0).argmax())
     assert checked.left == pytest.approx(hidden[largest], rel=1e-9)
     assert checked.phrase == everything.physics[largest].effect.phrase
-    assert f"would leave {checked.left:.2g} of a tolerance at most, of {checked.phrase}" in found.sentence
+    assert f"would leave at most {checked.left:.2g} of a tolerance hidden, from {checked.phrase}" in found.sentence
     assert ("still more than a third" in found.sentence) is not checked.shows
     assert checked.left < 0.9 * found.error
 

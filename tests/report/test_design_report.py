@@ -48,7 +48,7 @@ def test_the_table_of_designs_is_the_front(case: Any) -> None:
     table = visible(case.html)
     assert len(table) == len(case.front)
     for name in ("DUIR", "FEIR", "total"):
-        expected = [words.number(float(value)) for value in case.front.criteria[name.lower()]]
+        expected = [words.number(float(value), 4) for value in case.front.criteria[name.lower()]]
         assert table[name].tolist() == expected
     labels = table["Design"].tolist()
     assert next(label for label in labels if "recommended" in label).split(" ")[0] == str(case.front.recommended + 1)

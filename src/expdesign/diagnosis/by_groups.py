@@ -68,7 +68,7 @@ def by_groups(frame: Frame) -> tuple[ByGroups | None, str]:
     count = int(sample.counts.sum())
     excess = float(np.sqrt(base.chi2 / max(sample.readings - base.rank, 1)))
     if not (many or robot.on_support):
-        return None, "deflections are measured, to which only what yields contributes"
+        return None, "deflections are measured, and only what yields under load contributes to them"
     if excess < OPTIONS.noticeable:
         return None, f"the base model leaves {excess:.3g} standard deviations, too little to tell groups apart"
     if count < (least := OPTIONS.groups * OPTIONS.fewest_rows):

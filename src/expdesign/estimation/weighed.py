@@ -122,20 +122,6 @@ class WeighedLoads:
         ]
 
     @property
-    def sentence(self) -> str:
-        """How they count, in words."""
-        names = [effect.name for effect in self.effects]
-        if self.estimator == "weighted":
-            return f"Declared load errors ({', '.join(names)}) widen the intervals; the estimate does not weigh them."
-        taken = [
-            f"{name} {weight:.2g} (intervals {size:.2g})"
-            for name, weight, size in zip(names, self.weights, self.sizes, strict=True)
-        ]
-        return (
-            f"Declared load errors are weighed; multiples of the declared size that the fit took: {', '.join(taken)}."
-        )
-
-    @property
     def record(self) -> dict[str, Any]:
         """What a document says of them."""
         entries = []

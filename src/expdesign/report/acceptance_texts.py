@@ -99,7 +99,7 @@ def sentences(decision: Decision) -> list[str]:
     ratio = np.where(budget.matters, budget.expanded / budget.tolerance, -np.inf)
     texts = [_verdict_sentence(decision)]
     if np.isnan(ratio).any():
-        texts.append("The measurements do not determine all of these axes.")
+        texts.append("The measurements do not determine every one of these axes.")
     if np.isfinite(ratio).any():
         target, axis = np.unravel_index(int(np.nanargmax(ratio)), ratio.shape)
         worst = (
@@ -108,7 +108,7 @@ def sentences(decision: Decision) -> list[str]:
         )
         if decision.basis is Basis.PLAN:
             risk = probability_text(float(decision.axis_risk[target, axis]), 2)
-            texts.append(f"{worst}; an error beyond the tolerance has the probability {risk}.")
+            texts.append(f"{worst}; the probability of an error beyond the tolerance is {risk}.")
         else:
             texts += [f"{worst}.", *_risk_sentence(decision)]
     texts += [*_repetitions(decision), *_by_drawing(budget)]
@@ -138,11 +138,12 @@ def _by_drawing(budget: UncertaintyBudget) -> list[str]:
     """What the drawing says more of than the readings: of the tip, which U contains, and of the base's frame."""
     texts, drawn = [], budget.of(DRAWING)
     if drawn is not None and (sizes := _most(budget, drawn.deviation, budget.standard / np.sqrt(2.0))):
-        texts.append(f"{RESTS_ON_IT.format(sizes)}.")
+        text = RESTS_ON_IT.format(sizes)
+        texts.append(f"{text[0].upper()}{text[1:]}.")
     if budget.base is not None and (sizes := _most(budget, budget.base, budget.standard)):
         texts.append(
-            "U is in the base's frame as drawn, whose place no reading shows, and does not contain that (one standard "
-            f"deviation, as this arm is made): {sizes}. State the pose of the `instrument`."
+            "U is in the base's frame as drawn. No reading shows where that frame is, and U does not contain it (one "
+            f"standard deviation, as this arm is made): {sizes}. State the pose of the `instrument`."
         )
     return texts
 
@@ -160,8 +161,8 @@ def _most(budget: UncertaintyBudget, deviations: FloatArray, than: FloatArray) -
 
 def _verdict_sentence(decision: Decision) -> str:
     matters, exceeding = int(decision.budget.matters.sum()), int((~decision.u_within_tolerance).sum())
-    within = f"on all {matters} axes with a tolerance U is within it"
-    exceeds = f"on {exceeding} of the {matters} axes with a tolerance U exceeds it"
+    within = f"U is within the tolerance on all {matters} axes that have one"
+    exceeds = f"U exceeds the tolerance on {exceeding} of the {matters} axes that have one"
     if decision.basis is Basis.PLAN:
         return f"The robot is {'not ' if exceeding else ''}expected to pass: {exceeds if exceeding else within}."
     if decision.robot_passes:
@@ -169,7 +170,7 @@ def _verdict_sentence(decision: Decision) -> str:
     if exceeding:
         return f"Not proven: {exceeds}."
     left = probability_text(decision.risk_left, 2)
-    return f"Not proven: {within}, but an error beyond any of them is likelier than the coverage leaves ({left})."
+    return f"Not proven: {within}, but an error beyond any tolerance is likelier than the coverage leaves ({left})."
 
 
 def _risk_sentence(decision: Decision) -> list[str]:
@@ -189,9 +190,9 @@ def _risk_sentence(decision: Decision) -> list[str]:
         parts[phrase] = parts.get(phrase, 0.0) + float(part)
     hidden = "physics that these recordings may hide"
     if sum(parts.values()) < SMALLEST:
-        return [f"{text}, {hidden} included."]
+        return [f"{text}, including {hidden}."]
     share = probability_text(sum(parts.values()), 2)
-    return [f"{text}; {hidden} has {share} of it, foremost {max(parts, key=lambda phrase: parts[phrase])}."]
+    return [f"{text}; {hidden} contributes {share}, foremost {max(parts, key=lambda phrase: parts[phrase])}."]
 
 
 def _repetitions(decision: Decision) -> list[str]:

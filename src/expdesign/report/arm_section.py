@@ -45,7 +45,7 @@ def _levels(found: ArmCalibration) -> list[str]:
     parts = [
         f"{level.name} held at the drawing"
         if not level.count
-        else f"{level.name} {_level(level.size, level.unit)} (made to {_level(level.made, level.unit)}; "
+        else f"{level.name} {_level(level.size, level.unit)} (prior {_level(level.made, level.unit)}; "
         f"{level.determined:.1f} of {level.count} determined)"
         for level in found.levels
     ]
@@ -53,7 +53,7 @@ def _levels(found: ArmCalibration) -> list[str]:
 
 
 def _level(size: float, unit: str) -> str:
-    return f"{100.0 * size:.2g} %" if unit == "relative" else words.size(size, unit)
+    return f"{words.number(100.0 * size, 2)} %" if unit == "relative" else words.size(size, unit)
 
 
 def _further(found: ArmCalibration) -> list[str]:
@@ -86,10 +86,12 @@ def _told_apart(listed: list[Corrected]) -> list[str]:
     told = sum(each.status == "told apart" for each in listed)
     held = sum(each.status == "held" for each in listed)
     others = sum(each.status == "stands in others" for each in listed)
+    faint = len(listed) - told - others - held
     return [
         f"{told} of {len(listed)} parameters of the geometry told apart; {others} cannot be told from others, which "
-        f"stand for them, {len(listed) - told - others - held} hardly show and stay near the drawing"
-        + (f", {held} are held there" if held else "")
+        "represent them"
+        + (f"; {faint} hardly {'shows and stays' if faint == 1 else 'show and stay'} near the drawing" if faint else "")
+        + (f"; {held} {'is' if held == 1 else 'are'} held at the drawing" if held else "")
     ]
 
 

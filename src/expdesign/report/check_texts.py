@@ -62,13 +62,13 @@ def _problem(problem: DesignProblem, found: Feasibility) -> str:
     if problem.budget is not None:  # what fits into it
         number = counted(problem.budget.largest, "measurement")
         measurements = f"at most {number}, as many as {problem.budget.minutes:g} minutes allow,"
-    share = f"{found.identifying:.0%} of the random plans that were tried determine"
+    share = f"{100.0 * found.identifying:.0f} % of the random plans that were tried determine"
     identifying = "every random plan that was tried determines" if found.identifying == 1.0 else share
     return (
         f"{problem.loaded.robot.kind} `{problem.loaded.robot.name}`, {measurements} with "
         f"{continuous} continuous and {discrete} discrete variables each, "
-        f"{counted(len(problem.targets.weights), 'target')}; {found.reachable:.0%} of the poses can be reached, "
-        f"{identifying} what the targets need."
+        f"{counted(len(problem.targets.weights), 'target')}; {100.0 * found.reachable:.0f} % of the poses can be "
+        f"reached, {identifying} what the targets need."
     )
 
 

@@ -14,6 +14,8 @@ from expdesign.report.figures import axis, bars, chart, colour, curve, points, w
 from expdesign.report.page import plot_text
 
 Correlations = Sequence[list[RankCorrelation]]
+_LOGARITHMIC: dict[str, Any] = {"type": "log", "dtick": "D2", "tickformat": "~g"}
+"""A logarithmic axis with whole numbers at 1, 2 and 5 of every decade."""
 
 
 def designs(judgement: Judgement) -> pd.DataFrame:
@@ -117,7 +119,8 @@ def prediction_figure(index: int, judgement: Judgement) -> Figure:
         f"prediction-{index}", "Attained against predicted", traces,
         "Every point is one design. On the line the criterion total has predicted the accuracy exactly.",
         "Scatter of the attained error against the prediction; the table's CSV holds the numbers.",
-        x=axis("predicted (criterion total), tolerances", type="log"), y=axis("attained, tolerances", type="log"),
+        x=axis("predicted (criterion total), tolerances", **_LOGARITHMIC),
+        y=axis("attained, tolerances", **_LOGARITHMIC),
         filename="prediction", showlegend=True,
     )  # fmt: skip
 

@@ -14,8 +14,8 @@ from expdesign.report.blocks import DataTable, table_of
 from expdesign.report.said import REFUTED, Said
 
 BASE_AS_DRAWN = (
-    "targets are in O, whose turn about joint 1 rests on that joint's zero as drawn: no reading shows it, and U does "
-    "not contain it; targets that the identified instrument reads are in the frame `instrument`"
+    "targets are in O. Its rotation about joint 1 is that of the joint's zero as drawn: no reading shows it, and U "
+    "does not contain it. If the identified instrument reads the targets, give the frame `instrument`"
 )
 """What is said of poses in the base frame where the instrument's frame was identified."""
 

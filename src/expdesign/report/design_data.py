@@ -119,7 +119,7 @@ def design_summary(problem: DesignProblem, front: Front, design: int) -> str:
     """One line about a design: its number, what it is, and its criteria."""
     roles = [name for name, index in (("recommended", front.recommended), ("knee", front.knee)) if index == design]
     role = f" ({' and '.join(roles)})" if roles else ""
-    values = {name: words.number(front.criteria[name][design]) for name in front.criteria}
+    values = {name: words.number(front.criteria[name][design], 4) for name in front.criteria}
     further = [name for name in front.objectives if name not in ("duir", "feir", "total")]
     more = "".join(f"; {words.criterion(name)} {values[name]}" for name in further)
     over = "at the worst target" if problem.targets.aggregate == "max" else "RMS over the targets"
@@ -213,7 +213,7 @@ def _view(problem: DesignProblem, front: Front) -> tuple[dict[str, Any] | None, 
 
 CRITERIA_CAPTION = (
     "Further criteria of design {design}. O1 to O5 are observability indices: how well all stiffnesses are determined, "
-    "wherever the targets are. Beside them the best value on this front, and how near the design comes to it."
+    "wherever the targets are. Next to them: the best value on this front, and how near the design comes to it."
 )
 _FIRST = ("duir", "feir", "total")
 """Criteria that stand in the table of designs."""

@@ -47,7 +47,7 @@ from expdesign.report.design_texts import (
     steps_after,
     vocabulary,
 )
-from expdesign.report.error_budget import EXPLAINED, headings
+from expdesign.report.error_budget import EXPLAINED, acceptance_figure, headings
 from expdesign.report.hidden_physics import hidden_section
 from expdesign.report.page import Page
 from expdesign.report.robot_view import view_figure
@@ -113,13 +113,13 @@ def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any], 
 
 
 def _key_figures(problem: DesignProblem, front: Front, accepted: Decision) -> KeyFigures:
-    best = {name: words.number(float(values[front.recommended])) for name, values in front.criteria.items()}
+    best = {name: words.number(float(values[front.recommended]), 4) for name, values in front.criteria.items()}
     minutes = design_minutes(problem, front)
     least = front.recommended == front.criteria["total"].argmin()
     why = "least total error" if least else "least total error of those expected to pass"
     figures = [
         KeyFigure("Expected error after calibration", best["total"], "tolerances", "RMS over all axes together"),
-        KeyFigure("Acceptance, axis by axis", accepted.verdict, "", "each axis is in the uncertainty budget"),
+        acceptance_figure(accepted),
         KeyFigure("From measurement noise (DUIR)", best["duir"], "tolerances"),
         KeyFigure("From load errors (FEIR)", best["feir"], "tolerances"),
         KeyFigure("Measurements", str(planned_count(problem, front)), "", poses_text(problem, front)),
@@ -138,7 +138,7 @@ def _choice(problem: DesignProblem, front: Front, data: Mapping[str, Any]) -> Pa
     for design in range(len(front)):
         marks = [name for name, index in (("recommended", front.recommended), ("knee", front.knee)) if index == design]
         label = " · ".join((str(design + 1), *marks))
-        rows.append([label, *(words.number(float(front.criteria[name][design])) for name in first)])
+        rows.append([label, *(words.number(float(front.criteria[name][design]), 4) for name in first)])
         if minutes is not None:
             rows[-1].append(words.number(float(minutes[design])))
     titles = ["Design", *(words.criterion_with_unit(name, described(name).unit) for name in first)]

@@ -49,17 +49,17 @@ def _lower_bound(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -
     if bound <= 0.0:
         return []
     duir = front.criteria["duir"]
-    recommended = 100.0 * (duir[front.recommended] / bound - 1.0)
-    least = 100.0 * (duir.min() / bound - 1.0)
+    recommended = words.number(100.0 * (duir[front.recommended] / bound - 1.0), 2)
+    least = words.number(100.0 * (duir.min() / bound - 1.0), 2)
     measurements = words.count(problem.space.measurements, "measurement")
     texts = [
         f"No plan of {measurements} has an error from measurement noise (DUIR) below {words.number(bound)} tolerances.",
-        f"The recommended design is {words.number(recommended, 2)}\u00a0% above this bound"
-        + (f", the best design on the front {words.number(least, 2)}\u00a0%." if least < recommended else "."),
+        f"The recommended design is {recommended}\u00a0% above this bound"
+        + ("." if least == recommended else f", the best design on the front {least}\u00a0%."),
     ]
     if front.complete and "duir" in front.objectives:
         texts.append("Every design was evaluated: none has a smaller DUIR than the front.")
-    elif least > 0.0:
+    elif duir.min() > bound:
         better = words.number(100.0 * (1.0 - bound / duir.min()), 2)
         texts.append(f"A plan with a smaller DUIR, if there is one, is at most {better}\u00a0% better.")
     return [" ".join(texts)]
@@ -82,7 +82,7 @@ def _missing(share: float | None, *, complete: bool) -> str:
         return "none: all designs were evaluated"
     if not share:
         return "not estimated"
-    return f"about {share:.2%} of it (estimate; unknown branches of the front are not included)"
+    return f"about {words.number(100.0 * share, 2)} % of it (estimate; unknown branches of the front are not included)"
 
 
 def about_run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> PageSection:
@@ -97,7 +97,7 @@ def about_run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> P
         *([] if problem.found is None else [("Model of the robot", problem.found.note)]),
         ("Configuration", problem.source),
         ("Objectives", ", ".join(words.criterion(name) for name in front.objectives)),
-        ("Search", f"NSGA-II, population {settings.population}, effort `{settings.effort}`"),
+        ("Search", f"NSGA-II, population {settings.population}, effort {settings.effort}"),
         ("Why it ended", f"{words.sentence(run.get('search_ended', front.ended) or 'not recorded')}."),
         ("Seed", str(run.get("seed", settings.seed))),
         ("Designs evaluated", str(run.get("evaluations", front.evaluations))),
@@ -150,7 +150,7 @@ def next_said(
     if fit is not None and refuted:
         lines += [
             f"{fit.sentence()} More of them will not help until `expdesign diagnose` has found why.",
-            "What follows is as if the base model were right.",
+            "What follows assumes that the base model is right.",
         ]
     if undetermined is not None:
         lines.append(f"so far: {undetermined}")

@@ -138,7 +138,7 @@ def residual_figures(result: Diagnosis) -> list[Block]:
     coordinate = _most_informative_coordinate(result)
     poses = recordings.configurations[:, robot.configuration.index(coordinate)]
     if np.ptp(poses) > 0.0:
-        label = f"{in_prose(coordinate)} in {coordinate.rsplit('_', 1)[1]}, on which they depend most of the pose"
+        label = f"{in_prose(coordinate)}, {coordinate.rsplit('_', 1)[1]} (most informative of the pose)"
         blocks.append(_scatter(result, "pose", poses, label))
     if recordings.time is not None:
         blocks.append(_scatter(result, "time", recordings.time, "time, s"))

@@ -38,7 +38,11 @@ _MODELS = 60
 
 
 def diagnosis_report(
-    result: Diagnosis, said: Said, at_targets: Sequence[PageSection] = (), configuration: str = ""
+    result: Diagnosis,
+    said: Said,
+    at_targets: Sequence[PageSection] = (),
+    configuration: str = "",
+    acceptance: KeyFigure | None = None,
 ) -> Page:
     """The report of a diagnosis.
 
@@ -47,6 +51,7 @@ def diagnosis_report(
         said: what is said of it (`diagnosed`).
         at_targets: sections about the targets.
         configuration: path of the run configuration that has them.
+        acceptance: the verdict there.
     """
     drawn, data = _picture(result)
     consistent = result.verdict == "consistent"
@@ -56,7 +61,7 @@ def diagnosis_report(
     recordings = result.recordings.source
     errors = SideBySide([error_figure(result)], [axis_figure(result)])
     sections = (
-        said.section("Result", _key_figures(result)),
+        said.section("Result", _key_figures(result, acceptance)),
         PageSection("physics", "What was left out", [*found, *said.tables]),
         PageSection("laws", "Laws at ports", law_blocks(result)),
         PageSection("where", "Where the mismatch is", [] if consistent else [*drawn, *_where(result)]),
@@ -84,19 +89,20 @@ def _picture(result: Diagnosis) -> tuple[list[Block], dict[str, object]]:
     concerned = [] if result.verdict == "consistent" else located(result)
     note = "The robot at the middle of the recorded poses."
     if concerned:
-        note += f" Concerned: {words.listed(concerned)}."
+        note += f" The mismatch points to {words.listed(concerned)}."
     return picture(result.robot, at_rest(result.robot, middle), concerned, note)
 
 
-def _key_figures(result: Diagnosis) -> KeyFigures:
+def _key_figures(result: Diagnosis, acceptance: KeyFigure | None) -> KeyFigures:
     errors, unit, note = result.errors, "standard deviations", "RMS; 1 is the noise"
     items = [
         KeyFigure("Verdict", result.verdict),
+        *([] if acceptance is None else [acceptance]),
         KeyFigure("Held out, base model", words.number(errors.test_before), unit, note),
         KeyFigure("Models tried", str(len(result.names.tried))),
     ]
     if added(result):
-        items.insert(2, KeyFigure("Held out, now", words.number(errors.test_after), unit, note))
+        items.insert(-1, KeyFigure("Held out, now", words.number(errors.test_after), unit, note))
     return KeyFigures(items)
 
 

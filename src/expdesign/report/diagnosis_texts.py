@@ -188,7 +188,7 @@ def diagnosed(result: Diagnosis, plan: str | None, at_targets: Said | None = Non
         texts.append("The recordings state no standard deviations: the verdict rests on held-out error.")
     texts += [*further.sentences, *([MEASURE_NEXT] if result.rival is not None else [])]
     there = [f"{each.physics} at {each.component}" for each in result.findings]
-    about = "with this physics in the model, with 95 % intervals; beside it the base model's."
+    about = "with this physics in the model, with 95 % intervals, and of the base model (springs alone)."
     frame = diagnosed_stiffness(result) if added_physics(result) else None
     return Said(
         ", ".join([*(["ended by hand"] if result.ended else []), result.verdict, *there]),
@@ -219,7 +219,8 @@ def _held_out(result: Diagnosis) -> list[str]:
         )
     if stable is not None and all(one.named_by is None for one in result.findings):
         texts.append(
-            f"{100.0 * stable.same:.0f} % of {stable.refits} refits, each without a tenth of the rows, name the same."
+            f"The same is named in {100.0 * stable.same:.0f} % of {stable.refits} refits, each without a tenth of the "
+            "rows."
         )
     if np.isfinite(errors.coverage):
         texts.append(coverage_sentence(errors.coverage, loads=result.loads is not None))
@@ -230,7 +231,7 @@ def _finding(finding: Finding) -> str:
     probable = _how_probable(finding)
     text = f"{finding.sentence} {probable[0].upper()}{probable[1:]}{_instead(finding)}."
     if finding.named_by is not None:
-        text += f" {100.0 * finding.named_by:.0f} % of the refits, each without a tenth of the rows, name it."
+        text += f" It is named in {100.0 * finding.named_by:.0f} % of the refits, each without a tenth of the rows."
     return text
 
 

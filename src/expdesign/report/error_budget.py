@@ -11,10 +11,10 @@ import pandas as pd
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import UncertaintyBudget
-from expdesign.assurance.acceptance.decision import Decision
+from expdesign.assurance.acceptance.decision import Basis, Decision
 from expdesign.report import words
 from expdesign.report.acceptance_texts import DECISION_RULE, acceptance_record
-from expdesign.report.blocks import PageSection, Paragraph, table_of
+from expdesign.report.blocks import KeyFigure, PageSection, Paragraph, table_of
 
 EXPLAINED = (
     f"Every axis in the table by itself: its expanded uncertainty U = k u is compared with its tolerance "
@@ -26,6 +26,16 @@ _UNDECIDED = (
     "The expanded uncertainties are those of the refuted model, multiplied by the Birge ratio of its residuals. They "
     "do not bound what the missing physics does at the targets."
 )
+
+
+_TONES = {"pass": "good", "expected to pass": "good", "not expected to pass": "bad"}
+
+
+def acceptance_figure(decision: Decision) -> KeyFigure:
+    """The verdict, for the first section of a page."""
+    plan = decision.basis is Basis.PLAN
+    label, note = ("Acceptance, axis by axis", "each axis is in the uncertainty budget") if plan else ("Acceptance", "")
+    return KeyFigure(label, decision.verdict, "", note, _TONES.get(decision.verdict, ""))
 
 
 def acceptance_section(decision: Decision, of: str) -> PageSection:

@@ -100,7 +100,7 @@ def ellipse_blocks(problem: DesignProblem, first: list[list[str]], number: str) 
         "ellipses", "Error ellipses at the targets", [],
         f"In {percent} of 100 calibrations with this plan the error that is left at the target lies inside the ellipse "
         "(normal errors). Noise of the measurements and errors of the load have their own ellipses; their covariances "
-        "add. Dotted: the tolerance, where it is near enough to be seen.",
+        "add. Straight dotted lines: the tolerance, where it is near enough to be seen.",
         "Ellipses of the error in two coordinates. The table below has the principal axes of all of them.",
         x=axis("", zeroline=True), y=axis("", zeroline=True, scaleanchor="x"), height=440, filename="error-ellipses",
         showlegend=True,

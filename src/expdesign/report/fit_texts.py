@@ -9,6 +9,7 @@ from expdesign.counted import counted
 from expdesign.estimation.goodness import StatementOfFit
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.remarks import BeyondManufacture, IdleActuators, Implausible
+from expdesign.estimation.weighed import WeighedLoads
 from expdesign.probabilities import p_text
 from expdesign.report import words
 from expdesign.report.arm_section import accuracy_table, arm_sentences
@@ -37,7 +38,7 @@ def fit_sentences(result: Identification) -> list[str]:
     if goodness.chi2 is None:
         texts.append("The noise was estimated from the recordings; the intervals allow for this.")
     if result.loads is not None:
-        texts.append(result.loads.sentence)
+        texts.append(loads_sentence(result.loads))
     if goodness.worst is not None:
         texts.append(goodness.worst.sentence)
     lack = goodness.lack_of_fit
@@ -62,14 +63,27 @@ def diagnosed_fit_sentences(result: "Diagnosis") -> list[str]:
     if result.before.worst is not None:
         texts.append(result.before.worst.sentence)
     if result.after is not result.before:
-        texts.append(_diagnosed(result.after, "the model that was found", against=result.verdict == "unexplained"))
+        texts.append(_diagnosed(result.after, "the diagnosed model", against=result.verdict == "unexplained"))
     if result.loads is not None:
-        texts.append(result.loads.sentence)
+        texts.append(loads_sentence(result.loads))
     factor = result.widening.parameters
     if factor > 1.0 and f"{factor:.3g}" != "1":
         noise = "estimated" if result.before.verdict == "noise estimated" else "stated"
         texts.append(f"Predicted standard deviations are {factor:.3g} times wider than the {noise} noise makes them.")
     return texts
+
+
+def loads_sentence(loads: WeighedLoads) -> str:
+    """How declared load errors count in a fit."""
+    names = [" ".join(map(words.source, effect.name.split(" ", 1))) for effect in loads.effects]
+    if loads.estimator == "weighted":
+        return f"Declared load errors ({', '.join(names)}) widen the intervals; the estimate does not weigh them."
+    scales = zip(names, loads.weights, loads.sizes, strict=True)
+    taken = [f"{name} {weight:.2g} ({size:.2g} in the intervals)" for name, weight, size in scales]
+    return (
+        "The fit weighs the declared load errors. The recordings multiply their standard deviations by these factors: "
+        f"{', '.join(taken)}."
+    )
 
 
 def coverage_sentence(share: float, *, loads: bool) -> str:
@@ -85,7 +99,8 @@ def identified_sentences(result: Identification) -> list[str]:
     """What recordings identify, how well, and how well the model fits them."""
     texts = [*_stiffness(result), *arm_sentences(result), *_geometry(result), *fit_sentences(result)]
     if result.prior is not None:
-        texts.append(f"The prior is the robot file's compliances, known to {words.number(100.0 * result.prior)} %.")
+        size = words.number(100.0 * result.prior)
+        texts.append(f"The prior is the robot file's compliances, with a standard deviation of {size} %.")
     for one in result.noise.groups:
         size = words.size(one.deviation, "rad" if one.name == "rotations" else "m")
         origin = f"{result.noise.origin} with {words.number(one.dof)} degrees of freedom"
@@ -126,7 +141,8 @@ def _stiffness(result: Identification) -> list[str]:
     worst = int(np.argmax(np.where(known, relative, -1.0)))
     count = f"all {len(relative)}" if known.all() else f"{known.sum()} of {len(relative)}"
     names = np.array(result.robot.actuators)
-    last = f", the worst ({names[worst]}) to {relative[worst]:.2%} (one standard deviation)" if known.any() else ""
+    size = f"{100.0 * relative[worst]:.2f} % (one standard deviation)"
+    last = f", the worst ({names[worst]}) to {size}" if known.any() else ""
     last += f"; of {words.listed(list(names[limited]))} only a lower limit" if limited.any() else ""
     last += f"; no load acts on {words.listed(idle)}" if idle else ""
     return [f"The recordings identify {count} stiffnesses{last}."]
@@ -137,7 +153,7 @@ def _geometry(result: Identification) -> list[str]:
         return []
     deviation = (result.geometry.high - result.geometry.low) / 4.0
     size = float(np.sqrt((result.geometry.estimate**2).mean()))
-    known = f"known to {words.size(float(np.median(deviation)), 'm')} (median)"
+    known = f"standard deviation {words.size(float(np.median(deviation)), 'm')} (median)"
     return [f"{len(deviation)} errors of joints and lengths: {words.size(size, 'm')} RMS, {known}."]
 
 

@@ -37,6 +37,7 @@ def identification_report(
     robot_file: str = "",
     configuration: str = "",
     further: Sequence[PageSection] = (),
+    acceptance: KeyFigure | None = None,
 ) -> Page:
     """The report of an identification.
 
@@ -46,6 +47,7 @@ def identification_report(
         robot_file: path of the robot's file, for the commands; empty where it is not known.
         configuration: path of the run configuration whose targets count; empty where it is not known.
         further: sections on what the identification means for the targets; they stand behind the fit.
+        acceptance: the verdict at the targets of the configuration.
     """
     train = result.recordings.rows(result.fitted)
     robot = result.robot
@@ -55,7 +57,7 @@ def identification_report(
     stiffness = [table for table in said.tables if table.id == "stiffness-table"]
     doubts = sentences(each for each in result.suspicions if not isinstance(each, BeyondManufacture))
     sections = (
-        said.section("Result", *([Sentences(doubts)] if doubts else []), _key_figures(result)),
+        said.section("Result", *([Sentences(doubts)] if doubts else []), _key_figures(result, acceptance)),
         PageSection("stiffness", "Stiffness", [stiffness_figure(result), *stiffness] if stiffness else []),
         *(arm_sections(result) if result.arm is not None else []),
         *([geometry_section(result)] if result.geometry is not None and result.arm is None else []),
@@ -78,14 +80,15 @@ def identification_report(
     )
 
 
-def _key_figures(result: Identification) -> KeyFigures:
+def _key_figures(result: Identification, acceptance: KeyFigure | None) -> KeyFigures:
     train, held_out = rms(result.fit.residuals), rms(result.test_residuals)
-    items = [KeyFigure("Residuals", words.number(train or 0.0), "standard deviations", "RMS; 1 is the noise")]
+    items = [] if acceptance is None else [acceptance]
+    items += [KeyFigure("Residuals", words.number(train or 0.0), "standard deviations", "RMS; 1 is the noise")]
     if result.calibration != "geometric" and result.robot.actuators:
         relative, known = stiffness_known(result)
         if known.any():
             worst = f"{100.0 * float(relative[known].max()):.2f}"
-            items.append(KeyFigure("Worst stiffness", worst, "%", "one standard deviation"))
+            items.append(KeyFigure("Least certain stiffness", worst, "%", "one standard deviation"))
         items.append(KeyFigure("Stiffnesses", f"{known.sum()} of {len(known)}", "", "determined"))
     if held_out is not None:
         items.append(KeyFigure("Held-out rows", words.number(held_out), "standard deviations", "RMS"))

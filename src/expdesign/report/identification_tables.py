@@ -144,8 +144,8 @@ def measurement_table(result: Identification) -> DataTable:
     if len(listed) < len(frame):
         part = f" Shown are outliers and the largest leverages, {len(listed)} rows in all."
     caption = (
-        "Leverage is how much of the fit hangs on a row (they add up to the number of stiffnesses); p is the chance of "
-        "a residual as large by noise alone; the share is of all information on that actuator's stiffness."
+        "Leverage is how much of the fit depends on a row (they add up to the number of stiffnesses); p is the chance "
+        "of a residual as large by noise alone; the share is of all information on that actuator's stiffness."
     )
     shown: Shown = {
         "Sequence": "sequence",

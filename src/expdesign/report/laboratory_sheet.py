@@ -90,9 +90,10 @@ def _cell(texts: list[str], index: int, *, blank: bool, key: str) -> dict[str, s
 def _headed(name: str) -> str:
     measured = measured_column(name)
     if measured is None:
-        return {"sequence": "no."}.get(name, name.replace("_", " "))
+        return {"sequence": "no.", "do": "to do"}.get(name, name.replace("_", " "))
     unit = measured.unit.name.replace("um", "µm").replace("urad", "µrad").replace("deg", "°").replace("_s2", "/s²")
-    return f"{measured.base.replace('_', ' ').replace('temperature', 'temp.')} ({unit})"
+    called = re.sub("^com_", "centre of mass ", measured.base.replace("temperature", "temp."))
+    return f"{called.replace('_', ' ')} ({unit})"
 
 
 def rounded(frame: pd.DataFrame) -> pd.DataFrame:

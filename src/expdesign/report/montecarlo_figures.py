@@ -44,8 +44,12 @@ def density_figure(result: Repeated, target: int) -> Figure:
                 x, y = frame["error"].to_numpy(), frame[column].to_numpy()
                 trace = curve(label, x, y, _SHADES[cause], showlegend=panel == 0, **place)
                 data.append(trace | {"line": trace["line"] | look})
-        layout[f"xaxis{suffix}"] = {"title": {"text": f"{words.axis(names[axis])}, {words.micro_unit(names[axis])}"}}
-        layout[f"yaxis{suffix}"] = {"rangemode": "tozero", "title": {"text": "" if panel % across else "density"}}
+        unit = words.micro_unit(names[axis])
+        layout[f"xaxis{suffix}"] = {"title": {"text": f"{words.axis(names[axis])}, {unit}"}}
+        layout[f"yaxis{suffix}"] = {
+            "rangemode": "tozero",
+            "title": {"text": "" if panel % across else f"density, 1/{unit}"},
+        }
     return chart(
         f"densities-{target + 1}", f"Density of the attained error at target {target + 1}", data,
         "Steps are the repetitions, dotted lines the normal density with the predicted standard deviation. Where they "

@@ -150,7 +150,7 @@ def _settings(result: Repeated) -> list[tuple[str, str]]:
     return [
         ("Robot", "the platform moves by A·c of the commanded pose, the mapping that identification uses"),
         ("Load errors", f"{result.distribution} with the standard deviations of the configuration"),
-        ("True stiffness", "that of the robot file"),
+        ("True robot", result.truth or "that of the configuration"),
         ("Seed", str(result.seed)),
         (
             "Exactness",

@@ -20,6 +20,6 @@ def physics_words(identifier: str) -> str:
 
 
 def effect_words(key: str) -> str:
-    """`leg_backlash / leg 4` as `play of a leg (leg 4)`."""
-    physics, _, place = key.partition(" / ")
-    return f"{physics_words(physics)} ({place})" if place else physics_words(physics)
+    """`leg_backlash / leg 4 / long` as `play of a leg (leg 4, long)`."""
+    physics, *place = key.split(" / ")
+    return f"{physics_words(physics)} ({', '.join(place)})" if place else physics_words(physics)

@@ -102,8 +102,8 @@ def _size(value: float, name: str) -> str:
 
 def _confounded_time(one: ConfoundedTime) -> str:
     text = (
-        f"Time is confounded with {one.name}, which explains {one.share:.0%} of its variance (variance inflation "
-        f"factor {1.0 / max(1.0 - one.share, 1e-9):.3g}). "
+        f"Time is confounded with {one.name}, which explains {100.0 * one.share:.0f} % of its variance (variance "
+        f"inflation factor {1.0 / max(1.0 - one.share, 1e-9):.3g}). "
     )
     if not one.imitations:
         return text + f"The named drift also shows among rows with the same {one.name}."
@@ -132,7 +132,7 @@ TEXTS: Mapping[type[Remark], Callable[[Any], str]] = {
         f"No fitted row shows how {words.listed(one.actuators)} yields: weights do not load a joint about the "
         "vertical, and a tip on the joint's axis does not move. "
         f"{'Its stiffness stays' if len(one.actuators) == 1 else 'Their stiffnesses stay'} that of the robot file, "
-        f"with a standard deviation of {one.deviation:.0%}. Other loads or measured axes would determine it."
+        f"with a standard deviation of {100.0 * one.deviation:.0f} %. Other loads or measured axes would determine it."
     ),
     LargeGeometricErrors: lambda one: (
         f"The identified joints and lengths are {1e3 * one.size:.3g} mm (RMS) off. Are the measured poses in another "

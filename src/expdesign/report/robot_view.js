@@ -24,12 +24,14 @@ function robotView(id, view) {
     });
     for (let index = 0; index < view.states[state].length / view.dimension; index++) include(point(state, index));
     for (const other of others) for (const index of moving.flat()) include(point(other, index));
-    return limits.map(([low, high]) => [low - 0.04 * view.size, high + 0.04 * view.size]);
+    const room = (axis) => (view.dimension === 2 && axis === 0 ? 0.1 : 0.04) * view.size; // names are wide
+    return limits.map(([low, high], axis) => [low - room(axis), high + room(axis)]);
   }
 
   /**
-   * Scale (per m) at which a state fills the picture from the camera at `eye`. A point at p from the middle of the scene
-   * appears at (up·p, right·p) / (|eye| - n·p), n towards the camera, in a view of 45 degrees.
+   * Scale (per m) at which a state fills the picture from the camera at `eye`, and the axes around it keep room for their
+   * numbers. A point at p from the middle of the scene appears at (up·p, right·p) / (|eye| - n·p), n towards the camera,
+   * in a view of 45 degrees.
    */
   function filling(state, frame, { x, y, z }) {
     const { clientWidth, clientHeight } = document.getElementById(id);
@@ -38,13 +40,15 @@ function robotView(id, view) {
     const level = Math.hypot(n[0], n[1]);
     const right = [-n[1] / level, n[0] / level, 0];
     const up = [-n[2] * right[1], n[2] * right[0], n[0] * right[1] - n[1] * right[0]];
-    const high = 0.6 * Math.tan(Math.PI / 8);
-    const wide = high * Math.min(1.5, clientWidth / Math.max(1, clientHeight - 68));
+    const whole = Math.tan(Math.PI / 8);
+    const shape = Math.min(1.5, clientWidth / Math.max(1, clientHeight - 68));
     const dot = (a, b) => a.reduce((sum, value, axis) => sum + value * b[axis], 0);
     let scale = 4 / Math.max(...frame.map(([low, top]) => top - low));
-    for (let index = 0; index < view.states[state].length / 3; index++) {
-      const p = point(state, index).map((value, axis) => value - (frame[axis][0] + frame[axis][1]) / 2);
-      for (const [direction, share] of [[up, high], [right, wide]]) {
+    const drawn = Array.from({ length: view.states[state].length / 3 }, (_, index) => [0.6, point(state, index)]);
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((bits) => [0.75, frame.map((ends, axis) => ends[(bits >> axis) & 1])]);
+    for (const [part, at] of [...drawn, ...corners]) {
+      const p = at.map((value, axis) => value - (frame[axis][0] + frame[axis][1]) / 2);
+      for (const [direction, share] of [[up, part * whole], [right, part * whole * shape]]) {
         const needed = Math.abs(dot(direction, p)) + share * dot(n, p);
         if (needed > 0) scale = Math.min(scale, (share * distance) / needed);
       }
@@ -85,13 +89,29 @@ function robotView(id, view) {
     };
   }
 
+  const numbers = view.labels.map((name) => name.replace(/^(joint|leg) /, ""));
+
+  /** Numbers of legs or joints as notes in space, in front of all that is drawn; those at one place stand in one note. */
+  function notes(state) {
+    const found = [];
+    numbers.forEach((text, index) => {
+      const at = point(state, view.tip + 1 + index);
+      const same = found.find((note) => Math.hypot(...at.map((value, axis) => value - note.at[axis])) < 0.04 * view.size);
+      if (same) same.text += `, ${text}`;
+      else found.push({ at, text });
+    });
+    return found.map(({ at: [x, y, z], text }) => ({
+      x, y, z, text, showarrow: false, font: { color: "var(--ink)", size: 13 }, bgcolor: "var(--card)", opacity: 0.85, borderpad: 0,
+    }));
+  }
+
   /** Joints' axes, numbers, markers, and the components that are concerned. */
   function annotations(state) {
     const first = view.tip + 1;
     const traces = [];
     if (view.concerned.length) {
       traces.push({
-        ...lines(state, view.concerned), mode: "lines+markers", name: "concerned", hoverinfo: "skip",
+        ...lines(state, view.concerned), mode: "lines+markers", name: "where the mismatch points", hoverinfo: "skip",
         line: { color: "var(--concerned)", width: inSpace && !projected ? 12 : 8 },
         marker: { color: "var(--concerned)", size: inSpace && !projected ? 6 : 11 },
       });
@@ -102,8 +122,11 @@ function robotView(id, view) {
         line: { color: "var(--muted)", width: 2, dash: "dash" },
       });
     }
-    const texts = inSpace ? view.labels.map((name) => name.replace(/^(joint|leg) /, "")) : view.labels;
-    traces.push(names(state, texts, first, { mode: "text", textposition: "middle center" }));
+    // In space the numbers are notes of the scene, which nothing hides; axes of joints end at their name, not in it.
+    if (!inSpace || projected) {
+      const place = view.axes.length ? "top center" : "middle center";
+      traces.push(names(state, inSpace ? numbers : view.labels, first, { mode: "text", textposition: place }));
+    }
     if (view.markers.length) {
       traces.push(names(state, view.markers, first + view.labels.length, {
         mode: "markers+text", textposition: "top center",
@@ -166,7 +189,12 @@ function robotView(id, view) {
     report.update(id, (figure) => {
       figure.data = traces;
       if (inSpace && !projected) {
-        ["xaxis", "yaxis", "zaxis"].forEach((axis, number) => { figure.layout.scene[axis].range = frame[number]; });
+        const longest = Math.max(...frame.map(([low, high]) => high - low));
+        ["xaxis", "yaxis", "zaxis"].forEach((axis, number) => {
+          const [low, high] = frame[number];
+          Object.assign(figure.layout.scene[axis], { range: [low, high], nticks: 2 + Math.round((5 * (high - low)) / longest) });
+        });
+        figure.layout.scene.annotations = notes(state);
         const scale = filling(state, frame, figure.layout.scene.camera.eye);
         const [x, y, z] = frame.map(([low, high]) => scale * (high - low));
         figure.layout.scene.aspectratio = { x, y, z };

@@ -24,7 +24,7 @@ _ARROW = 0.3
 """Length of the largest force's arrow, likewise."""
 
 _FLAT: dict[str, dict[str, Any]] = {
-    "xaxis": {"title": {"text": "x (m)"}, "scaleanchor": "y", "constrain": "domain"},
+    "xaxis": {"title": {"text": "x (m)"}, "scaleanchor": "y", "constrain": "domain", "tickangle": 0, "nticks": 6},
     "yaxis": {"title": {"text": "y (m)"}},
 }
 

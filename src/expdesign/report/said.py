@@ -7,8 +7,8 @@ from typing import Any
 from expdesign.report.blocks import Block, DataTable, PageSection, Sentences
 
 REFUTED = (
-    "warning: the model is refuted by its own recordings, and its standard deviations do not hold what it lacks: "
-    "`expdesign diagnose` looks for that, and writes a model with it"
+    "warning: the model is refuted by its own recordings, and its standard deviations do not include what it lacks: "
+    "run `expdesign diagnose`, which writes a model with the missing physics"
 )
 """What is said of whatever is computed with such a model."""
 

@@ -37,7 +37,7 @@ _TONES = {"pass": "good", "fail": "bad"}
 
 
 _IN_BASE = (
-    "The measured poses are taken as poses in O, whose turn about joint 1 no reading of the model shows. If the "
+    "The measured poses are taken as poses in O, whose rotation about joint 1 no reading of the model shows. If the "
     "identified instrument read them, give the frame `instrument` to `compensate` and to `verify`."
 )
 
@@ -98,11 +98,11 @@ def statement(result: Verification) -> list[str]:
     axes = [axis for target in result.targets for axis in target.axes if axis.tolerance is not None]
     proven = sum(axis.conformity == "conforms" for axis in axes)
     beyond = sum(axis.conformity == "does not conform" for axis in axes)
-    counts = f"of {len(axes)} axes with a tolerance {proven} conform, {beyond} do not conform, and for "
-    counts += f"{len(axes) - proven - beyond} conformity is not proven"
+    counts = f"of {len(axes)} axes with a tolerance, {proven} conform, {beyond} do not conform, and "
+    counts += f"{len(axes) - proven - beyond} are not proven to conform"
     texts = [
         {
-            "pass": f"The robot passes: all {len(axes)} axes with a tolerance conform at every target.",
+            "pass": f"The robot passes: all {len(axes)} axes with a tolerance conform.",
             "fail": f"The robot fails: {counts}.",
             "not proven": f"Not proven: {counts}. No axis is proven to be beyond its tolerance.",
             "no tolerance": "No tolerance was stated, so that nothing is decided.",
@@ -178,9 +178,9 @@ def _subject(model: Model, check: CheckMeasurement, about: About) -> list[tuple[
         ("Robot", f"{about.robot or robot.name} ({robot.kind})"),
         ("Serial number", about.serial_number or _BLANK),
         ("Load", about.load or _load(check)),
-        ("Numbers of the weights", about.weights or _BLANK),
+        ("Weights (numbers, calibration)", about.weights or _BLANK),
         ("Instrument", about.instrument or _BLANK),
-        ("Number of the instrument", about.instrument_number or _BLANK),
+        ("Instrument (number, calibration)", about.instrument_number or _BLANK),
         ("Environment", about.environment or _BLANK),
         ("Operator", about.operator or _BLANK),
         ("Date of measurement", about.date or _BLANK),
@@ -232,7 +232,7 @@ def _table(result: Verification, model: Model) -> DataTable:
         for number, target in enumerate(result.targets, start=1)
     )
     caption = "Errors of the attained pose (attained minus wanted)."
-    caption += f" {'; '.join(places)}." if len(result.targets) <= 6 else ""
+    caption += f" {words.sentence('; '.join(places))}." if len(result.targets) <= 6 else ""
     return framed("results-table", f"{caption} The CSV is in SI units.", frame, shown)
 
 

@@ -20,8 +20,8 @@ from expdesign.estimation.load_errors import load_columns
 from expdesign.planning.criteria.targets import GivenVariances
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.acceptance_texts import acceptance_record, sentences
-from expdesign.report.blocks import PageSection
-from expdesign.report.error_budget import acceptance_section
+from expdesign.report.blocks import KeyFigure, PageSection
+from expdesign.report.error_budget import acceptance_figure, acceptance_section
 from expdesign.report.hidden_physics import recordings_section
 from expdesign.report.said import Said
 
@@ -55,6 +55,11 @@ class StatedAtTargets:
         stated = self.accuracy or self.hidden
         hidden = [] if stated is None else [stated.sentence]
         return Said("", [*sentences(self.acceptance), *hidden], document=lambda: record)
+
+    @property
+    def figure(self) -> KeyFigure:
+        """The verdict, for the first section of a page."""
+        return acceptance_figure(self.acceptance)
 
     def sections(self, of: str) -> list[PageSection]:
         """The sections of a page about the model that `of` names."""

@@ -117,7 +117,7 @@ def check(
         NotIdentifiableError: a configuration's designs, or the recordings, do not identify what they have to.
 
     Command:
-        With --out a page is written in which the robot is drawn, its legs or joints numbered.
+        With --out it writes a page that shows the robot with its legs or joints numbered.
 
         expdesign check configs/hexapod-h1.yaml
     """

@@ -81,7 +81,7 @@ def compensate(
 ) -> CompensationResult:
     """Find the commands that bring the platform to the targets under load.
 
-    The load is that at the target: a payload's wrench is taken at the orientation that the platform shall have. For an
+    The load is that at the target: a payload's wrench is taken at the wanted orientation of the platform. For an
     arm, targets are poses `x_m` ... `rz_rad` of the tip, with joint columns as the posture to stay near, or joint
     columns alone: the pose that the nominal robot has there.
 

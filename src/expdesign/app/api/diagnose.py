@@ -135,8 +135,9 @@ class DiagnosisResult(RecordedResult):
 
     def page(self) -> Page:
         at = self.at_targets
-        sections = [] if at is None else at.sections("the model that was found")
-        return diagnosis_report(self.result, self.said, sections, "" if at is None else at.configuration)
+        sections = [] if at is None else at.sections("the diagnosed model")
+        configuration, acceptance = ("", None) if at is None else (at.configuration, at.figure)
+        return diagnosis_report(self.result, self.said, sections, configuration, acceptance)
 
 
 @shows_progress("diagnosing")
@@ -182,7 +183,7 @@ def diagnose(
         'consistent'
 
     Command:
-        Ctrl-C ends it with the best model so far, a second Ctrl-C without.
+        Ctrl-C ends it and keeps the best model so far; a second Ctrl-C keeps nothing.
 
         expdesign diagnose configs/robots/hexapod-h1.yaml recordings.csv --out results/diagnosis
     """

@@ -101,8 +101,9 @@ class IdentificationResult(RecordedResult):
     def page(self) -> Page:
         at = self.at_targets
         further = [] if at is None else at.sections("the identified robot")
-        source, configuration = self.robot.document.source, "" if at is None else at.configuration
-        return identification_report(self.result, self.said, source, configuration, further)
+        configuration, acceptance = ("", None) if at is None else (at.configuration, at.figure)
+        source = self.robot.document.source
+        return identification_report(self.result, self.said, source, configuration, further, acceptance)
 
 
 def _frame(interval: Intervals, name: str, names: tuple[str, ...]) -> pd.DataFrame:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, get_args
 
 import pandas as pd
@@ -118,6 +118,7 @@ def montecarlo(
         truth=real,
         elsewhere=elsewhere,
     )
+    result = result if model is None else replace(result, truth=model.source)
     return MonteCarloResult(result, judged.remarks, purpose=purpose_of("montecarlo", config, plan))
 
 

@@ -160,7 +160,7 @@ def run(
         True
 
     Command:
-        Ctrl-C ends the search with what is there; all is written, and the plan before it is bounded.
+        Ctrl-C ends the search and keeps the front so far; the plan is written before its bound is computed.
 
         expdesign run configs/hexapod-h1.yaml --out results/mine
     """

@@ -88,7 +88,7 @@ class SheetResult(RowsResult, FolderResult):
 
 @named_arguments
 def sheet(config: Config, plan: TableInput) -> SheetResult:
-    """Write a plan as a sheet for the laboratory, in the order that saves changes; `identify` takes it back filled in.
+    """Write a plan as a laboratory sheet, in the order that saves changes; `identify` reads the filled-in sheet.
 
     Args:
         config: run configuration (YAML); its `experiment.costs` says in minutes what changes of pose and load take.

@@ -84,8 +84,9 @@ def simulate(
 ) -> SimulationResult:
     """Simulate the recordings of a plan, or check measurements at commands that `compensate` wrote.
 
-    The weights and the direction of gravity are those of the seed in both. A check measurement has the errors of the
-    weights only where `same_as` says `experiment`, and those of a payload of its own as far as the table states them.
+    The errors of the weights and of gravity follow from the seed, the same in both. A check measurement has those of
+    the weights only where `same_as` says `experiment`, and those of a payload of its own as far as the table states
+    them.
 
     Args:
         config: run configuration (YAML).

@@ -67,7 +67,7 @@ def sweep(
     progress: bool = False,
     force: bool = False,
 ) -> SweepResult:
-    """Do many runs with other values; interrupted, the same command goes on.
+    """Repeat a run with other values; the same command continues an interrupted sweep.
 
     Each run is kept as it arrives. Given again with more values, only the new runs are done. A run is done again where
     other code or other libraries would compute it now.

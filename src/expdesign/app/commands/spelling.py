@@ -101,7 +101,7 @@ def named_files(texts: Sequence[str]) -> dict[str, Path]:
 RANGES = Written("As NAME=LOW:HIGH, e.g. x_mm=-30:30; repeatable.", ranges)
 HELD = Written("As NAME=VALUE, e.g. mass_kg=26.5; repeatable.", held)
 NAMED_FILES = Written("As NAME=FILE.csv; repeatable.", named_files)
-ERRORS = Written("As text, e.g. '0.01 um, 0.1 urad', which it is if left out.", errors, repeated=False)
+ERRORS = Written("As text, e.g. '0.01 um, 0.1 urad' (the default).", errors, repeated=False)
 LENGTH = Written("As text, e.g. '15 um'.", length, repeated=False)
 
 

@@ -82,7 +82,7 @@ class Unseen:
     @property
     def sentence(self) -> str:
         """What the plan cannot see, and what it costs to see it."""
-        why = f"At {self.poor}" if self.poor == "one pose" else "With one load" if self.poor else "As it is"
+        why = f"At {self.poor}" if self.poor == "one pose" else "With one load" if self.poor else "As it stands,"
         text = (
             f"{why} the plan cannot rule out {self.phrase}: at its prior size it would go unnoticed and move target "
             f"{self.target + 1} along {self.axis} by {self.error:.2g} of its tolerance (standard deviation)"
@@ -96,7 +96,7 @@ class Unseen:
         before, after = (float(total.values(p.assessed(d[None]))[0]) for p, d in pairs)
         minutes = [minutes_of_plan(p, d) for p, d in pairs]
         cost = "" if minutes[0] is None or minutes[1] is None else f"{minutes[1] - minutes[0]:.4g} min more, "
-        most = f"{checked.left:.2g} of a tolerance at most, of {checked.phrase}"
+        most = f"at most {checked.left:.2g} of a tolerance hidden, from {checked.phrase}"
         more = (
             f"{text}. {counted(checked.further, 'further measurement')} (plan-checked.csv: {cost}total {before:.4g} "
             f"becomes {after:.4g}) would leave"

@@ -77,6 +77,7 @@ class Repeated:
             error `feir` is missing, and `total` is `duir`.
         distribution: of the load errors.
         seed: of all random numbers.
+        truth: file of the true robot, where it is not that of the problem.
     """
 
     problem: DesignProblem
@@ -84,6 +85,7 @@ class Repeated:
     causes: dict[str, Simulation]
     distribution: str
     seed: int
+    truth: str = ""
 
     @property
     def samples(self) -> int:

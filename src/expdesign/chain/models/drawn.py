@@ -16,8 +16,8 @@ from expdesign.chain.models.matrix_rows import MatrixRows, matrix_rows
 from expdesign.io.schema import NonNegative, Section
 
 RESTS_ON_IT = (
-    "U rests on the drawing in what no reading shows of the tip (one standard deviation, as this arm is made): {}; "
-    "state where the markers are on the tip (`markers` of the robot file), and measure three"
+    "most of U rests on the drawing, because no reading shows where the tip is on its flange (one standard deviation, "
+    "as this arm is made): {}. State where the markers are on the tip (`markers` of the robot file), and measure three"
 )
 """What is said where that is most of U, with how much it is."""
 

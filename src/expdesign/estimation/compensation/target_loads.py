@@ -227,17 +227,16 @@ class AttainedUncertainty:
 def said_of_loads(model: Model, loads: TargetLoads) -> list[str]:
     """Which errors of the load are applied at the targets, which not, and whether their own are in U."""
     chain, own = model.chain, None if model.acting is None else model.acting.own
-    weights = list(dict.fromkeys(effect.physics for effect in chain.effects if effect.of_weights))
-    surroundings = [effect.physics for effect in chain.effects if effect.physics == "load_direction_tilt"]
+    weights = list(dict.fromkeys(effect.declared.left_out for effect in chain.effects if effect.of_weights))
+    tilted = any(effect.physics == "load_direction_tilt" for effect in chain.effects)
     carrying, count = int(loads.carries.sum()), len(loads.carries)
     texts = []
     if weights:
         where = "at no target" if carrying == 0 else f"at {carrying} of {count} targets" if carrying < count else ""
-        of = "an error" if len(weights) == 1 else "errors"
-        text = f"applied {where or 'at every target'}: {', '.join(weights)}, {of} of the weights that were recorded"
-        texts.append(text if carrying else f"{text} (`same_as: experiment` at a target that carries them)")
-    if surroundings:
-        texts.append("applied at every target: load_direction_tilt, the direction of gravity")
+        text = f"applied {where or 'at every target'}, of the weights that were recorded: {', '.join(weights)}"
+        texts.append(text if carrying else f"{text} (a target that carries these weights has `same_as: experiment`)")
+    if tilted:
+        texts.append("applied at every target: the identified direction of gravity")
     stated = int((loads.deviations > 0.0).any(axis=1).sum())
     if stated:
         texts.append(f"U contains the stated errors of the payload at {stated} of {count} targets")

@@ -89,7 +89,7 @@ def ascent_words(values: FloatArray, largest: float) -> str:
         f"its sensitivity was maximised over the continuous bounds by {len(values)} gradient ascents, of which "
         f"{int(reached.sum())} reached the largest value found; they ended at {len(levels)} different values, "
         f"{once} of them met once, so that an ascent from a new start would end at an unknown maximum with a "
-        f"probability of about {once / len(values):.0%} (not a proof over the continuum)"
+        f"probability of about {100.0 * once / len(values):.0f} % (not a proof over the continuum)"
     )
 
 
