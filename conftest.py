@@ -15,7 +15,7 @@ for _library in ("OPENBLAS", "OMP", "MKL"):
 
 # The same examples every time, so that a failure on one machine is a failure on every machine.
 settings.register_profile(
-    "fixed", derandomize=True, deadline=None, max_examples=40, suppress_health_check=[HealthCheck.too_slow]
+    "fixed", derandomize=True, deadline=None, max_examples=20, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("fixed")
 

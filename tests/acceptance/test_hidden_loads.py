@@ -8,7 +8,7 @@ from expdesign.app.api.at_targets import AtTargets
 from expdesign.assurance.acceptance.hidden_risk import joint_model, left_out_by
 from expdesign.assurance.model_error.physics import offsets
 from expdesign.estimation.gaussian import Term
-from tests.design.problems import HEXAPOD, problem, searched
+from tests.design.problems import HEXAPOD, plan_table, problem
 
 ERRORS = [{"source": "com", "std": [0.02, 0.02, 0.02]}, {"source": "direction", "std": [0.01, 0.01]}]
 CASE = {
@@ -24,7 +24,7 @@ POSES = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
 def test_a_bias_by_way_of_load_errors_is_what_commands_then_have() -> None:
     """The change of the commands with a concealed coupling of legs, against the bias that the decision expects."""
     case = problem(HEXAPOD, CASE)
-    plan = searched(case).plan
+    plan = plan_table(case)
     commands, motions = [], []
     coupling = "leg_coupling at leg 2, force of leg 1, 2e-9"
     for conceal in ((), coupling):

@@ -8,10 +8,11 @@ import pytest
 import yaml
 
 import expdesign as xd
+from expdesign.app.api.configuration import problem_of
 from expdesign.diagnosis.dispersion import widened
 from expdesign.errors import InputError
 from expdesign.report.acceptance_texts import sentences
-from tests.design.problems import searched
+from tests.design.problems import plan_table
 from tests.plant import PLAIN, ROBOT, recordings
 
 ROOT = Path(__file__).parents[2]
@@ -109,8 +110,7 @@ def test_a_diagnosis(calibration: str) -> None:
 
 def test_deflections_do_not_show_a_geometry_that_is_calibrated() -> None:
     config = configuration(None)
-    plan = searched(config | {"optimiser": {"population": 8, "generations": 1, "seed": 1, "effort": "quick"}}).plan
-    deflections = xd.simulate(config, plan).frame
+    deflections = xd.simulate(config, plan_table(problem_of(config))).frame
     with pytest.raises(InputError, match=r"calibrates the geometry.*do not show"):
         xd.identify(ROBOT, deflections, targets=configuration("both"))
     with pytest.raises(InputError, match=r"calibrates the geometry.*do not show"):

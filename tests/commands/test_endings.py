@@ -1,5 +1,6 @@
 """How a command ends: the status that a script reads, outputs that cannot take a text, and signals."""
 
+import io
 import os
 import re
 import signal
@@ -12,28 +13,28 @@ import pytest
 
 import expdesign as xd
 from expdesign.app.commands.terminal import encode_anything, terminated_as_interrupted
-from tests.commands.calls import CONFIG, ROBOT, Printed, call, config_file, plan_file
+from tests.commands.calls import CONFIG, ROBOT, Printed, call, config_file, plan_file, refused
 
 COMMAND = [sys.executable, "-m", "expdesign"]
 
 
-def _run(
-    *arguments: object, stdout: object = subprocess.PIPE, **environment: str
-) -> "subprocess.CompletedProcess[bytes]":
-    return subprocess.run(
-        [*COMMAND, *map(str, arguments)],
-        stdout=stdout,  # type: ignore[call-overload]
-        stderr=subprocess.PIPE,
-        env=os.environ | environment,
-        check=False,
-    )
+def printed(patch: pytest.MonkeyPatch, encoding: str, *arguments: object) -> tuple[int, str, str]:
+    """Exit status, standard output and standard error of a call whose streams have an encoding."""
+    streams = [io.TextIOWrapper(io.BytesIO(), encoding=encoding) for _ in range(2)]
+    with patch.context() as here:
+        for name, stream in zip(("stdout", "stderr"), streams, strict=True):
+            here.setattr(sys, name, stream)
+        status = call(*arguments)
+    for stream in streams:
+        stream.seek(0)
+    return status, streams[0].read(), streams[1].read()
 
 
 @pytest.mark.parametrize("encoding", ["cp1252", "ascii"])
-def test_an_output_that_does_not_know_every_character(encoding: str) -> None:
-    done = _run("check", ROBOT, PYTHONIOENCODING=encoding)
-    assert (done.returncode, done.stderr) == (0, b"")
-    assert b"leg 1" in done.stdout
+def test_an_output_that_does_not_know_every_character(encoding: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    status, out, error = printed(monkeypatch, encoding, "check", ROBOT)
+    assert (status, error) == (0, "")
+    assert "leg 1" in out
 
 
 def test_a_minus_stays_a_minus(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -45,26 +46,34 @@ def test_a_minus_stays_a_minus(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) 
     assert path.read_text(encoding="ascii") == "-3.1 um <= chi2, robot ?\n"
 
 
-def test_a_name_does_not_steer_a_terminal(tmp_path: Path) -> None:
+def test_a_name_does_not_steer_a_terminal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Escape sequences and the mark that turns the direction of writing, in the name of a robot."""
     text = re.sub(r"name: .*", r'name: "st\\u202eage\\x1b[31m"', ROBOT.read_text(encoding="utf-8"), count=1)
     (tmp_path / "robot.yaml").write_text(text, encoding="utf-8")
-    done = _run("check", tmp_path / "robot.yaml", PYTHONIOENCODING="utf-8")
-    assert done.returncode == 0
-    assert "st\ufffdage\ufffd[31m" in done.stdout.decode()
-    assert not {"\x1b", "\u202e"} & set(done.stdout.decode() + done.stderr.decode())
+    status, out, error = printed(monkeypatch, "utf-8", "check", tmp_path / "robot.yaml")
+    assert status == 0
+    assert "st\ufffdage\ufffd[31m" in out
+    assert not {"\x1b", "\u202e"} & set(out + error)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device on this system")
-@pytest.mark.parametrize(
-    ("arguments", "unbuffered"), [(("--version",), ""), (("--help",), "1"), (("check", ROBOT), "")]
-)
-def test_standard_output_is_full(arguments: tuple[object, ...], unbuffered: str) -> None:
+@pytest.mark.parametrize(("option", "unbuffered"), [("--version", ""), ("--help", "1")])
+def test_standard_output_is_full(option: str, unbuffered: str) -> None:
+    """In a process of its own, which has to end without a word more."""
+    environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
     with Path("/dev/full").open("wb") as full:
-        done = _run(*arguments, stdout=full, PYTHONUNBUFFERED=unbuffered)
+        done = subprocess.run([*COMMAND, option], stdout=full, stderr=subprocess.PIPE, env=environment, check=False)
     (message,) = done.stderr.decode().splitlines()
     assert done.returncode == 2
     assert message.startswith("expdesign: standard output cannot be written (No space left on device).")
+
+
+def test_standard_output_is_full_for_a_command(capsys: Printed, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("no full device on this system")
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
+        monkeypatch.setattr(sys, "stdout", full)
+        assert refused(capsys, "check", ROBOT).startswith("expdesign: standard output cannot be written (No space left")
 
 
 def test_sigterm_is_an_interruption(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Printed) -> None:

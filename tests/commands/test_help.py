@@ -8,6 +8,7 @@ import pytest
 
 from expdesign.app.commands.grouped import GROUPS
 from expdesign.app.commands.listed import COMMANDS, listed_commands
+from expdesign.app.commands.main import main
 from tests.commands.calls import ROBOT, Printed, call, refused
 
 HEAVY = ("casadi", "numpy", "pandas", "plotly", "pymoo", "scipy")
@@ -66,13 +67,14 @@ def test_words_that_are_no_command(words: str, said: str, capsys: Printed) -> No
 
 
 @pytest.mark.parametrize(("words", "wanted"), [("expdesign ide", "identify"), ("expdesign run --o", "--out")])
-def test_a_shell_can_complete(words: str, wanted: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_shell_can_complete(words: str, wanted: str, monkeypatch: pytest.MonkeyPatch, capsys: Printed) -> None:
     environment = {"_EXPDESIGN_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(words.count(" "))}
     for key, value in environment.items():
         monkeypatch.setenv(key, value)
-    code = "import sys; sys.argv = ['expdesign']; from expdesign.app.commands.main import main; main()"
-    done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)
-    assert wanted in done.stdout.split()
+    monkeypatch.setattr(sys, "argv", ["expdesign"])
+    with pytest.raises(SystemExit):
+        main()
+    assert wanted in capsys.readouterr().out.split()
 
 
 def test_choices_of_an_option_that_is_repeated_are_listed_and_checked(capsys: Printed) -> None:

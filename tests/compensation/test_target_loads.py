@@ -20,7 +20,7 @@ from expdesign.estimation.compensation.target_loads import TargetLoads
 from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from tests.compensation.test_prediction import model_of
-from tests.design.problems import HEXAPOD, problem, searched
+from tests.design.problems import HEXAPOD, plan_table, problem
 from tests.diagnosis.samples import effect
 from tests.identification.experiments import experiment
 
@@ -102,7 +102,7 @@ def test_errors_of_payloads_that_cannot_be(columns: dict[str, Any], message: str
         read(targets(**columns), with_offset()[0])
 
 
-CASE = {"experiment.load.gravity": ..., "model_error": {"physics": ["leg_coupling"]}}
+CASE = {"experiment.load.gravity": ..., "experiment.measurements": 8, "model_error": {"physics": ["leg_coupling"]}}
 OWN = {"targets.0.payload.std": {"mass_kg": 0.1, "com_m": [1e-3, 1e-3, 2e-3]}}
 ANEW = {
     "experiment.load_error": [
@@ -120,7 +120,7 @@ ANEW = {
 def test_one_u_for_a_target_in_every_command(tmp_path: Path, changes: dict[str, Any]) -> None:
     """`identify` and `compensate` state it along the axes of the tolerances, to the last digits of a file."""
     case = problem(HEXAPOD, CASE | changes)
-    plan = searched(case).plan
+    plan = plan_table(case)
     recorded = xd.simulate(case, plan).frame
     identified = xd.identify(HEXAPOD["robot"], recorded, targets=case)
     assert identified.acceptance is not None
@@ -134,7 +134,7 @@ def test_one_u_for_a_target_in_every_command(tmp_path: Path, changes: dict[str, 
     assert (own is not None) == (expected_own is not None) == bool(changes)
     if own is not None and expected_own is not None:
         # A plan has the stiffnesses and load errors that are declared, a fit those that the recordings show.
-        np.testing.assert_allclose(expected_own.deviation, own, rtol=0.2)
+        np.testing.assert_allclose(expected_own.deviation[shown], own[shown], rtol=0.2)
         evaluated = xd.evaluate(case, plan).record["acceptance"]["targets"][0]["axes"][0]
         assert evaluated["budget"]["own payload"] == pytest.approx(expected_own.deviation[0, 0])
 
@@ -150,7 +150,7 @@ def test_what_recordings_showed_of_weights_and_gravity_is_applied_at_the_target(
     )
     values = np.r_[np.linspace(0.9, 1.1, 6), 0.02, -0.03, 0.01, 0.02, -0.01]
     truth = model_of(chain, values, np.zeros((11, 11)))
-    plan = searched(case).plan
+    plan = plan_table(case)
     recorded = xd.simulate(case, plan, noise=False, load_errors=False).frame
     table = parse_table(csv_text(recorded), "rec.csv")
     readings = chain.predict(row_data(points_from_table(table, robot), robot), values)

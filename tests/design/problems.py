@@ -130,6 +130,11 @@ def plan_for(here: DesignProblem, seed: int = 1, *, at_one_pose: bool = False) -
     return Plan(poses, loads, np.arange(1, len(poses) + 1))
 
 
+def plan_table(here: DesignProblem, seed: int = 1) -> pd.DataFrame:
+    """A random plan within all limits as the file that a run writes, without the search for a good one."""
+    return plan_frame(plan_for(here, seed), here.loaded, here.space.tilts)
+
+
 def searched(config: Any) -> xd.RunResult:
     """A run that ends where its plans are known: without bounds, and without what they hide, which take longest."""
     known: list[xd.RunResult] = []

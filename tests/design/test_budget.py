@@ -137,8 +137,6 @@ def test_every_design_stays_within_the_budget(shared: bool) -> None:
     minutes = design_minutes(case, front)
     assert minutes is not None
     assert (minutes <= 60.0 + 1e-9).all()
-    if not shared:
-        np.testing.assert_array_equal(front.decisions, search(case).decisions)
     # The best plan is worth no less than any that was fixed beforehand.
     assert front.criteria["duir"].min() < 1.1 * fixed(shared).criteria["duir"].min()
 

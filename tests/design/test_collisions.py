@@ -75,7 +75,7 @@ def collisions(**changes: Any) -> dict[str, Any]:
 def test_no_design_collides_and_a_colliding_plan_is_refused() -> None:
     # A plate below the platform that tilted poses bring to the legs.
     stated = collisions(payload={"cylinder_m": [0.162, 0.01], "at_m": [0.0, 0.0, -0.05]})
-    poses = problem(HEXAPOD).space.decode(problem(HEXAPOD).space.sample(60, np.random.default_rng(0)))[0]
+    poses = problem(HEXAPOD).space.decode(problem(HEXAPOD).space.sample(30, np.random.default_rng(0)))[0]
     few = {"optimiser": FEW, "experiment.poses": {"candidates": poses.tolist()}}
     free = problem(HEXAPOD, few)
     bound = problem(HEXAPOD, few | {"experiment.constraints": {"collisions": stated}})

@@ -94,7 +94,7 @@ def test_criteria_are_those_of_the_plan_as_written(base: dict[str, Any]) -> None
 
 def test_shared_references_are_not_escaped_by_poses_that_differ_by_nothing() -> None:
     """Rounded to the steps, no plan has two poses closer than a step, and its criteria stay what they were."""
-    case = problem(shared(HEXAPOD, **{"experiment.measurements": 5, "optimiser": {**FEW, "generations": 5}}))
+    case = problem(shared(HEXAPOD, **{"experiment.measurements": 5, "optimiser": FEW}))
     result = searched(case)
     for decisions in result.front.decisions:
         poses = np.unique(case.space.decode(decisions)[0], axis=0)

@@ -58,7 +58,7 @@ def solution(name: str) -> tuple[DesignProblem, Front]:
     return found, search(found)
 
 
-@pytest.fixture(params=PROBLEMS)
+@pytest.fixture(params=PROBLEMS, scope="module")
 def solved(request: pytest.FixtureRequest) -> tuple[DesignProblem, Front]:
     return solution(request.param)
 

@@ -94,7 +94,7 @@ def test_measurements_of_one_hand_do_not_serve_the_other(tmp_path: Path) -> None
 @pytest.mark.parametrize("listed", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_a_run_chooses_among_tips_and_its_plan_is_read_again(tmp_path: Path, listed: bool) -> None:
     """Of listed poses in every run; within bounds, which takes ten times as long, as a proof."""
-    plan(20, 2).drop(columns=["tip", "sequence", "series"]).to_csv(tmp_path / "candidates.csv", index=False)
+    plan(12, 2).drop(columns=["tip", "sequence", "series"]).to_csv(tmp_path / "candidates.csv", index=False)
     few = {"experiment.poses": {"candidates": "candidates.csv"}, "experiment.measurements": 24}
     config = written(tmp_path, few if listed else {})
     run = searched(config)

@@ -32,7 +32,7 @@ def test_one_measurement_of_a_bipod_is_the_best_of_a_fine_grid(name: str) -> Non
 def test_a_hexapods_design_beats_chance(name: str) -> None:
     problem = read_problem(CONFIGS / "hexapod-h1.yaml")
     criterion = known_criteria()[name]
-    found = search_single(problem, criterion, seed=3, generations=8)
+    found = search_single(problem, criterion, seed=3, generations=4)
     drawn = starting_designs(problem, 500, np.random.default_rng(5))
     sign = -1.0 if criterion.maximise else 1.0
     values = sign * criterion.values(problem.assess(*problem.space.decode(drawn)))

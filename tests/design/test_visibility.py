@@ -110,7 +110,7 @@ def test_of_several_reflectors_as_many_have_to_be_seen_as_asked(tmp_path: Path) 
 @pytest.mark.parametrize("listed", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_plans_keep_reflectors_in_sight(tmp_path: Path, listed: bool) -> None:
     """Of listed poses in every run; within bounds, where descents have to keep them in sight, as a proof."""
-    poses = np.random.default_rng(1).uniform([-2.5, -0.8, -2.5], [2.5, 0.8, 2.5], (400, 3))
+    poses = np.random.default_rng(1).uniform([-2.5, -0.8, -2.5], [2.5, 0.8, 2.5], (120, 3))
     config = written(tmp_path)
     if listed:
         document = yaml.safe_load(config.read_text(encoding="utf-8"))

@@ -13,9 +13,10 @@ from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.estimation.whitening import LoadColumns, Whitening
 from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
+from expdesign.planning.plan import Plan, plan_frame
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sequential import recorded_knowledge
-from tests.design.problems import HEXAPOD, problem, searched
+from tests.design.problems import HEXAPOD, plan_for, problem
 from tests.oracle import Array
 
 SPREAD = np.array([5e-7] * 3 + [2e-6] * 3)
@@ -39,7 +40,13 @@ def case(*, shared_reference: bool) -> DesignProblem:
 
 @cache
 def plan_of(*, shared_reference: bool) -> pd.DataFrame:
-    return searched(case(shared_reference=shared_reference)).plan
+    """Random measurements, two of them at every pose where these have a reference in common."""
+    here = case(shared_reference=shared_reference)
+    plan = plan_for(here)
+    if shared_reference:
+        pairs = np.repeat(np.arange(len(plan) // 2), 2)
+        plan = Plan(plan.configurations[pairs], plan.loads, pairs + 1)
+    return plan_frame(plan, here.loaded, here.space.tilts)
 
 
 @pytest.mark.parametrize("shared_reference", [False, True])

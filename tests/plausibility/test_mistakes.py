@@ -4,10 +4,12 @@ import logging
 import re
 from copy import deepcopy
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from expdesign.app.api.configuration import problem_of
@@ -51,6 +53,17 @@ def said(log: Log, act: Any) -> str:
     return "\n".join([*refused, *(record.getMessage() for record in log.records)])
 
 
+@cache
+def _sound(base: str, rows: int, spread: float, wrenches: bool) -> pd.DataFrame:
+    content = with_wrenches(content_of(base)) if wrenches else content_of(base)
+    return recordings_of(content, 5, rows=rows, spread=spread)
+
+
+def sound(base: str, *, rows: int = 8, spread: float = 0.15, wrenches: bool = False) -> pd.DataFrame:
+    """Recordings of a shipped robot, simulated once, into which a mistake is put."""
+    return _sound(base, rows, spread, wrenches).copy()
+
+
 @pytest.mark.parametrize("name", CONFIGURATIONS)
 def test_a_mistaken_configuration(name: str, caplog: Log) -> None:
     base, change, words = CONFIGURATIONS[name]
@@ -62,28 +75,24 @@ def test_a_mistaken_configuration(name: str, caplog: Log) -> None:
 @pytest.mark.parametrize("name", RECORDINGS)
 def test_mistaken_recordings(name: str, caplog: Log) -> None:
     base, change, words = RECORDINGS[name]
-    content = content_of(base)
-    frame = change(recordings_of(content, 5))
-    robot = load_robot(content["robot"])
+    frame, robot = change(sound(base)), load_robot(content_of(base)["robot"])
     assert re.search(words, said(caplog, lambda: read(frame, robot)))
 
 
 @pytest.mark.parametrize("name", [*OF_PAYLOADS, *OF_WRENCHES])
 def test_mistaken_rows(name: str, caplog: Log) -> None:
     base, change, words = (OF_PAYLOADS | OF_WRENCHES)[name]
-    content = content_of(base) if name in OF_PAYLOADS else with_wrenches(content_of(base))
     spread = 0.02 if words == "lb" else 0.15
-    frame, robot = change(recordings_of(content, 5, rows=12, spread=spread)), load_robot(content["robot"])
+    made = sound(base, rows=12, spread=spread, wrenches=name in OF_WRENCHES)
+    frame, robot = change(made), load_robot(content_of(base)["robot"])
     assert re.search(words, said(caplog, lambda: read(frame, robot)))
 
 
 @pytest.mark.parametrize("turn", axis_turns(3)[:23], ids=lambda turn: axes_in_words(turn, "base"))
 def test_an_instrument_is_named_in_each_of_the_23_frames(turn: Array) -> None:
     """With how far χ² falls: below twice its degrees of freedom where it was many times as large."""
-    content = content_of("hexapod-h1")
-    robot = load_robot(content["robot"]).robot
-    sound = recordings_of(content, 5, rows=12)
-    recordings = recordings_from_table(table_of(read_in(turn)(sound), "recordings"), robot)
+    robot = load_robot(content_of("hexapod-h1")["robot"]).robot
+    recordings = recordings_from_table(table_of(read_in(turn)(sound("hexapod-h1", rows=12)), "recordings"), robot)
     finding = recordings_findings(recordings, robot)[0]
     assert f"Is the instrument's frame turned ({axes_in_words(turn, 'base')})?" in finding.likely
     before, after = (float(text) for text in re.findall(r"(?:chi2|and) ([\d.e+]+)", finding.what)[-2:])

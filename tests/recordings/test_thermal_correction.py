@@ -122,7 +122,7 @@ def test_noise_price_of_a_pose() -> None:
     """C12: standard deviation after the correction over √(V + 2TVTᵀ), within four standard errors on every axis."""
     _, _, robot, frame = planned()
     generator = np.random.default_rng(7)
-    count = 1500
+    count = 400
     growth = drift(len(frame), 2)
     poses = read(measured(frame, robot, growth, np.zeros((len(frame), 6))), robot)
     exact = correct_poses(robot, poses)
@@ -165,7 +165,7 @@ def test_interpolation_removes_a_steady_drift() -> None:
 def test_repeated_poses_scatter_as_predicted_after_the_correction() -> None:
     _, _, robot, _ = planned()
     generator = np.random.default_rng(5)
-    visits = 400
+    visits = 150
     pose = [0.01, -0.01, 0.0, 0.05, 0.02, 0.0]
     rows = []
     for visit in range(visits):

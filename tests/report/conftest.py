@@ -69,7 +69,7 @@ def _case(problem: DesignProblem, bound_share: float | None, folder: Path) -> Ca
 def hexapod(tmp_path_factory: pytest.TempPathFactory) -> Case:
     """Two objectives, two targets, a payload, four sources of load error and a known lower bound."""
     folder = tmp_path_factory.mktemp("hexapod")
-    config = config_file(folder, {"optimiser": {"population": 40, "generations": 12, "polish": False}})
+    config = config_file(folder, {"optimiser": {"population": 24, "generations": 6, "polish": False}})
     return _case(read_problem(config), 0.8, folder)
 
 

@@ -188,11 +188,7 @@ def always_dies(number: int) -> int:
     return number
 
 
-def fails(number: int) -> int:
-    raise ZeroDivisionError(number)
-
-
-@pytest.mark.parametrize("executors", [None, Sent, partial(Processes, 1), partial(Processes, 2)])
+@pytest.mark.parametrize("executors", [None, Sent])
 def test_every_task_is_done_once(executors: Executors | None) -> None:
     assert dict(results(squared, range(7), executors)) == {number: number**2 for number in range(7)}
     assert list(results(squared, [], executors)) == []
@@ -208,11 +204,6 @@ def test_a_killed_worker_loses_nothing(tmp_path: Path) -> None:
 def test_work_that_always_ends_its_process_is_given_up() -> None:
     with pytest.raises(WorkersError, match="3 times"):
         list(results(always_dies, range(6), partial(Processes, 1)))
-
-
-def test_an_error_of_the_work_is_raised() -> None:
-    with pytest.raises(ZeroDivisionError):
-        list(results(fails, [1], partial(Processes, 1)))
 
 
 def test_without_locks_of_the_system(tmp_path: Path) -> None:

@@ -38,17 +38,22 @@ class Collisions:
     stated: CollisionsSection
 
     def excess(self, robot: Robot, configurations: FloatArray) -> FloatArray:
-        """Clearance less the least distance (m) at configurations (..., n_q), ≤ 0 where all is well, shape (...)."""
-        drawing = robot.drawing(configurations)
+        """Clearance less the least distance (m) at configurations (..., n_q), ≤ 0 where all is well, shape (...).
+
+        Designs meet the same configurations again under other loads: each is looked at once.
+        """
+        batch, flat = configurations.shape[:-1], configurations.reshape(-1, configurations.shape[-1])
+        distinct, index = np.unique(flat, axis=0, return_inverse=True)
+        drawing = robot.drawing(distinct)
         if drawing is None:
-            return np.full(configurations.shape[:-1], -1.0)
+            return np.full(batch, -1.0)
         library = require_library("experiment.constraints.collisions")
         segments = _segments(drawing)
         points = drawing.points.reshape(-1, *drawing.points.shape[-2:])
-        origins = robot.position(configurations).reshape(-1, 3)
-        rotations = robot.jacobians(configurations).rotation.reshape(-1, 3, 3)
+        origins = robot.position(distinct).reshape(-1, 3)
+        rotations = robot.jacobians(distinct).rotation.reshape(-1, 3, 3)
         least = [self._least(library, segments, *state) for state in zip(points, origins, rotations, strict=True)]
-        return self.stated.clearance_m - np.array(least).reshape(configurations.shape[:-1])
+        return self.stated.clearance_m - np.array(least)[index].reshape(batch)
 
     def _least(
         self,
