@@ -10,6 +10,7 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.recordings.columns import require_mass
 from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.chain.recordings.measured import read_test_rows
+from expdesign.chain.recordings.tilted import with_gravity
 from expdesign.errors import InputError
 from expdesign.io.table import Table
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
@@ -33,6 +34,13 @@ class Plan:
 
     def __len__(self) -> int:
         return len(self.series)
+
+
+def as_set(plan: Plan, loaded: LoadedRobot) -> Plan:
+    """The plan with gravity, which a tilt of the base turns, among what is set with the pose and not with the load."""
+    gravity = loaded.load.gravities(plan.loads, loaded.robot.gravity)
+    own = plan.loads[:, : len(loaded.load.own)]
+    return Plan(np.hstack([plan.configurations, gravity]), own, plan.series)
 
 
 def plan_frame(plan: Plan, loaded: LoadedRobot, with_gravity: bool) -> pd.DataFrame:
@@ -59,6 +67,7 @@ def read_plan(table: Table, loaded: LoadedRobot, noise: DeflectionNoise) -> Plan
         InputError: a column is missing or a cell is wrong.
     """
     robot, load = loaded.robot, loaded.load
+    table = with_gravity(table, robot)
     configurations = with_joint_columns(table, robot).numbers(robot.configuration)
     if loaded.regressor.needs_load and not any(table.has(name) for name in load.columns):
         table.require(load.columns[:1])
@@ -73,10 +82,13 @@ def read_plan(table: Table, loaded: LoadedRobot, noise: DeflectionNoise) -> Plan
         where = table.where(int(np.flatnonzero(loads.any(axis=1))[0]))
         what = "geometric calibration measures poses without load"
         raise InputError(what, where=where, remedy="Take the load out, or use `experiment.calibration: both`.")
-    series = table.integers("series") if table.has("series") else series_by_pose(configurations)
-    if noise.shared_reference and table.has("series"):
-        _same_pose_within_series(table, configurations, series)
-    return Plan(configurations, loads, series)
+    plan = Plan(configurations, loads, table.integers("series") if table.has("series") else np.arange(len(table)))
+    placed = as_set(plan, loaded).configurations
+    if not table.has("series"):
+        return replace(plan, series=series_by_pose(placed))
+    if noise.shared_reference:
+        _same_pose_within_series(table, placed, plan.series)
+    return plan
 
 
 def without_validation(plan: Plan, table: Table) -> Plan:
@@ -111,11 +123,12 @@ def completed(table: Table, plan: Plan, loaded: LoadedRobot) -> Table:
     return replace(table, frame=frame)
 
 
-def _same_pose_within_series(table: Table, configurations: FloatArray, series: IntArray) -> None:
+def _same_pose_within_series(table: Table, placed: FloatArray, series: IntArray) -> None:
+    """Raise where rows of one series differ in pose or gravity, (m, n_q + d): they share no unloaded measurement."""
     for number in np.unique(series):
         rows = np.flatnonzero(series == number)
-        other = rows[np.any(configurations[rows] != configurations[rows[0]], axis=1)]
+        other = rows[np.any(placed[rows] != placed[rows[0]], axis=1)]
         if other.size:
-            what = f"series {number} has measurements at different poses, and so cannot share one unloaded measurement"
-            remedy = "Give every pose a series of its own, or leave `shared_reference` out."
+            what = f"series {number} has measurements at different poses or tilts: they share no unloaded measurement"
+            remedy = "Give every pose and tilt a series of its own, or leave `shared_reference` out."
             raise table.fault(what, int(other[0]), "series", remedy=remedy)

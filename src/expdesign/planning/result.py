@@ -20,7 +20,7 @@ from expdesign.planning.budget import plan_minutes
 from expdesign.planning.deflection_noise import ReferencedNoise, series_by_pose
 from expdesign.planning.front import Front, farthest
 from expdesign.planning.optimality.certificate import LowerBound
-from expdesign.planning.plan import Plan, plan_columns, plan_frame
+from expdesign.planning.plan import Plan, as_set, plan_columns, plan_frame
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import reachable_measurements
 
@@ -45,7 +45,7 @@ def planned(problem: DesignProblem, decisions: FloatArray) -> Plan:
     quantities = space.quantities(decisions)
     configurations, loads = space.split(quantities)
     numbers = space.series(quantities) if problem.noise.shared_reference else None
-    series = series_by_pose(configurations[taken])
+    series = series_by_pose(space.placed(quantities)[taken])
     if numbers is not None:
         series = np.unique(numbers[taken], return_inverse=True)[1].reshape(-1) + 1
     return Plan(configurations[taken], loads[taken], series)
@@ -81,6 +81,7 @@ def minutes_of_plan(problem: DesignProblem, decisions: FloatArray) -> float | No
     if problem.costs is None or isinstance(problem.noise, ReferencedNoise):
         return None
     plan, shared = _with_validation(problem, decisions), problem.noise.shared_reference
+    plan = as_set(plan, problem.loaded)
     return plan_minutes(plan, problem.costs, referenced=problem.loaded.regressor.referenced, shared=shared)
 
 
@@ -89,8 +90,9 @@ def _with_validation(problem: DesignProblem, decisions: FloatArray) -> Plan:
     if not problem.validation:
         return plan
     further = validation_decisions(problem, decisions[problem.space.taken(decisions)])
-    configurations, loads = problem.space.decode(further)
-    series = plan.series.max(initial=0) + series_by_pose(configurations)
+    quantities = problem.space.quantities(further)
+    configurations, loads = problem.space.split(quantities)
+    series = plan.series.max(initial=0) + series_by_pose(problem.space.placed(quantities))
     return Plan(
         np.concatenate([plan.configurations, configurations]),
         np.concatenate([plan.loads, loads]),

@@ -66,13 +66,15 @@ def extreme_measurements(
 def starting_designs(problem: DesignProblem, count: int, generator: np.random.Generator) -> FloatArray:
     """Designs (count, m, g) whose every measurement can be reached.
 
-    Where it counts how often poses are set, each has a number of them at random, from one to all.
+    Where it counts how often poses are set, each has a number of them at random, from as few as may be to all.
     """
     space, m = problem.space, problem.space.measurements
     designs = reachable_measurements(problem, count * m, generator).reshape(count, m, space.decisions)
     if space.settings is not None:
-        poses = generator.integers(1, m + 1, size=(count, 1))
+        fewest = 0 if problem.constraints is None else problem.constraints.distinct_poses
+        poses = generator.integers(max(fewest, 1), m + 1, size=(count, 1))
         of = generator.integers(m, size=(count, m)) % poses
+        of[:, :fewest] = np.arange(fewest)
         designs = np.where(space.of_pose, np.take_along_axis(designs, of[..., None], axis=1), designs)
     return space.canonical(designs)
 

@@ -10,11 +10,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
-import casadi as ca
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.coordinates import Coordinates
+from expdesign.mechanics.loads.load import tilted_gravity
 from expdesign.mechanics.symbolic import BatchFunction
 from expdesign.planning.deflection_noise import series_by_pose
 from expdesign.planning.pose_settings import PoseSettings
@@ -27,16 +27,6 @@ class PoseSet:
 
     quantities: tuple[Quantity, ...] | None = None
     candidates: FloatArray | None = None
-
-
-def tilted_gravity(gravity: ca.SX, tilt: ca.SX) -> ca.SX:
-    """Gravity in O under a tilted base: Ry(tilt_y)·Rx(tilt_x)·g in space, R(tilt)·g in the plane."""
-    if gravity.shape[0] == 2:
-        c, s = ca.cos(tilt[0]), ca.sin(tilt[0])
-        return ca.vertcat(c * gravity[0] - s * gravity[1], s * gravity[0] + c * gravity[1])
-    cx, sx, cy, sy = ca.cos(tilt[0]), ca.sin(tilt[0]), ca.cos(tilt[1]), ca.sin(tilt[1])
-    x, y, z = gravity[0], cx * gravity[1] - sx * gravity[2], sx * gravity[1] + cx * gravity[2]
-    return ca.vertcat(cy * x + sy * z, y, -sy * x + cy * z)
 
 
 @dataclass(frozen=True)
@@ -90,11 +80,15 @@ class DesignSpace:
             quantities.update(enumerate(poses.quantities or ()))
         quantities.update({n_pose + i: quantity for i, quantity in enumerate((*load, *tilt))})
         variables += variables_for({k: v for k, v in quantities.items() if k < n_pose})
+        # A reading without load is of one pose under one tilt: where settings count, both are the robot's.
+        turned = n_pose + len(load) + (len(tilt) if settings is None else 0)
+        variables += variables_for({k: v for k, v in quantities.items() if k >= turned})
+        self._placed = [*range(n_pose), *(k for k in quantities if k >= turned)]
         if settings is not None:  # the last quantity, but beside the pose, so that a series stands together
             numbers = np.arange(settings[0], settings[1] + 1.0)[:, None]
             variables.append(Variable((n_pose + len(load) + len(tilt),), Rows(numbers)))
         gene = len(variables) - 1
-        variables += variables_for({k: v for k, v in quantities.items() if k >= n_pose})
+        variables += variables_for({k: v for k, v in quantities.items() if n_pose <= k < turned})
         self.variables = tuple(variables)
         self._fixed = np.zeros(n_pose + len(load) + len(tilt) + (settings is not None))
         for column, quantity in quantities.items():
@@ -105,7 +99,7 @@ class DesignSpace:
         self.upper = np.array([variable.bounds[1] for variable in variables])
         self.columns = np.array([variable.columns[0] for variable in variables], dtype=np.int64)
         self.discrete: BoolArray = np.array([variable.discrete for variable in variables], dtype=bool)
-        self.of_pose: BoolArray = np.array([variable.columns[0] < n_pose for variable in variables], dtype=bool)
+        self.of_pose: BoolArray = np.array([variable.columns[0] in self._placed for variable in variables], dtype=bool)
         gene_steps = np.zeros(len(variables))
         if steps is not None:
             gene_steps = np.array([0.0 if v.discrete else steps[v.columns[0]] for v in variables])
@@ -162,6 +156,10 @@ class DesignSpace:
             return np.ones(decisions.shape[:-1], dtype=bool)
         return self.settings.taken(decisions)
 
+    def placed(self, quantities: FloatArray) -> FloatArray:
+        """What of quantities (..., n_q) a series has in common: the pose, and the tilt where settings count."""
+        return quantities[..., self._placed]
+
     def series(self, quantities: FloatArray) -> IntArray | None:
         """Series numbers (..., m) of measurements with quantities (..., m, n_q), 0 for those that are left out; None
         where there is no decision about settings.
@@ -169,7 +167,7 @@ class DesignSpace:
         if self.settings is None:
             return None
         number = quantities[..., -1]
-        numbers = series_by_pose(np.concatenate([quantities[..., : self.n_pose], number[..., None]], axis=-1))
+        numbers = series_by_pose(np.concatenate([self.placed(quantities), number[..., None]], axis=-1))
         return np.where(number >= 0.0, numbers, 0)
 
     def quantities(self, decisions: FloatArray) -> FloatArray:
@@ -185,8 +183,7 @@ class DesignSpace:
 
     @cached_property
     def _tilted(self) -> BatchFunction:
-        tilt = ca.SX.sym("tilt", len(self._tilt))
-        return BatchFunction("tilt", [tilt], [tilted_gravity(ca.SX(np.asarray(self.gravity)), tilt)])
+        return tilted_gravity(np.asarray(self.gravity))
 
     def decode(self, decisions: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Configurations (..., n) and load parameters with gravity (..., k) that decisions (..., g) stand for."""

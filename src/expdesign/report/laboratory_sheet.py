@@ -17,7 +17,7 @@ DECIMALS = {"length": 6, "angle": 6, "mass": 6, "force": 6, "moment": 6}
 """Digits that are shown, after the point in SI units; in other units as many as it takes for the same step."""
 _HIDDEN = ("plan_row", "kind", "remarks")
 _DEVIATION = re.compile("s[xyz]|sr[xyz]")
-_LOAD = re.compile("mass|[fm][xyz]")
+_LOAD = re.compile("mass|com|[fm][xyz]")
 _BLANKS = ("Date", "Operator", "Instrument", "Temperature")
 
 
@@ -72,10 +72,10 @@ def sheet_page(frame: pd.DataFrame, title: str, summary: str, notes: Sequence[st
 
 
 def _set_points(columns: list[str]) -> tuple[list[str], list[str]]:
-    """Columns of the pose and of the load: they stand between `series` and `do`, the load from its mass or force on."""
+    """Columns of the pose, tilts of the base among them, and of the load, between `series` and `do`."""
     between = columns[columns.index("series") + 1 : columns.index("do")]
-    first = next((i for i, name in enumerate(between) if _LOAD.fullmatch(name.split("_")[0])), len(between))
-    return between[:first], between[first:]
+    loads = [name for name in between if _LOAD.fullmatch(name.split("_")[0])]
+    return [name for name in between if name not in loads], loads
 
 
 def _cell(texts: list[str], index: int, *, blank: bool, key: str) -> dict[str, str]:

@@ -13,14 +13,17 @@ import pandas as pd
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of, table_of
 from expdesign.app.api.result import FolderResult, PathLike, RowsResult
+from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.recordings import reading_names
 from expdesign.errors import InputError
 from expdesign.io.excel import workbook
 from expdesign.io.output import csv_text
 from expdesign.io.tables_in_units import in_units
+from expdesign.mechanics.loads.load import tilts_of
+from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.deflection_noise import ReferencedNoise
 from expdesign.planning.laboratory_sheet import Costs, Steps, in_plan_order, ordered
-from expdesign.planning.plan import Plan, plan_columns, read_plan
+from expdesign.planning.plan import Plan, as_set, plan_columns, read_plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.laboratory_sheet import rounded, sheet_instructions, sheet_page, sheet_said
 from expdesign.report.said import Said
@@ -110,14 +113,15 @@ def sheet(config: Config, plan: TableInput) -> SheetResult:
     planned = read_plan(table, problem.loaded, problem.noise)
     referenced = problem.loaded.regressor.referenced
     costs = problem.costs or Costs()
+    stops = as_set(planned, problem.loaded)
     try:
-        steps = ordered(planned, costs, referenced=referenced, shared=shared)
+        steps = ordered(stops, costs, referenced=referenced, shared=shared)
     except InputError as error:
         raise InputError(error.what, where=f"{table.source}, column series", remedy=error.remedy) from None
     text = _frame(problem, planned, steps, referenced=referenced)
     if table.has("split"):
         text.insert(list(text.columns).index("plan_row"), "split", table.frame["split"].to_numpy()[steps.rows])
-    before = in_plan_order(planned, referenced=referenced, shared=shared)
+    before = in_plan_order(stops, referenced=referenced, shared=shared)
     return SheetResult(
         text,
         steps,
@@ -135,12 +139,11 @@ def _frame(problem: DesignProblem, plan: Plan, steps: Steps, *, referenced: bool
     count = len(rows)
     stepped = Plan(plan.configurations[rows], plan.loads[rows], plan.series[rows])
     columns = plan_columns(stepped, problem.loaded, with_gravity=True)
-    for name, own in zip(robot.coordinates.gravity, robot.gravity, strict=True):
-        if name in columns and np.all(columns[name] == own):
-            del columns[name]
+    columns |= _turned(columns, robot)
     for name in {"mass_kg", *robot.coordinates.wrench} & set(columns):
         columns[name] = np.where(steps.reference, 0.0, columns[name])
-    columns["do"] = [_what(plan, steps, index) for index in range(count)]
+    stops, before = as_set(plan, problem.loaded), np.append(np.full(len(robot.configuration), np.nan), robot.gravity)
+    columns["do"] = [_what(stops, before, steps, index) for index in range(count)]
     columns["plan_row"] = rows + 1
     readings = (
         reading_names(robot.coordinates) if referenced else tuple(f"measured_{n}" for n in robot.coordinates.pose)
@@ -154,16 +157,33 @@ def _frame(problem: DesignProblem, plan: Plan, steps: Steps, *, referenced: bool
     return pd.DataFrame({name: [value] * count if isinstance(value, str) else value for name, value in columns.items()})
 
 
-def _what(plan: Plan, steps: Steps, index: int) -> str:
-    """What changes before a step, in words."""
-    row = steps.rows[index]
-    if index == 0:
-        moved, other = True, True
-    else:
-        last = steps.rows[index - 1]
-        moved = bool(np.any(plan.configurations[row] != plan.configurations[last]))
-        other = bool(np.any(plan.loads[row] != plan.loads[last])) or bool(steps.reference[index - 1])
+def _turned(columns: dict[str, Any], robot: Robot) -> dict[str, FloatArray]:
+    """Takes gravity out of the columns, and returns the tilts of the base that turn it, or it again where none do."""
+    names = robot.coordinates.gravity
+    if names[0] not in columns:
+        return {}
+    gravities = np.column_stack([columns.pop(name) for name in names])
+    tilts = tilts_of(gravities, robot.gravity)
+    if tilts is None:
+        return dict(zip(names, gravities.T, strict=True))
+    return {name: values for name, values in zip(robot.coordinates.tilt, tilts.T, strict=True) if values.any()}
+
+
+def _what(stops: Plan, before: FloatArray, steps: Steps, index: int) -> str:
+    """What changes before a step, in words.
+
+    Args:
+        stops: as it is set (`as_set`).
+        before: what is set before the first step, NaN for its pose.
+        steps: in order.
+        index: of the step.
+    """
+    row, last = steps.rows[index], steps.rows[index - 1] if index else None
+    other = last is None or bool(np.any(stops.loads[row] != stops.loads[last])) or bool(steps.reference[index - 1])
+    changed = stops.configurations[row] != (before if last is None else stops.configurations[last])
+    words = {"tilt the base": ~np.isnan(before), "set the pose": np.isnan(before)}
+    moved = [what for what, where in words.items() if changed[where].any()]
     if not steps.reference[index]:
-        return ", ".join((["set the pose"] if moved else []) + (["load as given"] if other else []) + ["read"])
+        return ", ".join(moved + (["load as given"] if other else []) + ["read"])
     off = bool(index) and not steps.reference[index - 1]
-    return ", ".join((["load off"] if off else []) + (["set the pose"] if moved else []) + ["read the reference"])
+    return ", ".join((["load off"] if off else []) + moved + ["read the reference"])

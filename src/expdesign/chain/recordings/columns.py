@@ -147,6 +147,12 @@ RECORDED = (
         SPATIAL.gravity,
     ),
     ColumnGroup(
+        _listed(SPATIAL.tilt),
+        "tilt, in place of gravity; optional",
+        _of("tilt"),
+        (*SPATIAL.tilt, *PLANE.tilt),
+    ),
+    ColumnGroup(
         "`temperature_degC`; `leg1_degC`, …",
         "temperature, or that of each leg; optional",
         lambda robot: ("temperature_degC", *leg_temperatures(robot)),
@@ -204,7 +210,7 @@ _JOINT = re.compile(r"q([1-9]\d*)(?:rad)?|(?:j|joint|axis|achse|gelenk)([1-9]\d*
 SPELT = tuple(name for group in RECORDED for name in group.spelt)
 """Columns of recordings in space that are recognised in other letters."""
 COLUMNS = KnownColumns(
-    names=(*SPELT, *_BEFORE, *SPATIAL.tilt, *PLANE.tilt),
+    names=(*SPELT, *_BEFORE),
     words={name: words for group in RECORDED for name, words in group.words.items()},
     numbered={"q{}_rad": _JOINT},
     asked={name: group.asked for group in RECORDED if group.asked for name in group.spelt},

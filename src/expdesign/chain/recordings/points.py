@@ -25,6 +25,7 @@ from expdesign.chain.recordings.recordings import (
     measured_names,
 )
 from expdesign.chain.recordings.references import read_references
+from expdesign.chain.recordings.tilted import with_gravity
 from expdesign.coordinates import Coordinates
 from expdesign.errors import InputError
 from expdesign.io.table import Table
@@ -55,6 +56,7 @@ def points_of(table: Table, robot: Robot, order: IntArray, *, measured: bool, re
     Where they are to be `measured` the rows of a series share one command; where they were `recorded` those of one
     unloaded reading do as well.
     """
+    table = with_gravity(table, robot)
     coordinates, poses = robot.coordinates, _measures_poses(table, robot)
     configurations = table.numbers(robot.configuration)[order]
     _sensible_poses(table, robot, configurations, order)

@@ -110,6 +110,36 @@ def rows_first(rotation: FloatArray) -> FloatArray:
     return rotation.reshape(*rotation.shape[:-2], rotation.shape[-2] * rotation.shape[-1])
 
 
+def tilted_gravity(gravity: FloatArray) -> BatchFunction:
+    """Gravity in O by tilts of the base: Ry(tilt_y)·Rx(tilt_x)·g of (2,) in space, R(tilt)·g of (1,) in the plane."""
+    if len(gravity) == 2:
+        tilt = ca.SX.sym("tilt")
+        c, s = ca.cos(tilt), ca.sin(tilt)
+        found = ca.vertcat(c * gravity[0] - s * gravity[1], s * gravity[0] + c * gravity[1])
+    else:
+        tilt = ca.SX.sym("tilt", 2)
+        cx, sx, cy, sy = ca.cos(tilt[0]), ca.sin(tilt[0]), ca.cos(tilt[1]), ca.sin(tilt[1])
+        y, z = cx * gravity[1] - sx * gravity[2], sx * gravity[1] + cx * gravity[2]
+        found = ca.vertcat(cy * gravity[0] + sy * z, y, -sy * gravity[0] + cy * z)
+    return BatchFunction("tilt", [tilt], [found])
+
+
+def tilts_of(gravities: FloatArray, gravity: FloatArray) -> FloatArray | None:
+    """Tilts (m, 2), or (m, 1) in the plane, that turn gravity (d,) to some (m, d); None where none do, and in space
+    where gravity without tilt is not along z.
+    """
+    if len(gravity) == 2:
+        across = gravity[0] * gravities[:, 1] - gravity[1] * gravities[:, 0]
+        tilts = np.arctan2(across, gravities @ gravity)[:, None]
+    elif gravity[:2].any() or not gravity[2]:
+        return None
+    else:
+        x, y, z = (gravities / gravity[2]).T
+        tilts = np.column_stack([np.arctan2(-y, np.hypot(x, z)), np.arctan2(x, z)])
+    again = tilted_gravity(gravity)(tilts)[0]
+    return tilts if np.allclose(again, gravities, rtol=0.0, atol=1e-9 * float(np.linalg.norm(gravity))) else None
+
+
 def small_rotation(vector: ca.SX, angles: ca.SX) -> ca.SX:
     """`vector` turned by small angles (rad): about x and y of O in space, about the normal in the plane.
 

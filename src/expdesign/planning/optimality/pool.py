@@ -312,7 +312,8 @@ class Pool:
 
     def _of_designs(self, designs: FloatArray) -> FloatArray:
         """The series of designs (d, m, g) that are short enough to be candidates."""
-        numbers = series_by_pose(self._problem.space.decode(designs)[0])
+        space = self._problem.space
+        numbers = series_by_pose(space.placed(space.quantities(designs)))
         found = []
         for design, series in zip(designs, numbers, strict=True):
             for number in range(1, int(series.max()) + 1):
