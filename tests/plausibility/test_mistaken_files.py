@@ -131,3 +131,14 @@ def test_a_blank_separated_list_with_decimal_commas(folder: Path, tmp_path: Path
         folder / "robot.yaml", folder / "plan.csv", [folder / "unloaded.txt", folder / "loaded.txt"]
     ).frame
     assert found.equals(same)
+
+
+@pytest.mark.parametrize(("angle", "asked"), [(2.0944, False), (-3.1415, False), (5.0, True)])
+def test_an_instrument_may_be_turned_by_any_angle_up_to_half_a_turn(
+    angle: float, asked: bool, tmp_path: Path, caplog: Log
+) -> None:
+    content = yaml.safe_load((CONFIGS / "robots" / "hexapod-h1.yaml").read_text(encoding="utf-8"))
+    path = tmp_path / "robot.yaml"
+    path.write_text(yaml.safe_dump(content | {"instrument": [1.5, -2.2, 0.4, 0.0, 0.0, angle]}), encoding="utf-8")
+    xd.check(path)
+    assert ("Is it in degrees?" in caplog.text) is asked

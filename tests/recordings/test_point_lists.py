@@ -78,6 +78,16 @@ def test_groups_with_blanks_in_their_names(tmp_path: Path) -> None:
         ("// Units: mm\np1 1 2 3\np2 1 2\n", None, "`p2 1 2` is no point", "row 3"),
         ("// Units: mm\np1 1 2 3 0 1 1\n", None, "a standard deviation must be positive", "row 2"),
         ("// Units: mm\n\n", None, "there are no points", ""),
+        ("// Units: mm\np1 1x 2 3\np2 1 2 3\n", None, "`p1 1x 2 3` is no point", "row 2"),
+        ("// Units: mm\nJ::u::p1 1x 2x 3\nJ::u::p2 1 2 3\n", None, "`J::u::p1 1x 2x 3` is no point", "row 2"),
+        ("// Units: mm\np1 1 2\np2 1 2 3\n", None, "`p1 1 2` is no point", "row 2"),
+        ("P;X [mm];Y [mm];Z [mm]\nA;1,0x;2,0x;3,0\nB;1,0;2,0;3,0\n", None, "`A;1,0x;2,0x;3,0` is no point", "row 2"),
+        (
+            "// Units: mm\np1 1 2 3x 1 1 1\np2 1 2 3 1 1 1\n",
+            None,
+            "ends with 6 numbers, and the first point with 3",
+            "row 3",
+        ),
     ],
 )
 def test_what_is_refused(text: str, unit: str | None, what: str, row: str, tmp_path: Path) -> None:
@@ -87,3 +97,10 @@ def test_what_is_refused(text: str, unit: str | None, what: str, row: str, tmp_p
         read_point_sets(path, None if unit is None else UNITS[unit])
     assert error.value.where == f"{path}{f', {row}' if row else ''}"
     assert error.value.remedy
+
+
+def test_titles_and_rows_of_units_are_no_points(tmp_path: Path) -> None:
+    path = tmp_path / "points.txt"
+    path.write_text("Export 2026-05-12 10:30:00\nHall 4, 21.5 C\nP;X;Y;Z\n-;mm;mm;mm\nA;1;2;3\n", encoding="utf-8")
+    (found,) = read_point_sets(path, UNITS["mm"])
+    assert list(found.points) == ["A"]

@@ -82,13 +82,15 @@ def _loads(points: LoadedPoints, robot: Robot, calibrated: Calibrated) -> list[I
 
 
 def pose_findings(robot: Robot, poses: FloatArray, where: str, names: tuple[str, ...] = ()) -> list[Implausibility]:
-    """What speaks against the units of poses (s, n_q), or of poses of the tip in columns `names` (s, 6)."""
+    """What speaks against the units of poses (s, n_q), or (s, 6) of the tip or the instrument in columns `names`."""
     size = extent(robot)
     found = []
+    turns = 2.0 * np.pi
+    if robot.configuration == robot.coordinates.pose:  # what stands beside a platform may be turned at will
+        turns = np.pi if names else PLATFORM_ANGLE
     for axis, name in enumerate(names or robot.configuration):
         most = largest(poses[:, axis])
         if name.endswith("_rad"):
-            turns = 2.0 * np.pi if robot.configuration != robot.coordinates.pose else PLATFORM_ANGLE
             if most > turns * 1.0001:
                 what = f"{name} would be {most:.3g} rad, i.e. {np.degrees(most):.3g}°"
                 found.append(Implausibility(what, "Is it in degrees? It has to be in rad.", where))

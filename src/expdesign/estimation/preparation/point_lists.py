@@ -7,8 +7,9 @@ are
     Point;X;Y;Z                           PolyWorks and others, with commas, semicolons, tabulators or blanks
     Point X Y Z  or  X Y Z                plain; points without names are numbered in their order
 
-Lines that begin with `//`, `#`, `!` or `%` are comments. The unit is that of a comment or a header (`// Units: mm`,
-`X [mm]`, `X_mm`), or is given; it is never guessed.
+Lines that begin with `//`, `#`, `!` or `%` are comments. Lines before the first point are titles or headers, unless
+they have numbers as a point has (`_is_title`). The unit is that of a comment or a header (`// Units: mm`, `X [mm]`,
+`X_mm`), or is given; it is never guessed.
 
 Points that carry another's name, and points that do not lie where the drawing has them.
 
@@ -209,6 +210,7 @@ def read_point_sets(path: Path, unit: Unit | None = None) -> list[PointSet]:
     found: dict[str, dict[str, MeasuredPoint]] = {}
     stated: Unit | None = None
     raw: list[tuple[int, str, str, list[float]]] = []
+    headed = False
     for number, line in enumerate(text.splitlines(), 1):
         where = f"{path}, row {number}"
         if not line.strip():
@@ -220,11 +222,18 @@ def read_point_sets(path: Path, unit: Unit | None = None) -> list[PointSet]:
         _no_halves(line, cells, where)
         count = _trailing_numbers(cells)
         if count not in (3, 6):
-            if raw:
+            if raw or not _is_title(cells, headed=headed):
                 what = f"`{line.strip()[:40]}` is no point: a name and 3 coordinates (and 3 deviations) are needed"
-                raise InputError(what, where=where, remedy="Correct the line. Is the file cut off?")
-            stated = _unit_in(line, stated, where)  # a header
+                remedy = (
+                    "Correct the line. Is the file cut off?" if raw else "Correct it, or write `//` before a title."
+                )
+                raise InputError(what, where=where, remedy=remedy)
+            stated = _unit_in(line, stated, where)
+            headed = headed or _heads_coordinates(cells)
             continue
+        if raw and count != len(raw[0][3]):
+            what = f"the line ends with {count} numbers, and the first point with {len(raw[0][3])}"
+            raise InputError(what, where=where, remedy="State 3 coordinates for all points, or 3 deviations with them.")
         names = _names(cells[:-count])
         group = names[-2] if len(names) > 1 else ""
         raw.append((number, group, names[-1] if names else "", [float(cell) for cell in cells[-count:]]))
@@ -262,6 +271,23 @@ def _cells(line: str) -> list[str]:
     if separator != ",":
         cells = [_COMMA.sub(r"\1.\2", cell) if _COMMA.fullmatch(cell) else cell for cell in cells]
     return cells
+
+
+def _heads_coordinates(cells: list[str]) -> bool:
+    """Whether cells name coordinates: then points follow."""
+    return {cell.strip('"')[:1].lower() for cell in cells} >= {"x", "y", "z"}
+
+
+def _is_title(cells: list[str], *, headed: bool) -> bool:
+    """Whether a line that is no point is a title or a header, and not a point that was mistyped.
+
+    A mistyped point has numbers as two of its last three cells, names its group with `::`, or has digits among its last
+    cells where the header stands already.
+    """
+    last = cells[-3:]
+    numbers = sum(NUMBER.fullmatch(cell) is not None for cell in last)
+    digits = headed and any(character.isdigit() for cell in last for character in cell)
+    return numbers < 2 and not digits and not any("::" in cell for cell in cells)
 
 
 def _no_halves(line: str, cells: list[str], where: str) -> None:

@@ -177,7 +177,8 @@ class RobotSection(Section):
     )
     instrument: list[Number] | None = Field(
         default=None,
-        description="Known pose of the instrument in O, `[x, y, z, rx, ry, rz]` (m, rad). Default: estimated.",
+        description="Known pose of the instrument in O, `[x, y, z, rx, ry, rz]` (m, rad), always with R = Rz·Ry·Rx, "
+        "whatever `orientation` says. Default: estimated.",
     )
     geometry_std_m: Positive | None = Field(
         default=None,
@@ -210,7 +211,7 @@ class Robot(ABC):
         stiffness: apK, approximate actuator stiffness (N/m or N·m/rad), shape (n_p,).
         gravity: gravity in the base frame O (m/s²), shape (d,).
         markers: known places of markers on the platform or tip (m), by name.
-        instrument: known pose of the instrument that sees them in O (m, rad), shape (6,), or None.
+        instrument: known pose of the instrument that sees them in O (m, rad; `fixed-xyz`), shape (6,), or None.
         geometry_std: standard deviation with which drawings give joints and lengths of legs (m), or None.
         orientation: how the three angles of a pose make R; None where a command is no pose with three angles.
     """
