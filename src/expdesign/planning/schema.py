@@ -280,8 +280,8 @@ class ExperimentSection(Section):
     )
     estimator: Literal["generalised", "weighted"] = Field(
         default="generalised",
-        description="Which least squares estimate the parameters: those that weigh noise and declared load errors, "
-        "or the noise alone.",
+        description="Which least squares estimate the parameters: those that weigh noise and declared load errors "
+        "(in plans at their declared size, in `identify` at one estimated from the recordings), or the noise alone.",
     )
     geometric_stiffness: Flag = Field(
         default=False, description="Whether the model includes the change of geometry under load."
