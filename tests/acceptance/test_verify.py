@@ -346,7 +346,7 @@ def test_a_wrong_sign_of_the_readings_is_named(caplog: pytest.LogCaptureFixture)
         xd.verify(model(), sound, config=case())
     assert not caplog.records
     xd.verify(model(), frame.assign(**{name: -frame[name] for name in STD}), config=case())
-    assert "Have all deflections, or all loads, the wrong sign?" in caplog.text
+    assert "Do all deflections, or all loads, have the wrong sign?" in caplog.text
 
 
 def test_overstated_deviations_of_check_readings_are_named() -> None:

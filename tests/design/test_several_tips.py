@@ -123,7 +123,7 @@ def test_tips_can_be_restricted_and_stated_row_by_row(tmp_path: Path) -> None:
     [
         ({"targets.0.tip": ...}, r"targets\[0\].tip: the key is missing.*`right_hand`, `left_hand`"),
         ({"targets.0.tip": "right_hnad"}, "no tip of the robot.*right_hand"),
-        ({"experiment.poses.tips": ["right_hand", "right_hand"]}, "stands there twice"),
+        ({"experiment.poses.tips": ["right_hand", "right_hand"]}, "appears twice"),
         ({"experiment.poses.bounds.tip": [1, 2]}, "Name tips under `tips`"),
         ({"targets.0.pose": [0.0] * 9}, "8 numbers are needed"),
     ],

@@ -132,7 +132,7 @@ def test_the_tiles_say_what_the_sentence_says(identified: IdentificationResult) 
     tiles = {each.label: each for block in blocks if isinstance(block, KeyFigures) for each in block.items}
     (said,) = (text for text in identified_sentences(identified.result) if "identify" in text)
     assert f"{tiles['Stiffnesses'].value} stiffnesses" in said
-    assert f"to {tiles['Worst stiffness'].value}% " in said
+    assert f"to {tiles['Least certain stiffness'].value} % " in said
 
 
 @pytest.mark.slow

@@ -341,7 +341,7 @@ def test_one_column_of_the_wrong_sign_is_named_in_the_record(stated: bool) -> No
     assert with_doubts(identify(made.robot, made.recordings(deflections, stated=stated))).suspicions == []
     deflections[:, 4] *= -1.0
     found = with_doubts(identify(made.robot, made.recordings(deflections, stated=stated)))
-    assert [text for text in sentences(found.suspicions) if "Has dry_rad the wrong sign?" in text]
+    assert [text for text in sentences(found.suspicions) if "Does dry_rad have the wrong sign?" in text]
 
 
 def test_deflections_a_hundred_times_too_large_are_suspected() -> None:

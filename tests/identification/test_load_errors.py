@@ -339,9 +339,9 @@ def test_every_weight_has_an_error_of_its_own() -> None:
 @pytest.mark.parametrize(
     ("errors", "said"),
     [
-        ({"mass_kg": 0.0}, "standard deviation of 0 is none"),
+        ({"mass_kg": 0.0}, "0 is not a standard deviation"),
         ({"mass_kg": 1e4}, "larger than the load itself"),
-        ({"fx_N": -1.0}, "standard deviation of -1 is none"),
+        ({"fx_N": -1.0}, "-1 is not a standard deviation"),
     ],
 )
 def test_errors_that_are_none_are_refused(errors: dict[str, float], said: str) -> None:

@@ -60,7 +60,7 @@ def test_sound_positions_are_not_warned_of(arm: Robot, positions: pd.DataFrame, 
     [
         (times(180.0 / np.pi, *JOINTS), "joint coordinates in degrees"),
         (times(180.0 / np.pi, "q3_rad"), "q3_rad in degrees"),
-        (times(-1.0, "q3_rad"), "q3_rad the wrong sign"),
+        (times(-1.0, "q3_rad"), "q3_rad have the wrong sign"),
         (times(-1.0, "py_m"), "left-handed"),
         (swapped("q2_rad", "q3_rad"), "q2_rad and q3_rad swapped"),
         (swapped("q2_rad", "q5_rad"), "q2_rad and q5_rad swapped"),

@@ -74,7 +74,7 @@ def test_groups_with_blanks_in_their_names(tmp_path: Path) -> None:
         ("// Units: mm\np1 1 2 3\n", "m", "is in mm by its header, and m was given", ""),
         ("// Units: mm\nName X[m] Y[m] Z[m]\np1 1 2 3\n", None, "states two units, mm and m", "row 2"),
         ("// Units: cubits\np1 1 2 3\n", None, "`cubits` is not a unit of length", "row 1"),
-        ("// Units: mm\np1 1 2 3\np1 1 2 4\n", None, "the point p1 stands there twice", "row 3"),
+        ("// Units: mm\np1 1 2 3\np1 1 2 4\n", None, "the point p1 appears twice", "row 3"),
         ("// Units: mm\np1 1 2 3\np2 1 2\n", None, "`p2 1 2` is no point", "row 3"),
         ("// Units: mm\np1 1 2 3 0 1 1\n", None, "a standard deviation must be positive", "row 2"),
         ("// Units: mm\n\n", None, "there are no points", ""),

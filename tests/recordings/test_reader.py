@@ -59,7 +59,7 @@ FAULTS: dict[str, tuple[Fault, str, str]] = {
     "empty cell": (put("my_Nm", 2, ""), "empty", "row 4, column my_Nm"),
     "text": (put("x_m", 1, "1 mm"), "`1 mm` is not", "row 3, column x_m"),
     "fraction": (put("series", 1, 1.5), "not a whole number", "row 3, column series"),
-    "repeated sequence": (put("sequence", 4, 2), "stands there twice", "row 6, column sequence"),
+    "repeated sequence": (put("sequence", 4, 2), "appears twice", "row 6, column sequence"),
     "s zero": (put("sy_m", 2, 0.0), "must be positive", "row 4, column sy_m"),
     "s negative": (put("srx_rad", 5, -1e-6), "must be positive", "row 7, column srx_rad"),
     "s in micrometres": (put("sx_m", 0, 0.5), "cannot be the standard deviation", "row 2, column sx_m"),

@@ -110,7 +110,7 @@ def test_a_point_that_moved_is_named(index: int) -> None:
     moved[index] += 200e-6
     state = RecordedState(0, points("loaded-1", moved), points("unloaded-1", seen(POSE)))
     one = registered_deflection(state, frame(), markers=MARKERS, instrument=None, deviation=None)
-    assert f"point {'abcd'[index]} moved otherwise" in str(suspicion(one, None))
+    assert f"point {'abcd'[index]} moved differently" in str(suspicion(one, None))
     assert suspicion(found(np.random.default_rng(1)), None) is None
 
 

@@ -78,7 +78,7 @@ def confirmed(
             worst = max(removable, key=lambda k: p_values[k])
             if p_values[worst] < OPTIONS.gain_level:
                 break
-            reason = f"left-out rows do not gain by `{effects[worst].key}` (p = {p_values[worst]:.2g})"
+            reason = f"left-out rows are predicted no better with `{effects[worst].key}` (p = {p_values[worst]:.2g})"
         model = names.without(model, worst)
         errors = judged(model)
         names.log.add("held out", model, True, reason)

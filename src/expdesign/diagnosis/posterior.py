@@ -209,7 +209,7 @@ def averaged(names: Names, model: NamedModel) -> NamedModel:
     weights = np.array([1.0, *(one.odds for one in kept)])
     weights /= weights.sum()
     shares = ", ".join(f"`{o.candidate.effect.key}` {w:.2g}" for o, w in zip(kept, weights[1:], strict=True))
-    names.log.add_text("averaging", f"what may be there beside the likeliest model: {shares}")
+    names.log.add_text("averaging", f"what may be there besides the likeliest model: {shares}")
     return replace(model, fit=_average(names, model, kept, weights))
 
 

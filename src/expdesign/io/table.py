@@ -240,7 +240,7 @@ def _table(rows: Rows, source: str, notes: list[str], known: KnownColumns, file:
         )
     for name, count in Counter(header).items():
         if count > 1:
-            what = "the header has a column without a name" if name == "" else f"the column {name} stands there twice"
+            what = "the header has a column without a name" if name == "" else f"the column {name} appears twice"
             raise InputError(what, where=f"{source}, row {filled[0][0]}", remedy="Correct the header.")
     body = filled[1:]
     if not body:

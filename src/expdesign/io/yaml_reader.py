@@ -390,7 +390,7 @@ def _walk(node: yaml.Node, path: KeyPath, lines: dict[KeyPath, int], source: str
             line = key_node.start_mark.line + 1
             if key in seen and key != "<<":
                 where = f"{source}, line {line}, {dotted((*path, key))}"
-                raise InputError("this key stands here twice", where=where, remedy="Keep one of them.")
+                raise InputError("this key appears twice", where=where, remedy="Keep one of them.")
             seen.add(key)
             lines[(*path, key)] = line
             _walk(value_node, (*path, key), lines, source, above)

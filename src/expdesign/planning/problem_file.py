@@ -365,7 +365,7 @@ def _objectives(section: RunSection, further: tuple[Criterion, ...]) -> tuple[Cr
         if name not in known:
             raise place.below(index).fault(f"unknown criterion `{name}`", nearest(name, [cls.name for cls in kinds()]))
     if len(set(names)) != len(names):
-        raise place.fault("a criterion stands there twice", "Name each once.")
+        raise place.fault("a criterion appears twice", "Name each once.")
     if not names:
         raise place.fault("at least one criterion is needed", "E.g. `[duir, feir]`.")
     return tuple(known[name] for name in names)

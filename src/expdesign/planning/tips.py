@@ -66,14 +66,14 @@ def asked_tips(names: list[str] | None, robot: Robot, place: FilePlace) -> Choic
     """Numbers of the tips that may be measured; None of a robot with one tip.
 
     Raises:
-        InputError: a name is none of the robot's tips, or stands there twice.
+        InputError: a name is none of the robot's tips, or appears twice.
     """
     tips = tips_of(robot)
     if names is None:
         return Choices(tuple(float(number) for number in range(1, len(tips) + 1))) if tips else None
     numbers = [_number(name, tips, place.below(index)) for index, name in enumerate(names)]
     if len(set(numbers)) < len(numbers):
-        raise place.fault("a tip stands there twice", "Name each once.")
+        raise place.fault("a tip appears twice", "Name each once.")
     return Choices(tuple(float(number) for number in numbers))
 
 

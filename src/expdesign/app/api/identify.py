@@ -197,7 +197,7 @@ def identify(
     require_known(frames, get_args(Frames), "frames", "knowledge of frames")
     require_known(loss, get_args(Loss), "loss", "loss")
     arm = machine.robot.jointed and measured.measurand.absolute
-    _require_parts(further, get_args(Further), "further", "identified beside the rest", shown=arm)
+    _require_parts(further, get_args(Further), "further", "identified as well", shown=arm)
     _require_parts(hold, get_args(Held), "hold", "held", shown=arm)
     result = identify_recordings(
         machine.robot,

@@ -46,7 +46,7 @@ class RegistrationResult(RecordedTable):
         covariance: of the deflections (m², m·rad, rad²), shape (N, 6, 6); N = 0 for positions.
         estimated: standard deviation of one coordinate of a point (m), estimated from the residuals, or None where the
             lists or the caller state it.
-        suspicions: points that moved otherwise than the others, in words.
+        suspicions: points that moved differently from the others, in words.
         unmeasured: sequence numbers of loaded rows for which there are no points.
     """
 

@@ -106,11 +106,11 @@ def sweep(
                 (callback or silent)("sweeping", store.count(), len(runs), "")
             store.write_tables()
         except ExpdesignError as error:
-            kept = f"{store.count()} of {len(runs)} runs are finished and kept: the same command goes on from there."
+            kept = f"{store.count()} of {len(runs)} runs are finished and kept: the same command continues from there."
             remedy = f"{error.remedy} {kept}".strip()
             raise type(error)(error.what, where=error.where, remedy=remedy) from None
         except KeyboardInterrupt:
-            _LOG.info("Finished runs are kept; the same command goes on from there.")
+            _LOG.info("Finished runs are kept; the same command continues from there.")
             raise
     return SweepResult(path, numeric(store.table()), purpose=purpose)
 

@@ -38,7 +38,7 @@ def _interruptible() -> Iterator[Callable[[], bool]]:
         if pressed:
             raise KeyboardInterrupt
         pressed = True
-        note("ending with the best plans so far; Ctrl-C again ends without them")
+        note("ending; the best plans so far are kept. Ctrl-C again ends without them")
 
     before = signal.signal(signal.SIGINT, note_it)
     try:

@@ -37,7 +37,7 @@ def ranges(texts: Sequence[str]) -> dict[str, tuple[float, float]]:
         if not equals or not colon:
             raise InputError(f"`{text}` is not a range", where="--over", remedy="Write e.g. x_mm=-30:30.")
         if name.strip() in found:
-            raise InputError("a coordinate stands there twice", where="--over", remedy="Name each once.")
+            raise InputError("a coordinate appears twice", where="--over", remedy="Name each once.")
         found[name.strip()] = _number(low, "--over"), _number(high, "--over")
     return found
 

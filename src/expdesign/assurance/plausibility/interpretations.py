@@ -150,7 +150,7 @@ def _units(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
     for index in range(len(robot.stiffness)):
         turned, scaled = np.ones(len(names)), np.ones(len(names))
         turned[index], scaled[index] = -1.0, DEGREE if angles[index] else 1e-3
-        yield Interpretation(f"Has {names[index]} the wrong sign?", _times(turned))
+        yield Interpretation(f"Does {names[index]} have the wrong sign?", _times(turned))
         unit = "degrees" if angles[index] else "mm"
         yield Interpretation(f"Is {names[index]} in {unit}?", _times(scaled))
 

@@ -217,6 +217,6 @@ def _load_errors(problem: DesignProblem) -> list[Implausibility]:
         noun, unit, limit, likely = known.get(source.source, ("", "", None, ""))
         of_limit = largest(source.deviation[:split]) if source.source == "wrench" else largest(source.deviation)
         if limit and of_limit > limit:
-            what = f"{noun} known to {largest(source.deviation):.3g} {unit} is not known"
+            what = f"{noun} with a standard deviation of {largest(source.deviation):.3g} {unit} is as good as unknown"
             found.append(Implausibility(what, likely, f"experiment.load_error.{index}"))
     return found

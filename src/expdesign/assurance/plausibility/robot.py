@@ -188,6 +188,6 @@ def gravity_findings(gravity: FloatArray, where: str) -> list[Implausibility]:
     if gravity[-1] > _UPRIGHT * size:
         what = f"gravity points up, along +{'xyz'[len(gravity) - 1]} of the base"
         found.append(
-            Implausibility(what, "Has it the wrong sign? It is right where the robot hangs upside down.", where)
+            Implausibility(what, "Does it have the wrong sign? It is right where the robot hangs upside down.", where)
         )
     return found

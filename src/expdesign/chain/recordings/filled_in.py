@@ -48,7 +48,7 @@ def filled_in(table: Table, coordinates: Coordinates) -> tuple[Table, list[str]]
         return table, notes
     for name in coordinates.deflection:
         if table.has(name):
-            what = f"there are readings beside the deflections {name} ..."
+            what = f"there are readings together with the deflections {name} ..."
             raise table.fault(what, column=name, remedy="Fill in one of them; take the other out.")
     table, used = _with_deflections(table, names, coordinates)
     return table, [*notes, used]

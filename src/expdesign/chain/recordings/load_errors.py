@@ -62,7 +62,7 @@ def read_load_errors(
             continue
         values = errors[:, index]
         table.refuse(loaded & np.isnan(values), (name,), "the cell is empty", "State it in every loaded row.", order)
-        what = "a standard deviation of {:g} is none"
+        what = "{:g} is not a standard deviation"
         remedy = "State how well the load is known, or leave the column out where it is exact."
         table.refuse(loaded & (values <= 0.0), (name,), what, remedy, order, values)
         limit = _limit(index, payload, force, moment, first, split)

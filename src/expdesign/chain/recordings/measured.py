@@ -66,7 +66,7 @@ def read_measured(
         raise table.fault(what, remedy="`kind` says that this is a table of measured poses.")
     for name in (*coordinates.deflection, *POSITION):
         if table.has(name):
-            what = f"there is `{name}` beside the measured poses {names[axes[0]]} ..."
+            what = f"there is `{name}` together with the measured poses {names[axes[0]]} ..."
             raise table.fault(what, column=name, remedy="One file holds one of them; take one out.")
     if table.has("kind"):
         table.words("kind", KINDS, "`{}` is neither `reference` nor `pose`")
@@ -264,7 +264,7 @@ class ReadingBlock:
         missing = seen & ~np.isfinite(deviations)
         table.refuse(missing, self.deviations, "the standard deviation is missing", remedy, order)
         wrong = np.isfinite(deviations) & ~((deviations >= self.least) & (deviations <= self.largest))
-        what = f"{{:g}} is none: a standard deviation of {self.noun} is positive and below {self.largest:g}"
+        what = f"{{:g}} is not one: a standard deviation of {self.noun} is positive and below {self.largest:g}"
         table.refuse(wrong, self.deviations, what, "Correct it, or check the unit.", order, deviations)
         return np.where(seen, deviations, np.nan)
 
@@ -291,7 +291,7 @@ def read_deflections(table: Table, coordinates: Coordinates, order: IntArray) ->
         columns = ", ".join(coordinates.deflection)
         raise table.fault("there is no measured column", remedy=f"Fill in at least one of {columns}.")
     if table.has("px_m"):
-        what = f"there are marker positions beside the deflections {coordinates.deflection[axes[0]]} ..."
+        what = f"there are marker positions together with deflections {coordinates.deflection[axes[0]]} ..."
         raise table.fault(what, column="px_m", remedy="One file holds one of them; take one out.")
     names = tuple(coordinates.deflection[i] for i in axes)
     deflections = table.numbers(names)[order]
@@ -363,7 +363,7 @@ def read_positions(table: Table, coordinates: Coordinates, order: IntArray) -> F
     """Measured positions (m) in the order of the sequence, NaN where a coordinate was not read, shape (N, 3)."""
     for name in coordinates.deflection:
         if table.has(name):
-            what = f"there are marker positions beside the deflections {name} ..."
+            what = f"there are marker positions together with deflections {name} ..."
             raise table.fault(what, column=name, remedy="One file holds one of them; take one out.")
     positions = table.numbers_where_filled(POSITION)[order]
     seen = np.isfinite(np.hstack([positions, table.numbers_where_filled(SPANS)[order]]))

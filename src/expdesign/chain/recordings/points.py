@@ -216,7 +216,7 @@ def read_sequence(table: Table) -> IntArray:
     repeated = pd.Series(sequence).duplicated().to_numpy()
     if repeated.any():
         row = int(np.argmax(repeated))
-        what = f"the sequence number {sequence[row]} stands there twice"
+        what = f"the sequence number {sequence[row]} appears twice"
         raise table.fault(what, row, "sequence", remedy="Number the rows in the order of recording.")
     return sequence
 

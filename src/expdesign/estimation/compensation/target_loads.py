@@ -241,8 +241,8 @@ def said_of_loads(model: Model, loads: TargetLoads) -> list[str]:
     if stated:
         texts.append(f"U contains the stated errors of the payload at {stated} of {count} targets")
     if own is not None and own[: loads.deviations.shape[1]].any() and carrying:
-        which = "errors of the weights that every loading has anew, or one of several weights"
+        which = "errors that differ from loading to loading, or from weight to weight"
         texts.append(f"U contains {which}, as declared, at {carrying} of {count} targets")
     if own is not None and own[loads.deviations.shape[1] :].any():
-        texts.append("U contains the direction of gravity, which every loading has anew, at every target")
+        texts.append("U contains the direction of gravity, which differs from loading to loading, at every target")
     return texts

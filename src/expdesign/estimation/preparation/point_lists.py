@@ -244,7 +244,7 @@ def read_point_sets(path: Path, unit: Unit | None = None) -> list[PointSet]:
         points = found.setdefault(group or path.stem, {})
         label, where = name or str(len(points) + 1), f"{path}, row {number}"
         if label in points:
-            what = f"the point {label} stands there twice{f' in group {group}' if group else ''}"
+            what = f"the point {label} appears twice{f' in group {group}' if group else ''}"
             raise InputError(what, where=where, remedy="Name every point of a group once.")
         points[label] = _point(values, unit, where)
     return [PointSet(name, str(path), points) for name, points in found.items()]

@@ -117,7 +117,7 @@ def difference_variance(found: list[RegisteredDeflection]) -> float | None:
 
 
 def suspicion(one: RegisteredDeflection, variance: float | None) -> str | None:
-    """The point that moved otherwise than the others, in words, or None.
+    """The point that moved differently from the others, in words, or None.
 
     An error of one point spreads over all residuals; r_iᵀ·Q_i⁺·r_i, Q_i being the covariance of its residual, is
     largest at the point that has it (Baarda's test for gross errors, 1968).
@@ -134,7 +134,7 @@ def suspicion(one: RegisteredDeflection, variance: float | None) -> str | None:
     if statistic[worst] <= SUSPICIOUS:
         return None
     size = float(np.linalg.norm(moved[worst]))
-    return f"point {one.points[worst]} moved otherwise than the others, by {size * 1e6:.3g} µm"
+    return f"point {one.points[worst]} moved differently from the others, by {size * 1e6:.3g} µm"
 
 
 def _positions(points: PointSet, names: tuple[str, ...]) -> FloatArray:

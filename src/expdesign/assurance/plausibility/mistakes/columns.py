@@ -26,7 +26,7 @@ _MOMENTS = (
     (1e3, "Are moments in kN·m?"),
     (_KGF, "Are moments in kgf·m? 1 kgf = 9.80665 N."),
     (1.0 / _KGF, "Are the forces in kgf (1 kgf = 9.80665 N), and the moments in N·m?"),
-    (-1.0, "Have the moments the wrong sign?"),
+    (-1.0, "Do the moments have the wrong sign?"),
 )
 _CONVENTIONS: tuple[Orientation, ...] = ("fixed-xyz", "moving-xyz")
 
@@ -54,15 +54,15 @@ def signs_of_readings(evidence: Evidence) -> Iterator[Alternative]:
     """Everything, one column, or all translations or rotations with the other sign."""
     linear, all_of_them = evidence.linear, np.ones(len(evidence.axes), dtype=bool)
     text = (
-        "Have all deflections, or all loads, the wrong sign? A deflection is the loaded minus the unloaded pose, "
+        "Do all deflections, or all loads, have the wrong sign? A deflection is the loaded minus the unloaded pose, "
         "and a load what the environment applies to the platform."
     )
     yield Alternative(text, evidence.readings(_scaled(all_of_them, -1.0)))
     for name, column in _each(evidence.names):
-        yield Alternative(f"Has {name} the wrong sign?", evidence.readings(_scaled(column, -1.0)))
+        yield Alternative(f"Does {name} have the wrong sign?", evidence.readings(_scaled(column, -1.0)))
     for kind, noun in ((linear, "translations"), (~linear, "rotations")):
         if kind.sum() > 1:
-            yield Alternative(f"Have the {noun} the wrong sign?", evidence.readings(_scaled(kind, -1.0)))
+            yield Alternative(f"Do the {noun} have the wrong sign?", evidence.readings(_scaled(kind, -1.0)))
 
 
 def units_of_readings(evidence: Evidence) -> Iterator[Alternative]:
@@ -130,7 +130,7 @@ def swapped_loads(evidence: Evidence) -> Iterator[Alternative]:
     for text, matrix in swaps(names):
         yield Alternative(text, evidence.centres(matrix))
     for name, column in _each(names):
-        yield Alternative(f"Has {name} the wrong sign?", evidence.centres(_scaled(column, -1.0)))
+        yield Alternative(f"Does {name} have the wrong sign?", evidence.centres(_scaled(column, -1.0)))
 
 
 def swapped_commands(evidence: Evidence) -> Iterator[Alternative]:
@@ -141,7 +141,7 @@ def swapped_commands(evidence: Evidence) -> Iterator[Alternative]:
             yield Alternative(text, evidence.commands(matrix))
     for index, (name, column) in enumerate(_each(names)):
         if np.ptp(commands[:, index]) > 0.0:
-            yield Alternative(f"Has {name} the wrong sign?", evidence.commands(_scaled(column, -1.0)))
+            yield Alternative(f"Does {name} have the wrong sign?", evidence.commands(_scaled(column, -1.0)))
 
 
 @cache
