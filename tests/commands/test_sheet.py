@@ -96,6 +96,16 @@ def test_order_time_and_page(tmp_path: Path, capsys: Printed) -> None:
     assert len(page) < 60_000
 
 
+@pytest.mark.parametrize("shared", [True, False])
+def test_the_steps_set_the_pose_as_often_as_is_counted(shared: bool, tmp_path: Path) -> None:
+    """Also where a second series has the pose of the first: it is set anew, since its readings count as independent."""
+    plan = pd.read_csv(plan_file(tmp_path))
+    plan.loc[plan["sequence"] == 6, "series"] = 4
+    made = xd.sheet(costly(tmp_path, shared=shared), plan)
+    assert made.text["do"].str.contains("set the pose").sum() == made.steps.pose_changes == (4 if shared else 3)
+    assert made.text["do"].str.contains("set the pose anew").any() == shared
+
+
 def test_numbers_in_the_files_are_those_of_the_page(tmp_path: Path) -> None:
     """0.1018131 rad are 5.83346° to within 1e-6 rad, in the page as in the table; deviations are not rounded."""
     config, plan = costly(tmp_path, shared=True), plan_file(tmp_path)

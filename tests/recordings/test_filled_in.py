@@ -78,7 +78,11 @@ def test_the_reference_stays_where_time_or_temperature_are_counted_from_it() -> 
     ("text", "what", "where"),
     [
         (row(1, 7, 5, "97,"), "series 7 does not begin with a row without load", "t.csv, row 2, column series"),
-        (row(1, 1, 0, "100,1e-6") + row(2, 1, 5, "9,1e-6"), "there are readings together with the deflections", "t.csv"),
+        (
+            row(1, 1, 0, "100,1e-6") + row(2, 1, 5, "9,1e-6"),
+            "there are readings together with the deflections",
+            "t.csv",
+        ),
     ],
 )
 def test_readings_that_cannot_be_used(text: str, what: str, where: str) -> None:

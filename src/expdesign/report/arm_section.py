@@ -154,7 +154,7 @@ def accuracy_table(found: ArmCalibration) -> DataTable:
         "fitted to it. Left-out folds are predicted by a fit to the others, linearised. The CSV is in m and rad."
     )
     shown: Shown = {
-        "Of": lambda row: f"{row.of}, {_unit(row.of)[0]}",
+        "Error of": lambda row: f"{row.of}, {_unit(row.of)[0]}",
         "Rows": lambda row: f"{row.which} ({row.rows})",
         "": "when",
         **{
@@ -185,7 +185,7 @@ def _geometry_table(listed: list[Corrected]) -> DataTable:
         "Parameter": "label",
         **corrections_of("Correction", "value"),
         "Unit": lambda row: "mm" if row.unit == "m" else "mrad",
-        "Told apart": lambda row: str(row.note or row.status),
+        "Status": lambda row: str(row.note or row.status),
     }
     caption = "Corrections with 95 % intervals. The CSV is in SI units."
     return framed("geometry-table", caption, frame, shown, tall=len(listed) > 40)
@@ -223,8 +223,8 @@ def _frame_table(found: ArmCalibration) -> DataTable | None:
         return ("°", 180.0 / np.pi) if row.parameter.endswith("_rad") else ("mm", 1e3)
 
     caption = (
-        "The instrument's pose in the base frame, and the markers on the tip. What the geometry cannot be told from is "
-        "in them: the base frame is that of joint 1 as it is."
+        "The instrument's pose in the base frame, and the markers on the tip. They include whatever the geometry "
+        "cannot be told apart from. The base frame is that of joint 1 as built."
     )
     shown: Shown = {
         "Of": "of",

@@ -230,5 +230,13 @@ function robotView(id, view) {
   return { show };
 }
 
-/** What a robot in space is seen from above. */
-const fromAbove = (view) => ({ ...view, dimension: 2, states: view.states.map((at) => at.filter((_, index) => index % 3 < 2)) });
+/** What a robot in space is seen from above, as large as it is in the plane. */
+function fromAbove(view) {
+  const states = view.states.map((at) => at.filter((_, index) => index % 3 < 2));
+  const extent = (at, axis) => {
+    const along = at.filter((_, index) => index % 2 === axis);
+    return Math.max(...along) - Math.min(...along);
+  };
+  const size = Math.max(...states.map((at) => Math.hypot(extent(at, 0), extent(at, 1))));
+  return { ...view, dimension: 2, states, size: size || view.size };
+}

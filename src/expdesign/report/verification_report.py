@@ -224,7 +224,7 @@ def _table(result: Verification, model: Model) -> DataTable:
         "U": micro("expanded"),
         "Tolerance": micro("tolerance", "none"),
         "(|e| + U) / tolerance": _ratio,
-        "Result": lambda row: f"{_MARKS.get(row.conformity, '')} {row.conformity}".lstrip(),
+        "Result": lambda row: f"{row.conformity} {_MARKS.get(row.conformity, '')}".rstrip(),
     }
     columns = [words.plan_column(name) for name in model.chain.robot.configuration]
     places = (

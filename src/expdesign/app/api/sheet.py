@@ -118,7 +118,7 @@ def sheet(config: Config, plan: TableInput) -> SheetResult:
         steps = ordered(stops, costs, referenced=referenced, shared=shared)
     except InputError as error:
         raise InputError(error.what, where=f"{table.source}, column series", remedy=error.remedy) from None
-    text = _frame(problem, planned, steps, referenced=referenced)
+    text = _frame(problem, planned, steps, referenced=referenced, shared=referenced and shared)
     if table.has("split"):
         text.insert(list(text.columns).index("plan_row"), "split", table.frame["split"].to_numpy()[steps.rows])
     before = in_plan_order(stops, referenced=referenced, shared=shared)
@@ -134,7 +134,7 @@ def sheet(config: Config, plan: TableInput) -> SheetResult:
     )
 
 
-def _frame(problem: DesignProblem, plan: Plan, steps: Steps, *, referenced: bool) -> pd.DataFrame:
+def _frame(problem: DesignProblem, plan: Plan, steps: Steps, *, referenced: bool, shared: bool) -> pd.DataFrame:
     robot, rows = problem.loaded.robot, steps.rows
     count = len(rows)
     stepped = Plan(plan.configurations[rows], plan.loads[rows], plan.series[rows])
@@ -143,7 +143,7 @@ def _frame(problem: DesignProblem, plan: Plan, steps: Steps, *, referenced: bool
     for name in {"mass_kg", *robot.coordinates.wrench} & set(columns):
         columns[name] = np.where(steps.reference, 0.0, columns[name])
     stops, before = as_set(plan, problem.loaded), np.append(np.full(len(robot.configuration), np.nan), robot.gravity)
-    columns["do"] = [_what(stops, before, steps, index) for index in range(count)]
+    columns["do"] = [_what(stops, before, steps, index, shared=shared) for index in range(count)]
     columns["plan_row"] = rows + 1
     readings = (
         reading_names(robot.coordinates) if referenced else tuple(f"measured_{n}" for n in robot.coordinates.pose)
@@ -169,7 +169,7 @@ def _turned(columns: dict[str, Any], robot: Robot) -> dict[str, FloatArray]:
     return {name: values for name, values in zip(robot.coordinates.tilt, tilts.T, strict=True) if values.any()}
 
 
-def _what(stops: Plan, before: FloatArray, steps: Steps, index: int) -> str:
+def _what(stops: Plan, before: FloatArray, steps: Steps, index: int, *, shared: bool) -> str:
     """What changes before a step, in words.
 
     Args:
@@ -177,12 +177,15 @@ def _what(stops: Plan, before: FloatArray, steps: Steps, index: int) -> str:
         before: what is set before the first step, NaN for its pose.
         steps: in order.
         index: of the step.
+        shared: whether a series shares its reference, so that the next one is set anew.
     """
     row, last = steps.rows[index], steps.rows[index - 1] if index else None
     other = last is None or bool(np.any(stops.loads[row] != stops.loads[last])) or bool(steps.reference[index - 1])
     changed = stops.configurations[row] != (before if last is None else stops.configurations[last])
     words = {"tilt the base": ~np.isnan(before), "set the pose": np.isnan(before)}
     moved = [what for what, where in words.items() if changed[where].any()]
+    if shared and last is not None and not moved and stops.series[row] != stops.series[last]:
+        moved = ["set the pose anew"]
     if not steps.reference[index]:
         return ", ".join(moved + (["load as given"] if other else []) + ["read"])
     off = bool(index) and not steps.reference[index - 1]
