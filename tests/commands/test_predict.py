@@ -9,14 +9,15 @@ from expdesign.chain.models.model_file import read_model
 from expdesign.chain.recordings.points import points_from_table
 from expdesign.estimation.compensation.prediction import predict
 from expdesign.io.table import read_table
-from tests.commands.calls import call, model_file, plan_file
+from tests.commands.calls import Printed, call, model_file, plan_file
 
 
-def test_points_are_filled_in_and_keep_order_and_columns(tmp_path: Path) -> None:
+def test_points_are_filled_in_and_keep_order_and_columns(tmp_path: Path, capsys: Printed) -> None:
     model, plan, out = model_file(tmp_path), plan_file(tmp_path), tmp_path / "predicted.csv"
     frame = pd.read_csv(plan).iloc[::-1]
     frame.to_csv(plan, index=False)
     assert call("predict", model, plan, "--out", out) == 0
+    assert f"{plan}: columns without a meaning here, kept but not used: note\n" in capsys.readouterr().err
     written = pd.read_csv(out)
     pd.testing.assert_frame_equal(written[list(frame.columns)], frame.reset_index(drop=True))
     expected = predict(read_model(model), points_from_table(read_table(plan), read_model(model).chain.robot))

@@ -214,6 +214,25 @@ def test_from_plan_to_identification(tmp_path: Path) -> None:
     assert (np.abs(identified.compliance.estimate - robot.compliance) < 4.0 * deviation).all()
 
 
+def shifted(frame: pd.DataFrame, column: str, row: int) -> pd.DataFrame:
+    """A cell of a column stands twice, and those after it a row too late."""
+    values = frame[column].to_numpy()
+    return frame.assign(**{column: np.concatenate([values[: row + 1], values[row:-1]])})
+
+
+def test_why_there_are_no_residuals_and_which_columns_have_no_meaning(caplog: pytest.LogCaptureFixture) -> None:
+    _, _, robot, frame = planned()
+    filled = measured(frame, robot, np.zeros((len(frame), 6)), np.zeros((len(frame), 6))).assign(foo_bar=3)
+    for name in robot.coordinates.pose:
+        filled[f"measured_{name}"] = 2.0 * filled[name] - filled[f"measured_{name}"]
+    with caplog.at_level("INFO", "expdesign"):
+        result = xd.correct(RobotFile(robot, YamlDocument("robot", Path(), {})), filled)
+    assert "columns without a meaning here, kept but not used: foo_bar" in caplog.text
+    assert result.residuals is None
+    assert "identified stiffnesses are negative" in result.unidentified
+    assert any(line.startswith("no residuals of identification: ") for line in result.said.statements)
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -225,6 +244,13 @@ def test_from_plan_to_identification(tmp_path: Path) -> None:
         (lambda frame: frame.drop(columns="measured_z_m"), "the column is missing"),
         (lambda frame: frame.assign(x_m=frame["x_m"].where(frame.index != 2, 0.001)), "reference pose differs"),
         (lambda frame: frame.drop(index=[1]), "does not begin with an unloaded pose"),
+        (lambda frame: frame.drop(columns=["mass_kg"]), "poses.csv: there is no load"),
+        (
+            lambda frame: frame.rename(columns={"measured_x_m": "measured_y_m", "measured_y_m": "measured_x_m"}),
+            "Are the columns measured_x_m and measured_y_m swapped",
+        ),
+        (lambda frame: shifted(frame, "measured_ry_rad", 4), "Does the column measured_ry_rad stand one row too late"),
+        (lambda frame: shifted(frame, "measured_x_m", 0), "Does the column measured_x_m stand one row too late"),
     ],
 )
 def test_what_is_wrong_is_named(change: object, words: str, tmp_path: Path) -> None:

@@ -54,6 +54,7 @@ def corrected(
     repeated: Repeatability | None,
     residuals: tuple[FloatArray, FloatArray] | None,
     axes: Sequence[str],
+    unidentified: str = "",
 ) -> Said:
     """What `correct` says: scatter and residuals before and after, with the noise of each; see `CorrectionResult`.
 
@@ -63,6 +64,7 @@ def corrected(
         repeated: scatter of repeated poses, or None.
         residuals: RMS residual of the identified base model per axis before and after, or None.
         axes: names of the axes.
+        unidentified: why there are no residuals.
     """
     noises = [_mean_deviation(noise) for noise in (deflections.noise_before, deflections.covariance)]
     record: dict[str, Any] = {"axes": axes, "deflections": counts[0]}
@@ -86,6 +88,8 @@ def corrected(
             residual = f"RMS residual of identification {when} {_micro(values)}"
             lines.append(f"{residual}, noise of a deflection {_micro(noise)}")
         record["residuals_of_identification"] = dict(zip(("rms_before", "rms_after"), residuals, strict=True))
+    elif unidentified:
+        lines.append(f"no residuals of identification: {unidentified}")
     summary = f"{counted(counts[0], 'recording')} of {counted(counts[1], 'pose')}"
     return Said(summary, lines, document=lambda: plain(record))
 

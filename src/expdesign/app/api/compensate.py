@@ -18,6 +18,7 @@ from expdesign.app.api.inputs import (
     require_known,
     table_of,
 )
+from expdesign.app.api.recorded import say_unknown_columns
 from expdesign.app.api.result import Result, TableResult
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import say
@@ -124,6 +125,7 @@ def compensate(
         say(pose_findings(robot, table.numbers(SPATIAL.pose), "targets", SPATIAL.pose), table.source)
     aims = arm_targets(table, identified, frame) if robot.jointed else None
     stated = points_from_table(table, robot) if aims is None else aims.points
+    say_unknown_columns(stated)
     points = after_campaign(identified, stated)
     aims = aims if aims is None else replace(aims, points=points)
     calibrated = _calibrated(identified, points, problem)

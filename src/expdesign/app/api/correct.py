@@ -8,10 +8,12 @@ import numpy as np
 import pandas as pd
 
 from expdesign.app.api.inputs import RobotInput, TableInput, load_robot, named_arguments, purpose_of, table_of
+from expdesign.app.api.recorded import say_unknown_columns
 from expdesign.app.api.result import RecordedTable, filled
 from expdesign.arrays import FloatArray
+from expdesign.assurance.plausibility.commanded import commanded_findings
 from expdesign.chain.recordings.columns import REFERENCE
-from expdesign.chain.recordings.points import order_in_time
+from expdesign.chain.recordings.points import order_in_time, require_load
 from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.references import reference_names
 from expdesign.errors import InputError, NotIdentifiableError
@@ -41,6 +43,7 @@ class CorrectionResult(RecordedTable):
         repeatability: scatter of repeated poses, or None.
         residuals: RMS residual of the identified base model per axis (m, rad) before and after, or None.
         axes: names of the axes.
+        unidentified: why there are no `residuals`, where deflections are.
     """
 
     poses: pd.DataFrame
@@ -48,6 +51,7 @@ class CorrectionResult(RecordedTable):
     repeatability: Repeatability | None
     residuals: tuple[FloatArray, FloatArray] | None
     axes: tuple[str, ...]
+    unidentified: str = ""
 
     def as_table(self) -> pd.DataFrame:
         """The recordings, or the corrected poses where nothing has a load."""
@@ -56,7 +60,7 @@ class CorrectionResult(RecordedTable):
     @property
     def said(self) -> Said:
         counts = len(self.text), len(self.poses)
-        return corrected(counts, self.deflections, self.repeatability, self.residuals, self.axes)
+        return corrected(counts, self.deflections, self.repeatability, self.residuals, self.axes, self.unidentified)
 
 
 @named_arguments
@@ -80,23 +84,32 @@ def correct(robot: RobotInput, poses: TableInput, *, interpolate: bool = False) 
         raise InputError(what, remedy="Use a robot on legs.")
     here, table = given.inverse_kinematics, table_of(poses, "poses")
     measured = measured_poses(table, here)
+    names = here.coordinates.pose
+    columns = [f"measured_{name}" for name in names]
+    points = measured.points
+    for mistaken in commanded_findings(points.configurations, measured.poses, columns, points.lines):
+        raise InputError(mistaken.what, where=f"{table.source}, {mistaken.where}", remedy=mistaken.likely)
+    say_unknown_columns(points)
     corrected = correct_poses(here, measured, interpolate=interpolate)
     found = deflections(measured, corrected)
-    names = here.coordinates.pose
+    if len(found.index):
+        require_load(table, here.coordinates)
     rows = table.frame.iloc[order_in_time(table)].reset_index(drop=True)
     kept = rows.iloc[corrected.rows].reset_index(drop=True)
     kept = filled(kept, (f"corrected_{name}" for name in names), corrected.after)
-    dropped = [*(f"measured_{name}" for name in names), *(f"corrected_{name}" for name in names), "kind"]
+    dropped = [*columns, *(f"corrected_{name}" for name in names), "kind"]
     text = kept.iloc[found.index].reset_index(drop=True).drop(columns=dropped)
     # Deflections of a series are counted from its one unloaded pose.
     shared = reference_names(text["series"].to_numpy(dtype=np.int64))
+    residuals, unidentified = _residuals(text, here, found)
     return CorrectionResult(
         _recordings(text, here, found.after, found.covariance).assign(**{REFERENCE: shared}),
         kept,
         found,
         repeatability(measured, corrected),
-        _residuals(text, here, found),
+        residuals,
         here.coordinates.deflection,
+        unidentified,
         purpose=purpose_of("correct", robot, poses),
     )
 
@@ -109,18 +122,20 @@ def _recordings(text: pd.DataFrame, robot: Robot, values: FloatArray, covariance
     return filled(frame, robot.coordinates.deviation, np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)))
 
 
-def _residuals(text: pd.DataFrame, robot: Robot, found: CorrectedDeflections) -> tuple[FloatArray, FloatArray] | None:
-    """RMS residuals of identification before and after, or None where there are not enough rows."""
+def _residuals(
+    text: pd.DataFrame, robot: Robot, found: CorrectedDeflections
+) -> tuple[tuple[FloatArray, FloatArray] | None, str]:
+    """RMS residuals of identification before and after, or None with the reason, which is empty without deflections."""
     if len(text) * robot.coordinates.n <= len(robot.stiffness):
-        return None
+        return None, "there are too few loaded rows" if len(text) else ""
     rms = []
     for values, covariance in ((found.before, found.noise_before), (found.after, found.covariance)):
         frame = _recordings(text, robot, values, covariance)
         recordings = recordings_from_table(table_of(frame, "poses"), robot)
         try:
             compliance = identify(robot, recordings).compliance.estimate
-        except (InputError, NotIdentifiableError):  # drift may be larger than the deflections, or a leg have no load
-            return None
+        except (InputError, NotIdentifiableError) as error:  # drift may exceed the deflections, or a leg have no load
+            return None, error.message
         observation = observation_matrix(robot.jacobians(recordings.configurations), recordings.wrenches)
         rms.append(np.sqrt(((recordings.deflections - observation @ compliance) ** 2).mean(axis=0)))
-    return rms[0], rms[1]
+    return (rms[0], rms[1]), ""

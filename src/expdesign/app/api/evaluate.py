@@ -10,6 +10,7 @@ import pandas as pd
 
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of, table_of
+from expdesign.app.api.recorded import say_unknown_columns
 from expdesign.app.api.result import Result
 from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.acceptance.planned import planned_decisions
@@ -110,7 +111,7 @@ def evaluate(config: Config, plan: TableInput) -> EvaluationResult:
     require_whole_load(table, problem.loaded)
     given = read_plan(table, problem.loaded, problem.noise)
     # What recordings of the plan would be refused for: units, numbering, contradictions, series that mix poses.
-    points_from_table(completed(table, given, problem.loaded), problem.loaded.robot, measured=True)
+    say_unknown_columns(points_from_table(completed(table, given, problem.loaded), problem.loaded.robot, measured=True))
     _require_reachable(problem, given, table)
     given = without_validation(given, table)
     assessment = problem.assess(given.configurations[None], given.loads[None], given.series[None])

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.app.api.inputs import TableInput, TruthInput, named_arguments, purpose_of, table_of, truth_of
+from expdesign.app.api.recorded import say_unknown_columns
 from expdesign.app.api.result import TableResult
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.models.model_file import Model
@@ -95,6 +96,7 @@ def predict(
     require_history(identified, table)
     table = _with_target(table, identified)
     loaded = points_from_table(table, robot)
+    say_unknown_columns(loaded)
     require_regular_points(robot, loaded)
     prediction = predict_points(identified, loaded, platform=platform, loads=loads_of_targets(table, robot))
     names = prediction.measurand.deviation_columns(robot.coordinates)

@@ -2,6 +2,7 @@
 
 import difflib
 import logging
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -18,7 +19,7 @@ from expdesign.chain.models.drawn import Drawn
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.columns import COLUMNS, SPELT
 from expdesign.chain.recordings.reader import read_several, recordings_from_table, require_measured
-from expdesign.chain.recordings.recordings import DEFLECTIONS, SESSION, STATION, Recordings
+from expdesign.chain.recordings.recordings import DEFLECTIONS, SESSION, STATION, LoadedPoints, Recordings
 from expdesign.chain.recordings.references import Points, Sharing, with_references
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import InputError
@@ -37,6 +38,11 @@ _SHOWN = 20
 """Columns that are named in one message."""
 _OF_THE_SHEET = ("do", "plan_row", "remarks")
 """Columns that the laboratory sheet has for people; recordings made from it keep them."""
+_OF_POINTS = re.compile(
+    r"(target|controller|U|correction|corrected|reading|error)_.*|leg\d+_m|beyond_calibration|same_as|kind|points|"
+    r"reference_points|session"
+)
+"""Columns of points, plans and sheets that one command writes and another keeps or uses."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -183,21 +189,26 @@ def recorded_model(
     )
 
 
-def say_unknown_columns(recordings: Recordings) -> None:
-    """Log on level INFO (which commands show) the columns without a meaning, those that only a diagnosis uses apart."""
-    unknown = [str(name) for name in recordings.extra.columns if name not in _OF_THE_SHEET]
-    if recordings.markers:
+def say_unknown_columns(points: LoadedPoints) -> None:
+    """Log on level INFO (which commands show) the columns without a meaning, in recordings those that only a diagnosis
+    uses apart.
+    """
+    recorded = isinstance(points, Recordings)
+    unknown = [str(name) for name in points.extra.columns if name not in _OF_THE_SHEET]
+    if not recorded:
+        unknown = [name for name in unknown if not _OF_POINTS.fullmatch(name)]
+    if points.markers:
         unknown = [name for name in unknown if name not in (STATION, SESSION)]
     spatial = [name for name in unknown if name in SPATIAL.pose or name in SPATIAL.deflection]
-    if spatial and recordings.configurations.shape[1] < len(SPATIAL.pose):
+    if spatial and points.configurations.shape[1] < len(SPATIAL.pose):
         what = f"the columns {', '.join(spatial)} are of a robot in space, and this one moves in a plane"
         likely = "Is the robot file that of the robot that was measured?"
-        say([Implausibility(what, likely)], recordings.source)
+        say([Implausibility(what, likely)], points.source)
         unknown = [name for name in unknown if name not in SPELT]
-    compared = recordings.further
+    compared = points.further if recorded else {}
     kept, used = ([name for name in unknown if (name in compared) is there] for there in (False, True))
-    _say_columns(recordings.source, "kept but not used", kept)
-    _say_columns(recordings.source, "which `diagnose` alone uses (do residuals vary with them?)", used)
+    _say_columns(points.source, "kept but not used", kept)
+    _say_columns(points.source, "which `diagnose` alone uses (do residuals vary with them?)", used)
 
 
 def _say_columns(source: str, what: str, names: Sequence[str]) -> None:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from expdesign.assurance.plausibility.commanded import commanded_findings
 from expdesign.assurance.plausibility.evidence import (
     DEFAULT,
     Alternative,
@@ -26,7 +27,7 @@ from expdesign.assurance.plausibility.instrument import instrument_findings
 from expdesign.assurance.plausibility.interpretations import unexplained
 from expdesign.assurance.plausibility.mistakes import ALTERNATIVES, FINDINGS
 from expdesign.assurance.plausibility.positions import positions_findings
-from expdesign.chain.recordings.recordings import POSITIONS, Recordings
+from expdesign.chain.recordings.recordings import POSES, POSITIONS, Recordings
 from expdesign.estimation.arm import ArmCalibration
 from expdesign.estimation.left_over import LeftOver
 from expdesign.estimation.remarks import Implausible
@@ -36,10 +37,15 @@ from expdesign.mechanics.robots.robot import Robot
 def recordings_findings(
     recordings: Recordings, robot: Robot, options: MistakeOptions = DEFAULT
 ) -> list[Implausibility]:
-    """What speaks against units, signs, frames and single numbers of recordings of deflections or positions."""
+    """What speaks against units, signs, frames and single numbers of recordings."""
     if recordings.measurand is POSITIONS:
         return positions_findings(recordings, robot)
-    if recordings.measurand.absolute or not robot.actuated:
+    if recordings.measurand is POSES:
+        names = recordings.components(robot.coordinates)
+        commands = recordings.configurations[:, recordings.axes]
+        measured = [names[axis] for axis in recordings.axes]
+        return commanded_findings(commands, recordings.deflections, measured, recordings.lines)
+    if not robot.actuated:
         return []
     evidence = evidence_of(recordings, robot, options)
     enough = (
