@@ -4,12 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from expdesign.chain.models.model_file import read_model
 from expdesign.chain.recordings.points import points_from_table
 from expdesign.estimation.compensation.prediction import predict
 from expdesign.io.table import read_table
-from tests.commands.calls import Printed, call, model_file, plan_file
+from tests.commands.calls import Printed, call, model_file, plan_file, refusal
 
 
 def test_points_are_filled_in_and_keep_order_and_columns(tmp_path: Path, capsys: Printed) -> None:
@@ -31,3 +32,33 @@ def test_what_was_measured_is_replaced_by_what_is_predicted(tmp_path: Path) -> N
     measured, predicted = pd.read_csv(tmp_path / "recordings.csv"), pd.read_csv(out)
     assert list(measured.columns) == list(predicted.columns)
     assert not np.allclose(measured["dz_m"], predicted["dz_m"], rtol=1e-6, atol=0.0)
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "what"),
+    [
+        ("mass_kg", 26500.0, "row 3: the mass is 26500 kg, 1000 times the largest that was calibrated"),
+        ("com_x_m", 100.0, "row 3: a centre of mass would be 100 m away"),
+        ("z_m", 0.3, "row 3: the command would be beyond the robot's limits: leg"),
+    ],
+)
+def test_points_that_cannot_be_meant_are_refused(
+    column: str, value: float, what: str, tmp_path: Path, capsys: Printed
+) -> None:
+    model, plan = model_file(tmp_path), plan_file(tmp_path)
+    frame = pd.read_csv(plan).astype({column: float})
+    frame.loc[1, column] = value
+    frame.to_csv(plan, index=False)
+    assert what in refusal(capsys, "predict", model, plan, "--out", tmp_path / "predicted.csv")
+
+
+def test_rows_beyond_what_was_calibrated_are_named(tmp_path: Path, capsys: Printed) -> None:
+    model, plan = model_file(tmp_path), plan_file(tmp_path)
+    frame = pd.read_csv(plan)
+    frame.loc[1, "mass_kg"] = 106.0
+    frame.to_csv(plan, index=False)
+    capsys.readouterr()
+    assert call("predict", model, plan, "--out", tmp_path / "predicted.csv") == 0
+    said = capsys.readouterr().err
+    assert "row 3: the mass is 106 kg, 4 times the largest that was calibrated" in said
+    assert "row 3: moment_Nm 116.2 (recorded up to 29.06); mass_kg 106 (recorded up to 26.5)" in said

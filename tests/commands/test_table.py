@@ -117,3 +117,20 @@ def test_what_cannot_be_tabulated(arguments: tuple[str, ...], what: str, folder:
     message = refusal(capsys, "table", folder / "identified" / "model.yaml", *arguments, "--out", folder / "none")
     assert what in message
     assert not (folder / "none").exists()
+
+
+def test_the_corners_of_a_table_are_judged_as_targets_are(folder: Path, capsys: Printed) -> None:
+    model, over = folder / "identified" / "model.yaml", ("--over", "x_mm=-5:5")
+    message = refusal(capsys, "table", model, *over, "--over", "mass_kg=0:26500", "--out", folder / "none")
+    assert "at x_m -0.005, mass_kg 2.65e+04: the mass is 26500 kg, 1000 times the largest" in message
+    message = refusal(
+        capsys, "table", model, *over, "--at", "mass_kg=20", "--at", "com_x_m=100", "--out", folder / "no"
+    )
+    assert "a centre of mass would be 100 m away" in message
+    heavy = folder / "heavy"
+    assert call("table", model, *over, "--at", "mass_kg=106", "--out", heavy) == 0
+    printed, beyond = capsys.readouterr(), "mass_kg 106 (recorded up to 26.5)"
+    assert "at x_m -0.005: the mass is 106 kg, 4 times the largest that was calibrated" in printed.err
+    assert f"The table reaches beyond what was calibrated: {beyond}" in printed.out
+    assert beyond in (heavy / "correction.c").read_text(encoding="utf-8").split("*/")[0]
+    assert json.loads((heavy / "table.json").read_text(encoding="utf-8"))["beyond_calibration"] == [beyond]

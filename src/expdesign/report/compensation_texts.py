@@ -7,6 +7,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.models.drawn import RESTS_ON_IT
+from expdesign.chain.models.estimable import OutsideRange
 from expdesign.estimation.compensation.compensate import Corrections
 from expdesign.estimation.compensation.correction_table import CorrectionTable
 from expdesign.report import words
@@ -50,7 +51,12 @@ def compensated(
 
 
 def tabulated(
-    table: CorrectionTable, axes: Sequence[str], outputs: Sequence[str], source: str, held: dict[str, float]
+    table: CorrectionTable,
+    axes: Sequence[str],
+    outputs: Sequence[str],
+    source: str,
+    held: dict[str, float],
+    extrapolated: Sequence[OutsideRange],
 ) -> Said:
     """What `table` says: how many nodes there are, over what, and how well the table interpolates.
 
@@ -60,6 +66,7 @@ def tabulated(
         outputs: corrected coordinates.
         source: file of the model.
         held: coordinates with one value in the whole table.
+        extrapolated: what of its corners lies outside of what was calibrated.
     """
     grid = table.grid
     lines = [f"{len(table.values)} nodes ({' x '.join(map(str, grid.counts))}) over {', '.join(axes)}"]
@@ -81,7 +88,15 @@ def tabulated(
         },
         "checked_at": table.checks,
     }
+    if extrapolated:
+        lines.append(beyond_text(extrapolated))
+        record["beyond_calibration"] = [str(each) for each in extrapolated]
     return Said("\n".join(lines), document=lambda: record)
+
+
+def beyond_text(extrapolated: Sequence[OutsideRange]) -> str:
+    """What of a table lies outside of what was calibrated."""
+    return f"The table reaches beyond what was calibrated: {'; '.join(map(str, extrapolated))}"
 
 
 def _table(corrections: Corrections, sequence: list[int], translations: int) -> DataTable:

@@ -1,17 +1,21 @@
 """Sentences about tables of recordings: registered, freed of thermal deflection, simulated and predicted."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from expdesign.arrays import FloatArray
+from expdesign.chain.models.estimable import OutsideRange
 from expdesign.counted import counted
 from expdesign.estimation.preparation.registered_deflections import RegisteredDeflection
 from expdesign.estimation.preparation.thermal_correction import CorrectedDeflections, Repeatability
 from expdesign.io.output import plain
 from expdesign.report import words
 from expdesign.report.said import REFUTED, Said
+
+MOST_LINES = 20
+"""Rows of which `predict` says what is beyond what was calibrated."""
 
 
 def registered(
@@ -100,23 +104,33 @@ def simulated(rows: int, seed: int, *, noise: bool) -> Said:
     return Said(summary, [], [f"{summary} (seed {seed}{'' if noise else ', no noise'})"])
 
 
-def predicted(rows: int, beyond: int, birge_ratio: float, *, readings: bool, refuted: bool) -> Said:
+def predicted(
+    rows: int,
+    extrapolated: Mapping[int, tuple[OutsideRange, ...]],
+    birge_ratio: float,
+    *,
+    readings: bool,
+    refuted: bool,
+) -> Said:
     """What `predict` says: how many points there are, and what their standard deviations contain.
 
     Args:
         rows: points.
-        beyond: how many of them are outside of what was calibrated.
+        extrapolated: what is outside of what was calibrated, by the row of the file.
         birge_ratio: by which standard deviations are widened.
         readings: whether they are of readings, else of the model alone.
         refuted: whether the recordings of the model refute it.
     """
     summary = f"{counted(rows, 'point')} predicted"
-    summary += f", {beyond} of them beyond what was calibrated" if beyond else ""
+    summary += f", {len(extrapolated)} of them beyond what was calibrated" if extrapolated else ""
     ratio = "" if birge_ratio == 1.0 else f", multiplied by {birge_ratio:.3g} as its residuals ask for"
     contains = f"standard deviations are of the model{ratio}; argument `readings` adds the noise of a reading"
     if readings:
         contains = f"standard deviations are of readings: those of the model{ratio}, and the noise of a reading"
-    return Said(summary, [], [f"{summary}; {contains}", *([REFUTED] if refuted else [])])
+    beyond = [f"row {line}: {'; '.join(map(str, extrapolated[line]))}" for line in sorted(extrapolated)]
+    more = [f"(and {len(beyond) - MOST_LINES} more rows)"] if len(beyond) > MOST_LINES else []
+    notes = [f"{summary}; {contains}", *beyond[:MOST_LINES], *more, *([REFUTED] if refuted else [])]
+    return Said(summary, [], notes)
 
 
 def _mean_deviation(covariance: FloatArray | None) -> FloatArray | None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pandas as pd
@@ -11,6 +12,9 @@ from expdesign.app.api.inputs import TableInput, TruthInput, named_arguments, pu
 from expdesign.app.api.recorded import say_unknown_columns
 from expdesign.app.api.result import TableResult
 from expdesign.arrays import BoolArray, FloatArray
+from expdesign.assurance.plausibility.finding import say
+from expdesign.assurance.plausibility.targets import target_findings
+from expdesign.chain.models.estimable import OutsideRange
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.measured import TARGET
 from expdesign.chain.recordings.points import points_from_table
@@ -22,6 +26,7 @@ from expdesign.chain.recordings.recordings import (
     LoadedPoints,
     measured_names,
 )
+from expdesign.estimation.compensation.compensate import require_within_limits
 from expdesign.estimation.compensation.prediction import (
     Prediction,
     in_file_order,
@@ -46,20 +51,25 @@ class PredictionResult(TableResult):
         prediction: the same as arrays, rows in the order of their sequence.
         birge_ratio: by which the standard deviations are widened, because the recordings of the model ask for it.
         readings: whether they are of readings (else of the model alone).
-        beyond: rows at which the model extrapolates: commands or loads outside of those of its recordings.
+        extrapolated: commands and loads outside of those of the model's recordings, by the row of the file.
         refuted: whether the recordings of the model refute it.
     """
 
     prediction: Prediction
     birge_ratio: float = 1.0
     readings: bool = False
-    beyond: int = 0
+    extrapolated: Mapping[int, tuple[OutsideRange, ...]] = field(default_factory=dict)
     refuted: bool = False
+
+    @property
+    def beyond(self) -> int:
+        """Rows at which the model extrapolates."""
+        return len(self.extrapolated)
 
     @property
     def said(self) -> Said:
         rows, ratio = len(self.text), self.birge_ratio
-        return predicted(rows, self.beyond, ratio, readings=self.readings, refuted=self.refuted)
+        return predicted(rows, self.extrapolated, ratio, readings=self.readings, refuted=self.refuted)
 
 
 @named_arguments
@@ -79,7 +89,8 @@ def predict(
 
     Raises:
         InputError: a file is missing or wrong, or lacks the history on which the model depends, or the noise of a
-            reading is not known.
+            reading is not known, or a point cannot be meant.
+        InfeasibleError: a point is beyond the robot's limits.
         SingularConfigurationError: the robot is singular at a point.
 
     Example:
@@ -97,6 +108,8 @@ def predict(
     table = _with_target(table, identified)
     loaded = points_from_table(table, robot)
     say_unknown_columns(loaded)
+    say(target_findings(loaded, robot, identified.calibrated), loaded.source)
+    require_within_limits(robot, loaded, loaded.configurations)
     require_regular_points(robot, loaded)
     prediction = predict_points(identified, loaded, platform=platform, loads=loads_of_targets(table, robot))
     names = prediction.measurand.deviation_columns(robot.coordinates)
@@ -121,13 +134,14 @@ def predict(
     if prediction.orientations is not None:
         frame = _with_poses(frame, loaded, prediction, deviations, robot)
     outside = [] if identified.calibrated is None else identified.calibrated.beyond(loaded, robot)
+    extrapolated = {int(line): row for line, row in zip(loaded.lines, outside, strict=True) if row} if outside else {}
     purpose = purpose_of("predict", model, points)
     return PredictionResult(
         frame,
         prediction,
         identified.birge_ratio,
         readings,
-        sum(map(bool, outside)),
+        extrapolated,
         identified.fit == "refuted",
         purpose=purpose,
     )

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
+from itertools import product
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -14,10 +15,15 @@ import pandas as pd
 from expdesign.app.api.inputs import ModelInput, load_model, named_arguments, purpose_of, require_seed
 from expdesign.app.api.result import FolderResult
 from expdesign.arrays import FloatArray
+from expdesign.assurance.plausibility.finding import say
+from expdesign.assurance.plausibility.targets import correction_findings, target_findings
+from expdesign.chain.models.estimable import OutsideRange
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.points import points_from_table
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.errors import ArgumentError, ConvergenceError, InfeasibleError, InputError, SingularConfigurationError
 from expdesign.estimation.compensation.c_source import c_source
+from expdesign.estimation.compensation.compensate import Compensation, corrections_of
 from expdesign.estimation.compensation.compensate import compensate as commands_for
 from expdesign.estimation.compensation.correction_table import CorrectionTable, correction_table
 from expdesign.estimation.compensation.prediction import require_history
@@ -25,7 +31,7 @@ from expdesign.io.nearest import nearest
 from expdesign.io.table import Table
 from expdesign.io.units import measured_column
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.report.compensation_texts import tabulated
+from expdesign.report.compensation_texts import beyond_text, tabulated
 from expdesign.report.said import Said
 
 MOST_NODES = 50_000
@@ -44,6 +50,8 @@ class CorrectionTableResult(FolderResult):
         held: coordinates with one value in the whole table.
         table: nodes, values and the error of interpolation.
         model: of the robot.
+        extrapolated: commands and loads at the corners of the table that are outside of those of the model's
+            recordings, the farthest of each kind.
     """
 
     FILES: ClassVar = {"table.csv": "frame", "correction.c": "c_source", "table.json": "record"}
@@ -53,10 +61,11 @@ class CorrectionTableResult(FolderResult):
     held: dict[str, float]
     table: CorrectionTable
     model: Model
+    extrapolated: tuple[OutsideRange, ...] = ()
 
     @property
     def said(self) -> Said:
-        return tabulated(self.table, self.axes, self.outputs, self.model.source, self.held)
+        return tabulated(self.table, self.axes, self.outputs, self.model.source, self.held, self.extrapolated)
 
     @property
     def frame(self) -> pd.DataFrame:
@@ -77,6 +86,7 @@ class CorrectionTableResult(FolderResult):
         """The table as one file of C99."""
         about = f"Robot {self.model.robot.get('name', '')}, model {Path(self.model.source).name}; "
         about += f"made by expdesign {version('expdesign')}. SI units."
+        about += f" {beyond_text(self.extrapolated)}." if self.extrapolated else ""
         return c_source(self.table, self.axes, self.outputs, list(self.held.items()), about)
 
 
@@ -105,7 +115,7 @@ def table(
 
     Raises:
         InputError: a coordinate is unknown or named twice, a range is empty, no load is named, or the model depends on
-            history.
+            history, or a corner of the ranges cannot be meant.
         InfeasibleError: a command in the range is beyond the robot's limits.
         SingularConfigurationError: the robot is singular in the range.
         ConvergenceError: more nodes would be needed.
@@ -140,8 +150,10 @@ def table(
     def exact(points: FloatArray) -> FloatArray:
         return _corrections(identified, axes, held, points)
 
+    extrapolated = _judged(identified, axes, held, np.array(list(product(*ranges.values()))))
     found = correction_table(exact, low, high, wanted, most=nodes, seed=seed)
-    return CorrectionTableResult(axes, robot.configuration, held, found, identified, purpose=purpose_of("table", model))
+    purpose = purpose_of("table", model)
+    return CorrectionTableResult(axes, robot.configuration, held, found, identified, extrapolated, purpose=purpose)
 
 
 def _in_si(values: Mapping[str, tuple[float, ...]], where: str, robot: Robot) -> dict[str, tuple[float, ...]]:
@@ -184,17 +196,47 @@ def _points(model: Model, axes: tuple[str, ...], held: Mapping[str, float], poin
     return Table("table", frame, np.arange(len(points)))
 
 
+def _judged(
+    model: Model, axes: tuple[str, ...], held: Mapping[str, float], corners: FloatArray
+) -> tuple[OutsideRange, ...]:
+    """What the corners (2^d, d) of a table have outside of what was calibrated, the farthest of each kind.
+
+    What is implausible there is said as `compensate` says it of targets.
+    """
+    robot, calibrated = model.chain.robot, model.calibrated
+    points = points_from_table(_points(model, axes, held, corners), robot)
+    found = target_findings(points, robot, calibrated)
+    if calibrated is None:
+        corrections = corrections_of(robot, points, _commands(model, axes, corners, points), None)
+        found += correction_findings(robot, points, corrections.translation, corrections.rotation)
+    say([replace(finding, where=_place(axes, corners, finding.where)) for finding in found], "table")
+    beyond: dict[str, OutsideRange] = {}
+    for each in (one for row in calibrated.beyond(points, robot) for one in row) if calibrated is not None else ():
+        if each.name not in beyond or each.outside > beyond[each.name].outside:
+            beyond[each.name] = each
+    return tuple(beyond.values())
+
+
 def _corrections(model: Model, axes: tuple[str, ...], held: Mapping[str, float], points: FloatArray) -> FloatArray:
-    """Command − target (N, n_q) at points (N, d); what is wrong is said with the values there."""
+    """Command − target (N, n_q) at points (N, d)."""
     loaded = points_from_table(_points(model, axes, held, points), model.chain.robot)
-    try:
-        corrections: FloatArray = commands_for(model, loaded).commands - loaded.configurations
-    except (InfeasibleError, SingularConfigurationError, ConvergenceError) as error:
-        row = int(error.where.rpartition("row ")[2]) if "row " in error.where else 0
-        place = ", ".join(f"{name} {value:.4g}" for name, value in zip(axes, points[row], strict=True))
-        remedy = "Take smaller ranges, in which every target can be reached."
-        raise type(error)(error.what, where=f"table at {place}", remedy=remedy) from None
+    corrections: FloatArray = _commands(model, axes, points, loaded).commands - loaded.configurations
     return corrections
+
+
+def _commands(model: Model, axes: tuple[str, ...], points: FloatArray, loaded: LoadedPoints) -> Compensation:
+    """The commands at points (N, d); what is wrong is said with the values there."""
+    try:
+        return commands_for(model, loaded)
+    except (InfeasibleError, SingularConfigurationError, ConvergenceError) as error:
+        remedy = "Take smaller ranges, in which every target can be reached."
+        raise type(error)(error.what, where=f"table {_place(axes, points, error.where)}", remedy=remedy) from None
+
+
+def _place(axes: tuple[str, ...], points: FloatArray, where: str) -> str:
+    """The point that `row N` names, by its values."""
+    row = int(where.rpartition("row ")[2]) if "row " in where else 0
+    return "at " + ", ".join(f"{name} {value:.4g}" for name, value in zip(axes, points[row], strict=True))
 
 
 def _require_no_history(model: Model, axes: tuple[str, ...], held: Mapping[str, float]) -> None:

@@ -5,7 +5,7 @@ Targets of a compensation: the same, and against what the model was calibrated w
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import FloatArray, IntArray
 from expdesign.assurance.plausibility.finding import Implausibility, extent, largest
 from expdesign.chain.models.estimable import FORCE, MASS, MOMENT, Calibrated, quantities
 from expdesign.chain.recordings.recordings import LoadedPoints
@@ -33,8 +33,8 @@ LEVER = 0.05
 
 
 def target_findings(points: LoadedPoints, robot: Robot, calibrated: Calibrated | None) -> list[Implausibility]:
-    """What speaks against targets (poses and loads), before commands are computed."""
-    found = [*pose_findings(robot, points.configurations, "targets"), *_centres(points, robot)]
+    """What speaks against poses and loads, before anything is computed of them."""
+    found = [*pose_findings(robot, points.configurations, "", lines=points.lines), *_centres(points, robot)]
     return found if calibrated is None else [*found, *_loads(points, robot, calibrated)]
 
 
@@ -81,8 +81,13 @@ def _loads(points: LoadedPoints, robot: Robot, calibrated: Calibrated) -> list[I
     return []
 
 
-def pose_findings(robot: Robot, poses: FloatArray, where: str, names: tuple[str, ...] = ()) -> list[Implausibility]:
-    """What speaks against the units of poses (s, n_q), or (s, 6) of the tip or the instrument in columns `names`."""
+def pose_findings(
+    robot: Robot, poses: FloatArray, where: str, names: tuple[str, ...] = (), lines: IntArray | None = None
+) -> list[Implausibility]:
+    """What speaks against the units of poses (s, n_q), or (s, 6) of the tip or the instrument in columns `names`.
+
+    Of poses on `lines` (s,) of a file, the row of the largest is named.
+    """
     size = extent(robot)
     found = []
     turns = 2.0 * np.pi
@@ -90,6 +95,8 @@ def pose_findings(robot: Robot, poses: FloatArray, where: str, names: tuple[str,
         turns = np.pi if names else PLATFORM_ANGLE
     for axis, name in enumerate(names or robot.configuration):
         most = largest(poses[:, axis])
+        if lines is not None:
+            where = f"row {lines[int(np.argmax(np.abs(poses[:, axis])))]}"
         if name.endswith("_rad"):
             if most > turns * 1.0001:
                 what = f"{name} would be {most:.3g} rad, i.e. {np.degrees(most):.3g}°"

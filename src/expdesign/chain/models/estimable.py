@@ -168,6 +168,11 @@ class OutsideRange:
     low: float
     high: float
 
+    @property
+    def outside(self) -> float:
+        """By how much it is outside of the range."""
+        return max(self.low - self.value, self.value - self.high)
+
     def __str__(self) -> str:
         recorded = f"up to {self.high:.4g}" if self.name in SIZES else f"{self.low:.4g} to {self.high:.4g}"
         return f"{self.name} {self.value:.4g} (recorded {recorded})"

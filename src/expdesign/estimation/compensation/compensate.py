@@ -99,7 +99,7 @@ def compensate(model: Model, targets: LoadedPoints, loads: TargetLoads | None = 
     else:
         raise _not_converged(targets, errors, _ITERATIONS)
     robot.jacobians(commands).require_regular(targets.where, _ANOTHER)
-    _require_within_limits(robot, targets, commands)
+    require_within_limits(robot, targets, commands)
     deviations = AttainedUncertainty.at(chain, model, targets, loads).deviations
     return Compensation(commands, robot.actuator_coordinates(commands), deviations, iteration, residual)
 
@@ -110,7 +110,7 @@ def compensate_arm(model: Model, targets: ArmTargets, loads: TargetLoads | None 
     robot, points = model.chain.robot, targets.points
     loads = loads or TargetLoads.exact(len(points), robot.coordinates)
     found = joint_commands(model, targets, loads)
-    _require_within_limits(robot, points, found.commands)
+    require_within_limits(robot, points, found.commands)
     aimed = at_targets(model, targets, targets.frame)
     known = AttainedUncertainty.at(tip_chain(model, targets.frame), model, aimed, loads)
     drawn = np.sqrt((known.drawn**2).sum(axis=-1))
@@ -125,12 +125,13 @@ def _not_converged(targets: LoadedPoints, errors: FloatArray, iterations: int) -
     return ConvergenceError(what, where=targets.where(row), remedy="Is the load there far beyond what was identified?")
 
 
-def _require_within_limits(robot: Robot, targets: LoadedPoints, commands: FloatArray) -> None:
+def require_within_limits(robot: Robot, targets: LoadedPoints, commands: FloatArray) -> None:
+    """Raise an `InfeasibleError` that names the first target whose command (N, n_q) is beyond the robot's limits."""
     beyond = np.flatnonzero(robot.limit_excess(commands) > LIMIT_MARGIN)
     if beyond.size:
         row = int(beyond[0])
         what = f"the command would be beyond the robot's limits: {robot.limit_message(commands[row])}"
-        raise InfeasibleError(what, where=targets.where(row), remedy="Choose a target within reach.")
+        raise InfeasibleError(what, where=targets.where(row), remedy="Choose a pose within them.")
 
 
 @dataclass(frozen=True)
