@@ -33,7 +33,7 @@ lint: $(VENV)/testing
 	$(BIN)/mypy
 
 test: lint
-	$(BIN)/pytest -n 2 --dist worksteal -m "not slow"
+	$(BIN)/pytest -n 2 --dist worksteal -m "not slow" tests
 
 proof: $(VENV)/testing
 	$(BIN)/pytest -m slow

@@ -9,7 +9,7 @@ PROOFS = {
     "research/studies/": "a study of the thesis with other figures",
     "research/laboratory/": "a laboratory that hides something else than it says",
     "acceptance/test_identified.py::test_physics_of_several": "physics of several prior sizes that is held for noise",
-    "acceptance/test_identified_arm.py::test_a_diagnosis[both": "an acceptance without the estimated geometry",
+    "acceptance/test_identified_arm.py::test_a_diagnosis": "an acceptance without the estimated geometry",
     "acceptance/test_laboratories.py": "robots that pass and are out of tolerance more often than stated",
     "acceptance/test_verify.py::test_a_robot_whose_truth_fails": "a risk of passing beyond the stated one",
     "api/test_coverage.py": "intervals of held-out readings that cover too little or too much",

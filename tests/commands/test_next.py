@@ -55,8 +55,8 @@ def test_of_recordings_that_refute_the_model_nothing_is_enough() -> None:
 def test_it_stops_at_the_accuracy(tmp_path: Path, capsys: Printed) -> None:
     recordings, out = recordings_file(tmp_path), tmp_path / "next.csv"
     capsys.readouterr()
-    assert call("next", CONFIG, recordings, "--out", out, "--accuracy", 0.35) == 0
-    totals = forecast(capsys.readouterr().out)
-    assert totals[-1] <= 0.35 < totals[-2]
-    assert call("next", CONFIG, recordings, "--out", out, "--accuracy", 0.01, "--count", 1) == 0
-    assert "not enough for 0.01" in capsys.readouterr().out
+    for accuracy, enough in ((0.9, True), (0.01, False)):
+        assert call("next", CONFIG, recordings, "--out", out, "--accuracy", accuracy, "--count", 1) == 0
+        printed = capsys.readouterr().out
+        assert (forecast(printed)[-1] <= accuracy) == enough
+        assert ("not enough for" in printed) != enough

@@ -103,10 +103,11 @@ def test_the_model_file_holds_the_geometry(identified: IdentificationResult, tmp
 
 
 def test_turning_the_instrument_changes_no_geometry(identified: IdentificationResult) -> None:
+    """To where descents end, which differs by some 1e-8 rad between turns."""
     frame = measured()
     turn = pin.SE3(pin.rpy.rpyToMatrix(0.7, -0.4, 2.0), np.array([5.0, -3.0, 1.0]))
     frame[READ] = np.array([turn.act(point) for point in frame[READ].to_numpy()])
-    np.testing.assert_allclose(geometry(xd.identify(ROBOT, frame)), geometry(identified), atol=2e-8)
+    np.testing.assert_allclose(geometry(xd.identify(ROBOT, frame)), geometry(identified), atol=1e-7)
 
 
 @pytest.mark.parametrize("factor", [1.0 / 3.0, None, 1e3, pytest.param(3.0, marks=pytest.mark.slow)])
