@@ -4,7 +4,6 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-import pytest
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
@@ -25,7 +24,7 @@ from expdesign.estimation.fit import fit
 from expdesign.mechanics.robots.serial import SerialRobot
 from expdesign.report.remark_texts import sentence
 from tests.cases import robot
-from tests.chain.arms import INSTRUMENT, PLACE, configurations, read_arm, recordings_of
+from tests.chain.arms import INSTRUMENT, PLACE, configurations, recordings_of
 from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
 from tests.fitting import data_of
 from tests.oracle import Array
@@ -36,11 +35,6 @@ FRICTION = effect(NAME, "friction_hysteresis", "leg 2", "rigid")
 ZEROS = "joint_position_error / all joints"
 DRIFT = "thermal_drift / instrument / shift"
 NOISE = 5e-5
-
-
-@pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> SerialRobot:
-    return read_arm(tmp_path_factory.mktemp("arm"))
 
 
 def positions(arm: SerialRobot, q: Array, moved: Array, test: Array | None = None) -> Recordings:

@@ -17,15 +17,10 @@ from expdesign.diagnosis.relinearised import AGREES, difference, proper, relinea
 from expdesign.estimation.fit import Data, fit
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.robots.serial import SerialRobot
-from tests.chain.arms import DEVIATION, READING, configurations, read_arm, recordings_of
+from tests.chain.arms import DEVIATION, READING, configurations, recordings_of
 from tests.oracle import Array
 from tests.plant import ROBOT, usual_faults
 from tests.plant import recordings as of_arm
-
-
-@pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> SerialRobot:
-    return read_arm(tmp_path_factory.mktemp("arm"))
 
 
 def chain_of(arm: SerialRobot) -> Chain:

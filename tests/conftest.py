@@ -1,4 +1,4 @@
-"""The small arm of `tests.chain.arms`, read once a module."""
+"""The small arm of `tests.chain.arms`, read once for all tests."""
 
 import pytest
 
@@ -6,6 +6,6 @@ from expdesign.mechanics.robots.serial import SerialRobot
 from tests.chain.arms import read_arm
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def arm(tmp_path_factory: pytest.TempPathFactory) -> SerialRobot:
     return read_arm(tmp_path_factory.mktemp("arm"))
