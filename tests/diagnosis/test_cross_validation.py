@@ -74,6 +74,15 @@ def test_what_left_out_errors_ask_for_is_found_again(k: float, q: float) -> None
     assert share == pytest.approx(q, rel=0.2, abs=1e-3)
 
 
+def test_a_named_form_is_wrong_by_a_tenth_where_nothing_tells_and_less_where_many_rows_do() -> None:
+    """Oracle: the mean of q where √q ~ |N(0, 0.1²)| is 0.01; rows that leave nothing beside the noise lower it."""
+    nothing = LeftOut(np.zeros(10), np.zeros(10), np.arange(10)).widened(np.ones(10), np.zeros(10), 0.1)[1]
+    assert nothing == pytest.approx(0.01, rel=0.1)
+    errors = np.random.default_rng(0).standard_normal(2000)
+    told = LeftOut(errors, errors, np.arange(2000)).widened(np.ones(2000), np.full(2000, 25.0), 0.1)[1]
+    assert told < 0.003
+
+
 def test_left_out_errors_that_tell_nothing_leave_the_factor_at_its_mean_beforehand() -> None:
     """Oracle: ∫ eˣ·2φ(x) dx over x > 0 is 2·√e·Φ(1), 1.6 % of it beyond the largest factor."""
     factor, _ = LeftOut(np.ones(10), np.ones(10), np.arange(10)).widened(np.ones(10), np.zeros(10))

@@ -87,7 +87,7 @@ class LeftOut:
     after: FloatArray
     blocks: IntArray
 
-    def widened(self, variances: FloatArray, priors: FloatArray) -> tuple[float, float]:
+    def widened(self, variances: FloatArray, priors: FloatArray, form: float | None = None) -> tuple[float, float]:
         """Factor k ≥ 1 on the variance by weights, and share q of the laws' prior variance that stays beside it.
 
         A law is its kernel's and what the kernel lacks. The posterior variance v − 1 of the first shrinks with the
@@ -96,11 +96,13 @@ class LeftOut:
 
             e_i ~ N(0, 1 + k·(v_i − 1) + q·p_i),   ln k ~ |N(0, 1)|,   ln q uniform from ln 10⁻⁶ to 0,
 
-        so that blocks which tell little leave a law no surer than nature usually lets it be.
+        so that blocks which tell little leave a law no surer than nature usually lets it be. Of named physics p is the
+        square of what it does, and the form is wrong by a share √q ~ |N(0, form²)| of that.
 
         Args:
             variances: v of `after`, 1 of which is noise, shape (M,).
             priors: p, the prior variance by all laws, shape (M,).
+            form: what √q usually is for named physics; None for laws.
         """
         own, squares = np.maximum(variances - 1.0, 0.0), self.after**2
         logs, shares = np.linspace(0.0, np.log(OPTIONS.most_inflated), 14), np.logspace(-6.0, 0.0, 19)
@@ -108,6 +110,8 @@ class LeftOut:
         for i, k in enumerate(np.exp(logs)):
             total = 1.0 + k * own + shares[:, None] * priors
             fit[i] = -0.5 * (np.log(total) + squares / total).sum(axis=1) - 0.5 * logs[i] ** 2
+        if form is not None:
+            fit += 0.5 * np.log(shares) - 0.5 * shares / form**2  # as a density of ln q
         weights = np.exp(fit - fit.max())
         weights[[0, -1]] *= 0.5  # trapezoids of ln k; shares are a list, alike beforehand
         weights /= weights.sum()

@@ -209,7 +209,7 @@ def _inexact(frame: Frame, result: Diagnosis) -> Diagnosis:
     done = as_matrix(fit.sensitivities)[sample.kept] @ deviations_from_none(fit)
     errors = state.left_out(blocks) / np.sqrt(scale)
     variances = state.left_out_variances(blocks) / scale
-    share = LeftOut(errors, errors, blocks).widened(variances, (done**2).sum(axis=1) / scale)[1]
+    share = LeftOut(errors, errors, blocks).widened(variances, (done**2).sum(axis=1) / scale, OPTIONS.form)[1]
     return replace(result, inexact=share)
 
 

@@ -56,6 +56,7 @@ class DiagnosisOptions:
         correlated: correlation of consecutive residuals above which rows are no longer taken for independent.
         most_inflated: factor on variances: a law whose errors are more than five times as large as it says is wrong,
             not unsure; held-out errors so much larger than fitted ones ask for what was not determined.
+        form: share of what named physics does by which the library's form of it usually differs from the machine's.
         settled: fall of χ² in one step below which a refit has settled, as decisions turn on more; or a tenth of it as
             a share of the excess that the fit leaves: what is wrong by far need not be exact.
         groups: stations or series from which they are left out as wholes, and blocks into which rows are divided
@@ -103,6 +104,7 @@ class DiagnosisOptions:
     shows: float = 3.0
     correlated: float = 0.3
     most_inflated: float = 25.0
+    form: float = 0.1
     settled: float = 1e-2
     groups: int = 5
     refits: int = 10
