@@ -5,6 +5,7 @@ import math
 import pytest
 
 from expdesign.report import words
+from expdesign.report.physics_words import effect_words
 
 
 @pytest.mark.parametrize(
@@ -110,3 +111,16 @@ def test_stiffness_is_shown_in_newtons_per_micrometre() -> None:
     assert words.listed(["a"]) == "a"
     assert words.listed(["a", "b", "c"]) == "a, b and c"
     assert words.sentence("five rows") == "Five rows"
+
+
+@pytest.mark.parametrize(
+    ("key", "text"),
+    [
+        ("encoder_periodic_error / leg 3", "error of a command that repeats with screw or gear (leg 3)"),
+        ("encoder_periodic_error / all joints", "errors of joints that repeat with every turn (all joints)"),
+        ("leg_backlash / leg 4 / long", "play of a leg (leg 4, long)"),
+        ("law", "law"),
+    ],
+)
+def test_physics_is_called_what_it_is_at_its_component(key: str, text: str) -> None:
+    assert effect_words(key) == text

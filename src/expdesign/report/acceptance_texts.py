@@ -104,7 +104,7 @@ def sentences(decision: Decision) -> list[str]:
         target, axis = np.unravel_index(int(np.nanargmax(ratio)), ratio.shape)
         worst = (
             f"The worst is {budget.axes[axis].rsplit('_', 1)[0]} at target {target + 1}: U is "
-            f"{ratio[target, axis]:.3g} of its tolerance (k = {budget.factor[target, axis]:.3g}, coverage {level})"
+            f"{ratio[target, axis]:.3g} times its tolerance (k = {budget.factor[target, axis]:.3g}, coverage {level})"
         )
         if decision.basis is Basis.PLAN:
             risk = probability_text(float(decision.axis_risk[target, axis]), 2)
@@ -162,7 +162,8 @@ def _most(budget: UncertaintyBudget, deviations: FloatArray, than: FloatArray) -
 def _verdict_sentence(decision: Decision) -> str:
     matters, exceeding = int(decision.budget.matters.sum()), int((~decision.u_within_tolerance).sum())
     within = f"U is within the tolerance on all {matters} axes that have one"
-    exceeds = f"U exceeds the tolerance on {exceeding} of the {matters} axes that have one"
+    some = f"all {matters}" if exceeding == matters else f"{exceeding} of the {matters}"
+    exceeds = f"U exceeds the tolerance on {some} axes that have one"
     if decision.basis is Basis.PLAN:
         return f"The robot is {'not ' if exceeding else ''}expected to pass: {exceeds if exceeding else within}."
     if decision.robot_passes:

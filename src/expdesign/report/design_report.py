@@ -216,10 +216,9 @@ def _robot_blocks(problem: DesignProblem, data: Mapping[str, Any]) -> list[Block
     states += [Option(f"t{k}", f"Target {k + 1}") for k in range(len(problem.targets.weights))]
     turn = "" if dimension == 2 else " Drag to turn it, scroll to zoom."
     faint = f" Faint: the {data['view']['moving']} in the other measurements." if data["view"]["ghosts"] else ""
-    caption = (
-        "The robot at the chosen pose, in the base frame, with the force of the load (red arrow, its length in "
-        f"proportion to the force) where it acts.{faint}{turn}"
-    )
+    force = ", with the force of the load (red arrow, its length in proportion to the force) where it acts"
+    loaded = force if problem.loaded.regressor.needs_load else ""
+    caption = f"The robot at the chosen pose, in the base frame{loaded}.{faint}{turn}"
     return [
         view_figure("robot", dimension, "The robot and its load", caption, 420 if dimension == 2 else 500),
         Selector("state", "Show", states, step=True),

@@ -118,7 +118,7 @@ def _effects_table(result: Diagnosis) -> DataTable:
         return " to ".join(words.number(words.parameter(row.parameter, row.value).factor * value) for value in values)
 
     shown: Shown = {
-        "Physics": lambda row: physics_words(row.physics),
+        "Physics": lambda row: physics_words(row.physics, row.component),
         "Component": "component",
         "Parameter": lambda row: words.parameter(row.parameter, row.value).heading,
         "Value": lambda row: numbers(row, row.value),

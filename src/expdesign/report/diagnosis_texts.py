@@ -243,7 +243,7 @@ def _how_probable(finding: Finding) -> str:
 
 
 def _instead(finding: Finding) -> str:
-    others = [physics_words(name) for name in finding.indistinguishable]
+    others = [physics_words(name, finding.component) for name in finding.indistinguishable]
     text = f"; these recordings do not distinguish it from {', '.join(others)}" if others else ""
     if finding.elsewhere:
         text += f"; they do not tell whether it is there or at {', '.join(finding.elsewhere)}"

@@ -85,7 +85,7 @@ class Unseen:
         why = f"At {self.poor}" if self.poor == "one pose" else "With one load" if self.poor else "As it stands,"
         text = (
             f"{why} the plan cannot rule out {self.phrase}: at its prior size it would go unnoticed and move target "
-            f"{self.target + 1} along {self.axis} by {self.error:.2g} of its tolerance (standard deviation)"
+            f"{self.target + 1} along {self.axis} by {self.error:.2g} times its tolerance (standard deviation)"
         )
         if self.error <= SHARE:
             return f"{text}; no other physics costs more."
