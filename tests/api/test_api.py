@@ -98,5 +98,8 @@ def test_signatures_read_in_an_editor_and_a_wrong_argument_is_answered_with_the_
 
 
 def test_a_text_for_a_number_is_named_with_its_argument() -> None:
+    for samples in (100.5, float("nan")):
+        with pytest.raises(ArgumentError, match="is not a whole number"):
+            xd.montecarlo(CONFIG, "plan.csv", samples=samples)  # type: ignore[arg-type]
     with pytest.raises(ArgumentError, match=r"seconds.*'a' is not a number"):
         xd.run(CONFIG, seconds=cast("float", "a"))

@@ -58,6 +58,15 @@ def test_columns_without_a_meaning_are_said(tmp_path: Path, capsys: Printed) -> 
     assert "the columns z_m are of a robot in space" in said
 
 
+def test_a_plan_without_loads_is_named_and_not_the_knowledge_of_loads(tmp_path: Path, capsys: Printed) -> None:
+    plan = tmp_path / "plan.csv"
+    plan.write_text(HEADER + "1,1,-0.20,0.55,0,0\n2,2,0.1,0.5,0,0\n")
+    assert call("evaluate", yaml_file(tmp_path / "config.yaml", CONFIG), plan) == 0
+    printed = capsys.readouterr()
+    assert f"{plan}: no load acts on any actuator" in printed.err
+    assert "Know the load better" not in printed.out
+
+
 def test_what_cannot_be_identified_is_null_and_said(tmp_path: Path, capsys: Printed) -> None:
     # Along the second leg's direction the first leg carries nothing.
     code, output, error = evaluate(tmp_path, "1,1,0.0,0.5,-500,500\n", capsys)

@@ -5,6 +5,7 @@ import json
 import shutil
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,6 +13,7 @@ import pytest
 
 import expdesign as xd
 from expdesign.arrays import FloatArray
+from expdesign.errors import ArgumentError
 from tests.commands.calls import Printed, call, model_file, refusal
 
 OVER = {"x_mm": (-20, 20), "y_mm": (-20, 20), "rx_mrad": (-80, 80), "mass_kg": (0, 30), "com_x_m": (-0.1, 0.1)}
@@ -86,6 +88,32 @@ def test_outside_the_range_the_edge_holds_and_is_reported(folder: Path) -> None:
     assert states == [1, 1]
     np.testing.assert_array_equal(outside, np.repeat(at_edge, 2, axis=0))
     assert corrections(library, nan)[1] == [1]
+
+
+def test_python_says_what_c_says_within_the_range_and_refuses_what_is_outside(folder: Path) -> None:
+    table = xd.table(folder / "identified" / "model.yaml", {"x_mm": (-20, 20)}, {"mass_kg": 5.0, "com_z_m": 0.12})
+    edge = table.interpolated(np.array([[0.02]]))
+    np.testing.assert_array_equal(table.interpolated(np.array([[0.02 * (1.0 + 1e-13)]])), edge)
+    for outside in (0.0201, np.nan, np.inf):
+        with pytest.raises(ArgumentError, match="in row 1 is outside of the table") as error:
+            table.interpolated(np.array([[0.0], [outside]]))
+        assert "-0.02 to 0.02" in error.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("over", "at", "what"),
+    [
+        ({"x_mm": "-20:20"}, {"mass_kg": 5.0}, "'-20:20' is no range"),
+        ({"x_m": "ab"}, {"mass_kg": 5.0}, "'ab' is no range"),
+        ({"x_mm": (-20, 0, 20)}, {"mass_kg": 5.0}, "is no range"),
+        ({"x_mm": 20}, {"mass_kg": 5.0}, "20 is no range"),
+        ({"x_mm": (-20, 20)}, {"mass_kg": "5 kg"}, "'5 kg' is no value"),
+    ],
+)
+def test_ranges_and_values_are_numbers(over: Any, at: Any, what: str, folder: Path) -> None:
+    with pytest.raises(ArgumentError, match=what) as error:
+        xd.table(folder / "identified" / "model.yaml", over, at)
+    assert error.value.remedy
 
 
 def test_the_header_says_ranges_units_and_errors(folder: Path) -> None:

@@ -172,6 +172,8 @@ def test_what_cannot_be_registered_is_refused(extended: None) -> None:
     assert _Wear in effect_classes()
     with pytest.raises(InputError, match="nothing that can be added"):
         xd.extend(dict)
+    with pytest.raises(InputError, match="`3` is not a class"):
+        xd.extend(3)  # type: ignore[type-var]
 
     class Half(Effect):
         physics = "half"

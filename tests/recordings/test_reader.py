@@ -135,6 +135,25 @@ def test_no_load_needs_no_centre_of_mass() -> None:
     assert "row 4, column com_x_m" in raised.value.where
 
 
+@pytest.mark.parametrize(
+    ("added", "what", "column"),
+    [
+        ({"mass_lb": 5.0}, "the unit `lb` is not known", "mass_lb"),
+        ({"fz_lbf": 5.0}, "the unit `lbf` is not known", "fz_lbf"),
+        ({"fx_N": 1.0, "fz_lbf": 5.0}, "the unit `lbf` is not known", "fz_lbf"),
+        ({"mass_kg": 10.0, "fz_N": -98.0}, "`mass_kg` and `fz_N` state two loads", "fz_N"),
+    ],
+)
+def test_a_load_in_an_unknown_unit_or_stated_twice_is_named(added: dict[str, float], what: str, column: str) -> None:
+    centre = {"com_x_m": 0.05, "com_y_m": -0.02, "com_z_m": 0.1}
+    frame = valid().drop(columns=list(WRENCH)).assign(**centre, **dict.fromkeys(WRENCH[1:2], 0.0)).assign(**added)
+    frame = frame.drop(columns=WRENCH[1] if len(added) == 1 or "mass_kg" in added else [])
+    with pytest.raises(InputError, match=what) as raised:
+        read(frame, robot("H1"))
+    assert raised.value.where.endswith(f"column {column}")
+    assert raised.value.remedy
+
+
 def test_a_payload_makes_the_wrench_of_the_conventions() -> None:
     frame = valid().drop(columns=list(WRENCH)).assign(mass_kg=10.0, com_x_m=0.05, com_y_m=-0.02, com_z_m=0.1)
     found = read(frame, robot("H1"))

@@ -18,6 +18,7 @@ from expdesign.io.known_columns import NONE_KNOWN, KnownColumns
 from expdesign.io.schema import LARGEST
 from expdesign.io.table_text import Rows, decoded, separated
 from expdesign.io.tables_in_units import SiFrame, in_si
+from expdesign.io.units import unknown_unit
 from expdesign.io.yaml_reader import read_bytes
 
 _LOG = logging.getLogger(__name__)
@@ -78,6 +79,15 @@ class Table:
             return np.full(len(self), "", dtype=object)
         return self.frame[column].astype(str).str.strip().to_numpy(dtype=object)
 
+    def require_known_units(self, columns: Sequence[str]) -> None:
+        """Raise an `InputError` where one of `columns` is there in a unit that is not known (`mass_lb`)."""
+        bases = {name.rpartition("_")[0] for name in columns}
+        for name in self.columns:
+            found = unknown_unit(name)
+            if found is not None and found[0] in bases:
+                remedy = f"Known: {', '.join(found[2])}."
+                raise self.fault(f"the unit `{found[1]}` is not known", column=name, remedy=remedy)
+
     def require(self, columns: tuple[str, ...]) -> None:
         """Raise an `InputError` for the first of `columns` that is missing."""
         for column in columns:
@@ -87,6 +97,8 @@ class Table:
                 alike = [name for name in others if name[:1] == column[:1]]
                 near = difflib.get_close_matches(column, alike, n=1, cutoff=0.7)
                 near = near or [name for name in others if self.known.hint(name) == column]
+                if not near:
+                    self.require_known_units([column])
                 asked = f": {self.known.asked[column]}" if column in self.known.asked else ""
                 remedy = f"Is `{near[0]}` meant?" if near else f"Add the column{asked}."
                 raise self.fault("the column is missing", column=column, remedy=remedy)

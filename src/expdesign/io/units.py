@@ -178,6 +178,15 @@ def measured_column(name: str, where: str = "") -> MeasuredColumn | None:
     return None
 
 
+def unknown_unit(name: str) -> tuple[str, str, list[str]] | None:
+    """Quantity and unit of a column whose unit is unknown (`mass`, `lb`), and the units it may have; else None."""
+    base, _, unit = name.rpartition("_")
+    dimensions = quantities(base)
+    if not dimensions or not unit or unit_of(unit) is not None:
+        return None
+    return base, unit, [known for dimension in dimensions for known in known_units(dimension)]
+
+
 def quantities(base: str) -> tuple[Dimension, ...]:
     """What a column or key may measure, by its name without the unit; empty where that is not known."""
     return next((dimensions for pattern, dimensions in _MEASURED if pattern.fullmatch(base)), ())

@@ -168,8 +168,8 @@ class DesignProblem(Copied):
             remedy = f"{instead}; take `experiment.calibration` out for this."
             raise InputError(said, where=f"{self.source}, experiment.calibration", remedy=remedy)
 
-    def unidentified(self, assessment: Assessment) -> ExpdesignError | None:
-        """The error that says what the first design of an assessment cannot identify, or None."""
+    def unidentified(self, assessment: Assessment, source: str = "") -> ExpdesignError | None:
+        """The error that says what the first design of an assessment, of a file `source`, cannot identify, or None."""
         if bool(assessment.identifies_targets[0]):
             return None
         missing = ~assessment.estimable[0] & (self.targets.importance > 0.0)
@@ -181,4 +181,4 @@ class DesignProblem(Copied):
         what = f"the measurements identify {rank} of {parameters} {noun}, and {needed} depends on the others"
         if rank == 0 and self.loaded.regressor.referenced:
             what = f"no load acts on any actuator: none of the {parameters} {noun} can be determined"
-        return NotIdentifiableError(what, where=self.source, remedy=self.loaded.regressor.remedy)
+        return NotIdentifiableError(what, where=source or self.source, remedy=self.loaded.regressor.remedy)

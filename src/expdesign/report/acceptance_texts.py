@@ -210,6 +210,8 @@ def _repetitions(decision: Decision) -> list[str]:
     times = decision.repetitions_needed
     if times is None:
         budget = decision.budget
+        if np.isnan(budget.expanded[budget.matters]).any():
+            return ["No number of repetitions helps: they determine no further axis."]
         if _exceeds(budget, DRAWING):
             return ["No number of repetitions helps: no reading of these markers shows that part of the tip's pose."]
         if _exceeds(budget, OWN_PAYLOAD):

@@ -115,7 +115,7 @@ def evaluate(config: Config, plan: TableInput) -> EvaluationResult:
     _require_reachable(problem, given, table)
     given = without_validation(given, table)
     assessment = problem.assess(given.configurations[None], given.loads[None], given.series[None])
-    error = problem.unidentified(assessment)
+    error = problem.unidentified(assessment, table.source)
     return EvaluationResult(
         problem,
         given,

@@ -31,11 +31,12 @@ def extend(cls: C) -> C:
     Raises:
         InputError: the class is nothing that can be added, is abstract, or has the name of another one.
     """
+    if not isinstance(cls, type):
+        raise InputError(f"`{cls!r}` is not a class", remedy=_remedy())
     where = f"`{cls.__module__}.{cls.__qualname__}`"
     base = next((base for base in KINDS if issubclass(cls, base)), None)
     if base is None:
-        remedy = f"Derive it from one of {', '.join(kind.__name__ for kind in KINDS)}."
-        raise InputError("nothing that can be added", where=where, remedy=remedy)
+        raise InputError("nothing that can be added", where=where, remedy=_remedy())
     if inspect.isabstract(cls):
         missing = ", ".join(sorted(f"`{name}`" for name in getattr(cls, "__abstractmethods__", ())))
         raise InputError(f"it lacks {missing}", where=where, remedy="Define what its base class asks for.")
@@ -46,3 +47,7 @@ def extend(cls: C) -> C:
         plugins.remove(cls)
         raise
     return cls
+
+
+def _remedy() -> str:
+    return f"Give a class derived from one of {', '.join(kind.__name__ for kind in KINDS)}."

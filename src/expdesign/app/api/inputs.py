@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import wraps
-from numbers import Real
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -154,7 +154,8 @@ def table_of(table: TableInput, name: str) -> Table:
     return read_table(path, COLUMNS)
 
 
-_NUMBERS = ("int", "int | None", "float", "float | None")
+_WHOLE = ("int", "int | None")
+_NUMBERS = (*_WHOLE, "float", "float | None")
 """Annotations of arguments that are numbers."""
 
 
@@ -163,7 +164,7 @@ def named_arguments(function: Callable[P, R]) -> Callable[P, R]:
 
     Raises:
         TypeError: when it is called with such a keyword.
-        ArgumentError: a keyword that is annotated as a number is none.
+        ArgumentError: a keyword that is annotated as a number is none, or is not whole where it has to be.
     """
 
     @wraps(function)
@@ -172,10 +173,15 @@ def named_arguments(function: Callable[P, R]) -> Callable[P, R]:
         for name, value in kwargs.items():
             if name not in known:
                 raise TypeError(f"`{function.__name__}` has no argument `{name}`. {nearest(name, known)}")
-            wanted = str(known[name].annotation)
+            annotation = known[name].annotation
+            wanted = annotation.__name__ if isinstance(annotation, type) else str(annotation)
             optional = value is None and "None" in wanted
             if wanted in _NUMBERS and not optional and not isinstance(value, Real):
                 raise ArgumentError(f"{value!r} is not a number", argument=name, remedy="Give one, without quotes.")
+            if wanted in _WHOLE and not optional and not isinstance(value, Integral):
+                if not float(value).is_integer():  # type: ignore[arg-type]
+                    raise ArgumentError(f"{value!r} is not a whole number", argument=name, remedy="Give a whole one.")
+                kwargs[name] = int(value)  # type: ignore[call-overload]
         return function(*args, **kwargs)
 
     return called

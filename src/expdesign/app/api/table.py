@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from itertools import product
+from numbers import Real
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -38,6 +39,10 @@ MOST_NODES = 50_000
 """Nodes at most where nothing is said."""
 ERROR = {"length": 1e-8, "angle": 1e-7}
 """m, rad."""
+
+
+ROUNDED = 1e-9
+"""Parts of a step beyond the range that are the rounding of a number, as in the file of C."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -78,7 +83,21 @@ class CorrectionTableResult(FolderResult):
         return _corrections(self.model, self.axes, self.held, points)
 
     def interpolated(self, points: FloatArray) -> FloatArray:
-        """What the table says at points (N, d) within its range, shape (N, o)."""
+        """What the table says at points (N, d) within its range, shape (N, o), as the file of C does.
+
+        Raises:
+            ArgumentError: a point is outside of the range or not a number, for which the C function returns 1 with the
+                correction at the edge.
+        """
+        grid = self.table.grid
+        places = (points - grid.low) / (grid.high - grid.low) * (grid.counts - 1)
+        outside = ~((places >= -ROUNDED) & (places <= grid.counts - 1 + ROUNDED))
+        if outside.any():
+            row, axis = (int(index) for index in np.argwhere(outside)[0])
+            what = f"{self.axes[axis]} = {points[row, axis]:g} in row {row} is outside of the table"
+            remedy = f"It has {grid.low[axis]:g} to {grid.high[axis]:g}; make a larger one, or ask `exact`."
+            raise ArgumentError(what, argument="points", remedy=remedy)
+        points = np.clip(points, grid.low, grid.high)
         return self.table.grid.interpolate(self.table.values, points)
 
     @property
@@ -171,8 +190,18 @@ def _in_si(values: Mapping[str, tuple[float, ...]], where: str, robot: Robot) ->
             raise ArgumentError(f"unknown coordinate `{name}`", argument=where, remedy=nearest(name, known))
         if si in found:
             raise ArgumentError(f"{si} is named twice", argument=where, remedy="Name it once.")
+        if not _are_numbers(numbers, 2 if where == "over" else 1):
+            what = f"{numbers if where == 'over' else numbers[0]!r} is no {'range' if where == 'over' else 'value'}"
+            remedy = f"Give {'two numbers, (low, high)' if where == 'over' else 'one number'}."
+            raise ArgumentError(what, argument=f"{where}[{name!r}]", remedy=remedy)
         found[si] = numbers if measured is None else tuple(measured.unit.to_si(number) for number in numbers)
     return found
+
+
+def _are_numbers(values: object, count: int) -> bool:
+    if not isinstance(values, Sequence | np.ndarray) or len(values) != count:
+        return False
+    return all(isinstance(value, Real) for value in values)
 
 
 def _range(name: str, pair: tuple[float, ...]) -> tuple[float, float]:

@@ -105,13 +105,17 @@ def _with_deflections(table: Table, names: list[str], coordinates: Coordinates) 
                 deflections[row] = readings[row] - readings[reference]
                 keep[row] = True
                 references[row] = f"row {table.lines[reference]} of {table.source}"
-    frame = table.frame.drop(columns=names)
+    frame, written = table.frame.drop(columns=names), dict(table.written)
     for column, name in enumerate(names):
         deflection = coordinates.deflection[coordinates.pose.index(name.removeprefix("reading_"))]
+        if name in written:
+            written[deflection] = written[name]
         frame[deflection] = [repr(float(value)) for value in deflections[:, column]]
     _require_agreement(table, references, keep)
     frame[REFERENCE] = references
-    kept = replace(table, frame=frame.iloc[np.flatnonzero(keep)].reset_index(drop=True), lines=table.lines[keep])
+    kept = replace(
+        table, frame=frame.iloc[np.flatnonzero(keep)].reset_index(drop=True), lines=table.lines[keep], written=written
+    )
     sizes = np.unique(references[references != ""].astype(str), return_counts=True)[1]
     text = f"readings of {counted(int(sizes.sum()), 'row')} counted from {counted(len(sizes), 'reference row')}"
     if (sizes > 1).any():

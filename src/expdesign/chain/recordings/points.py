@@ -108,6 +108,7 @@ def points_of(table: Table, robot: Robot, order: IntArray, *, measured: bool, re
         temperature=table.numbers(("temperature_degC",))[order, 0] if table.has("temperature_degC") else None,
         leg_temperature=table.numbers(legs)[order] if any(table.has(name) for name in legs) else None,
         extra=extra.reset_index(drop=True),
+        written=table.written,
         marker=marker,
         markers=markers,
         sites=sites,
@@ -162,8 +163,12 @@ def _wrenches(
 ) -> FloatArray:
     coordinates = robot.coordinates
     require_load(table, coordinates)
-    given = None
-    if payload is None or any(table.has(name) for name in coordinates.wrench):
+    given, stated = None, [name for name in coordinates.wrench if table.has(name)]
+    if payload is not None and 0 < len(stated) < len(coordinates.wrench):
+        what = f"`mass_kg` and `{stated[0]}` state two loads, the second without all components of the wrench"
+        remedy = f"Take {', '.join(stated)} out, or take `mass_kg` out and add the other components."
+        raise table.fault(what, column=stated[0], remedy=remedy)
+    if payload is None or stated:
         given = table.numbers(coordinates.wrench)[order]
     if payload is None:
         assert given is not None
@@ -183,6 +188,7 @@ def hanging(robot: Robot, configurations: FloatArray, payload: FloatArray, gravi
 def require_load(table: Table, coordinates: Coordinates) -> None:
     """Raise an `InputError` where a table has neither payload nor wrench."""
     if not any(table.has(name) for name in ("mass_kg", *coordinates.wrench)):
+        table.require_known_units(("mass_kg", *coordinates.wrench))
         remedy = f"Add {', '.join(coordinates.wrench)}, or mass_kg and the centre of mass."
         raise table.fault("there is no load", remedy=remedy)
 

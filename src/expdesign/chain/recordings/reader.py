@@ -92,7 +92,18 @@ def join(parts: list[Recordings]) -> Recordings:
     merged: dict[str, Any] = {}
     for item in fields(Recordings):
         values = [getattr(part, item.name) for part in counted]
-        if item.name in ("source", "extra", "files", "file", "markers", "sites", "stations", "references", "fixed"):
+        if item.name in (
+            "source",
+            "extra",
+            "files",
+            "file",
+            "markers",
+            "sites",
+            "stations",
+            "references",
+            "fixed",
+            "written",
+        ):
             continue
         if any((value is None) != (values[0] is None) for value in values):
             other = next(p for p, value in zip(counted, values, strict=True) if (value is None) != (values[0] is None))
@@ -122,6 +133,7 @@ def join(parts: list[Recordings]) -> Recordings:
         references=_references(counted),
         source=", ".join(part.source for part in parts),
         extra=pd.concat([part.extra for part in parts], ignore_index=True),
+        written=first.written if all(part.written == first.written for part in parts) else {},
         files=tuple(part.source for part in parts),
         file=np.repeat(np.arange(len(parts)), [len(part) for part in parts]),
     )

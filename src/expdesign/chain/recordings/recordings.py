@@ -5,6 +5,7 @@ What a file of recordings measured, by its columns: deflections of the platform,
 What a computation has to say of recordings, as data; `report/remark_texts.py` puts it into words.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
@@ -109,6 +110,7 @@ class LoadedPoints:
         errors: declared standard deviations of errors of the load, in the order of `load_errors.error_columns`, NaN in
             columns that are not declared and 0 in rows without load, shape (N, q); None where none is declared.
         weight: name of the weights of every row, which share one error, shape (N,); None where all rows do.
+        written: names in the file of columns that were converted to SI, by their SI names.
     """
 
     source: str
@@ -139,6 +141,7 @@ class LoadedPoints:
     references: TextArray | None = field(default=None, kw_only=True)
     errors: FloatArray | None = field(default=None, kw_only=True)
     weight: TextArray | None = field(default=None, kw_only=True)
+    written: Mapping[str, str] = field(default_factory=dict, kw_only=True)
 
     def components(self, coordinates: Coordinates) -> tuple[str, ...]:
         """Columns of what an instrument reads; rotations of targets are named as those of deflections."""

@@ -4,6 +4,7 @@ Units and signs are diagonal, columns in each other's place permutations, frames
 both. Beside them the three mistakes that no matrix makes good: gravity, the place of moments and the order of angles.
 """
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cache
@@ -12,8 +13,10 @@ from itertools import combinations, permutations, product
 import casadi as ca
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray
+from expdesign.arrays import BoolArray, FloatArray, TextArray
 from expdesign.assurance.plausibility.evidence import Alternative, Evidence
+from expdesign.io.tables_in_units import measured_as
+from expdesign.io.units import UNITS, measured_column
 from expdesign.mechanics.robots.orientation import Orientation, angles_of, rotation_matrix
 from expdesign.mechanics.symbolic import BatchFunction
 
@@ -71,31 +74,64 @@ def units_of_readings(evidence: Evidence) -> Iterator[Alternative]:
     A column that is read smaller leaves less whatever is in it. One alone is in another unit only where it is nearer to
     what the robot file has it move in that unit: a drift of an axis that hardly moves is no mistake.
     """
-    linear, write = evidence.linear, "Write the unit into the columns' names, as in"
+    linear, names = evidence.linear, np.array(evidence.names)
     expected = (evidence.observation(evidence.stated).sum(axis=2) ** 2).mean(axis=0)
     squares = (evidence.stated.readings**2).mean(axis=0)
     if linear.any() and (~linear).any():
         for factor, unit in ((1e-3, "mm"), (1e-6, "µm")):
-            text = f"Are the translations in {unit}? {write} `dx_{unit}`."
+            text = _in_unit(evidence, names[linear], factor, "the translations", unit)
             yield Alternative(text, evidence.readings(_scaled(linear, factor)))
         far = 1e9 * squares[linear].sum() <= expected[linear].sum()  # halfway from a thousand to a million
         unit, factor = ("µm", 1e6) if far else ("mm", 1e3)
         text = f"Are the translations in m, in columns that are named for {unit}? Name them `dx_m` ... then."
         yield Alternative(text, evidence.readings(_scaled(linear, factor)))
-        for factor, unit, said in ((DEGREE, "deg", "degrees"), (1e-3, "mrad", "mrad"), (1e-6, "µrad", "µrad")):
-            text = f"Are the rotations in {said}? {write} `drx_{unit}`."
+        for factor, unit in ((DEGREE, "deg"), (1e-3, "mrad"), (1e-6, "µrad")):
+            text = _in_unit(evidence, names[~linear], factor, "the rotations", unit)
             yield Alternative(text, evidence.readings(_scaled(~linear, factor)))
         text = "Were the rotations converted from degrees twice?"
         yield Alternative(text, evidence.readings(_scaled(~linear, 1.0 / DEGREE)))
     for index, (name, column) in enumerate(_each(evidence.names)):
-        for factor, unit in ((1e-3, "mm"), (1e-6, "µm")) if linear[index] else ((DEGREE, "degrees"),):
+        for factor, unit in ((1e-3, "mm"), (1e-6, "µm")) if linear[index] else ((DEGREE, "deg"),):
             if squares[index] * factor >= expected[index]:
-                yield Alternative(f"Is {name} in {unit}?", evidence.readings(_scaled(column, factor)))
+                text = _in_unit(evidence, names[[index]], factor, name, unit)
+                yield Alternative(text, evidence.readings(_scaled(column, factor)))
         for factor, unit in ((1e3, "mm, or in mm in one for µm"), (1e6, "µm")) if linear[index] else ():
             if squares[index] * factor <= expected[index]:
                 # With its standard deviation it would count for nothing, and any column would fit.
                 larger = replace(evidence.stated, readings=evidence.stated.readings @ _scaled(column, factor))
                 yield Alternative(f"Is {name} in m in a column that is named for {unit}?", larger)
+
+
+def _in_unit(evidence: Evidence, names: TextArray, factor: float, noun: str, unit: str) -> str:
+    """The question whether columns are in another unit than the one that they are named for, smaller by a factor.
+
+    Args:
+        evidence: with the names in the file.
+        names: of the columns, in SI.
+        factor: by which they are too large.
+        noun: what they are.
+        unit: the other unit of columns that are in SI.
+    """
+    written = [evidence.recordings.written.get(name, name) for name in names.tolist()]
+    stated = [measured_as(name) or measured_column(name) for name in written]
+    example = names[0].rpartition("_")[0]
+    if stated[0] is not None and not stated[0].is_si:
+        own, example = stated[0], stated[0].base
+        size = float(own.unit.factor) * factor
+        like = (one for one in UNITS.values() if one.dimension == own.unit.dimension)
+        found = next((one.name for one in like if np.isclose(float(one.factor), size, rtol=1e-9)), None)
+        if found is None or any(each is None or each.unit != own.unit for each in stated):
+            return (
+                f"Are numbers of {', '.join(written)} in a unit {1.0 / factor:.3g} times smaller than their names say?"
+            )
+        unit = re.sub("^u", "µ", found)
+    if len(names) == 1:
+        return f"Is {written[0]} in {_SPOKEN.get(unit, unit)}?"
+    text = f"Are {noun} in {_SPOKEN.get(unit, unit)}?"
+    return f"{text} Write the unit into the columns' names, as in `{example}_{unit}`."
+
+
+_SPOKEN = {"deg": "degrees"}
 
 
 def swapped_readings(evidence: Evidence) -> Iterator[Alternative]:
