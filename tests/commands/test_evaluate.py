@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.commands.calls import Printed, call, yaml_file
+from tests.commands.calls import Printed, call, refusal, yaml_file
 from tests.design.problems import BIPOD, changed
 
 CONFIG = changed(
@@ -65,6 +65,8 @@ def test_a_plan_without_loads_is_named_and_not_the_knowledge_of_loads(tmp_path: 
     printed = capsys.readouterr()
     assert f"{plan}: no load acts on any actuator" in printed.err
     assert "Know the load better" not in printed.out
+    message = refusal(capsys, "montecarlo", tmp_path / "config.yaml", plan, "--out", tmp_path / "out")
+    assert f"expdesign: {plan}: no load acts on any actuator" in message
 
 
 def test_what_cannot_be_identified_is_null_and_said(tmp_path: Path, capsys: Printed) -> None:

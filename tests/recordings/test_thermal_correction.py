@@ -8,7 +8,9 @@ import pytest
 
 import expdesign as xd
 from expdesign.app.api.inputs import RobotFile
+from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.recordings.points import points_from_table
+from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.errors import InputError
 from expdesign.estimation.preparation.thermal_correction import (
     MeasuredPoses,
@@ -218,6 +220,16 @@ def shifted(frame: pd.DataFrame, column: str, row: int) -> pd.DataFrame:
     """A cell of a column stands twice, and those after it a row too late."""
     values = frame[column].to_numpy()
     return frame.assign(**{column: np.concatenate([values[: row + 1], values[row:-1]])})
+
+
+def test_swapped_columns_of_recorded_poses_are_asked_about() -> None:
+    _, _, robot, frame = planned()
+    filled = measured(frame, robot, np.zeros((len(frame), 6)), np.zeros((len(frame), 6)))
+    names = {"measured_x_m": "measured_y_m", "measured_y_m": "measured_x_m"}
+    for columns, asked in ((names, True), ({}, False)):
+        table = parse_table(csv_text(filled[filled["kind"] == "pose"].rename(columns=columns)), "poses.csv")
+        findings = recordings_findings(recordings_from_table(table, robot), robot)
+        assert ["measured_x_m and measured_y_m swapped" in one.likely for one in findings] == [True] * asked
 
 
 def test_why_there_are_no_residuals_and_which_columns_have_no_meaning(caplog: pytest.LogCaptureFixture) -> None:

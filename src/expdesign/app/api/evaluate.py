@@ -17,6 +17,7 @@ from expdesign.assurance.acceptance.planned import planned_decisions
 from expdesign.assurance.model_error.meir import meir_of_problem
 from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden, hidden_by_plan
 from expdesign.chain.recordings.points import points_from_table
+from expdesign.errors import ExpdesignError
 from expdesign.io.table import Table as GivenTable
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.record import evaluation_record
@@ -39,12 +40,14 @@ class EvaluationResult(Result):
         plan: what is judged.
         assessment: the pieces of every criterion, for a batch of this one design.
         remarks: what is doubtful about the plan, in words.
+        unidentified: the error that says what the plan cannot identify, or None.
     """
 
     problem: DesignProblem
     plan: Plan
     assessment: Assessment
     remarks: tuple[str, ...]
+    unidentified: ExpdesignError | None = None
 
     @property
     def said(self) -> Said:
@@ -121,6 +124,7 @@ def evaluate(config: Config, plan: TableInput) -> EvaluationResult:
         given,
         assessment,
         () if error is None else (error.message,),
+        error,
         purpose=purpose_of("evaluate", config, plan),
     )
 

@@ -105,6 +105,8 @@ def montecarlo(
         raise ArgumentError(what, argument="samples", remedy="Use e.g. 100000.")
     require_seed(seed)
     judged = evaluate(config, plan)
+    if judged.unidentified is not None:
+        raise judged.unidentified
     model = None if truth is None else truth_of(truth)
     real = None if model is None else _truth(judged.problem, model)
     common = (judged.plan, seed, distribution)

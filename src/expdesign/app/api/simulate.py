@@ -25,6 +25,7 @@ from expdesign.app.api.inputs import (
     table_of,
     truth_of,
 )
+from expdesign.app.api.recorded import say_unknown_columns
 from expdesign.app.api.result import TableResult, filled
 from expdesign.arrays import FloatArray
 from expdesign.assurance.model_error.physics import sizes_at_targets
@@ -117,6 +118,7 @@ def simulate(
     given = read_plan(table, problem.loaded, problem.noise)
     complete = completed(table, given, problem.loaded)
     points = points_from_table(complete, problem.loaded.robot, measured=True)
+    say_unknown_columns(points)
     require_regular_points(problem.loaded.robot, points)
     identified = None if model is None else truth_of(model)
     if identified is not None:
