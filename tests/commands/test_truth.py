@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 import expdesign as xd
+from expdesign.errors import InputError
 from tests.commands.calls import CONFIG, ROBOT, Printed, call, plan_file, yaml_file
 
 
@@ -38,12 +39,20 @@ def test_montecarlo_with_another_stiffness_attains_the_same(tmp_path: Path) -> N
     assert done[0].criteria["rms"]["duir"] == pytest.approx(done[1].criteria["rms"]["duir"], rel=1e-2)
 
 
+def test_the_cause_of_another_feir_is_the_stiffness(tmp_path: Path) -> None:
+    said = xd.montecarlo(CONFIG, plan_file(tmp_path), samples=4000, seed=3, truth=softer(tmp_path, 2.0)).summary
+    assert "predict with the stiffness and the geometry of the configuration, and the true robot" in said
+    assert "change of geometry under load" not in said
+
+
 def test_montecarlo_with_another_geometry_is_worse(tmp_path: Path) -> None:
     content = yaml.safe_load(ROBOT.read_text())
     content["base_joints"][0][0] += 0.02
     (tmp_path / "other.yaml").write_text(yaml.safe_dump(content))
-    done = [xd.montecarlo(CONFIG, plan_file(tmp_path), samples=400, seed=3, truth=truth)
-            for truth in (None, tmp_path / "other.yaml")]  # fmt: skip
+    plan, other = plan_file(tmp_path), tmp_path / "other.yaml"
+    with pytest.raises(InputError, match="another geometry"):
+        xd.montecarlo(CONFIG, plan, samples=400, truth=other)
+    done = [xd.montecarlo(CONFIG, plan, samples=400, seed=3, truth=truth, other_robot=True) for truth in (None, other)]
     assert done[1].criteria["rms"]["total"] > 1.05 * done[0].criteria["rms"]["total"]
 
 

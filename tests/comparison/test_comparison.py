@@ -17,10 +17,12 @@ from expdesign.assurance.comparison.correlation import spearman
 from expdesign.assurance.comparison.judgement import Judgement, judge
 from expdesign.errors import InputError
 from expdesign.planning.criteria.criterion import known_criteria
+from expdesign.planning.optimality.certificate import LowerBound
 from expdesign.planning.plan import Plan
 from expdesign.planning.search import search_single
 from expdesign.report.comparison_figures import cross_table
 from expdesign.report.comparison_report import agreement
+from expdesign.report.comparison_report import compared as said_of
 from tests.commands.calls import Printed, call, refusal
 from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 
@@ -186,3 +188,19 @@ def test_the_same_plan_is_recognised_in_any_order() -> None:
     assert "lead to two different plans" in text
     assert "O1 and O5" in text
     assert len(cross_table(0, found).rows) == 2  # also without random designs
+
+
+def test_a_bound_holds_for_plans_of_its_length(tmp_path: Path) -> None:
+    """A plan of more measurements may leave less than the bound for fewer."""
+    case = problem(BIPOD)
+    one = drawn(case, 1, 3)[0]
+    plan = one.plan
+    poses, loads = np.repeat(plan.configurations, 2, axis=0), np.repeat(plan.loads, 2, axis=0)
+    longer = Plan(poses, loads, np.repeat(plan.series, 2))
+    twice = replace(one, name="twice", plan=longer)
+    found = judge(case, [one, twice], 200, 1)
+    assert found.longer.tolist() == [False, True]
+    bound = LowerBound(0.9 * float(found.values["total"][0]), "")
+    (text,) = [each for each in said_of(["c"], [found], [[]], [bound]).sentences if "lower bound" in each]
+    assert "the best design of them is 11\u00a0% above this bound" in text
+    assert f"designs with more measurements: twice ({2 * case.space.measurements})" in text

@@ -25,7 +25,7 @@ from research.benchmarks.real_sets import CASES, VARIABLE, Case, recordings_fold
 from tests.commands.calls import Printed, call
 from tests.oracle import Array
 from tests.plausibility.mistaken_recordings import OF_PAYLOADS, OF_WRENCHES, read_in
-from tests.plausibility.mistakes import CONFIGURATIONS, RECORDINGS
+from tests.plausibility.mistakes import CONFIGURATIONS, RECORDINGS, put
 from tests.plausibility.sound import (
     CONFIGS,
     PARALLEL,
@@ -70,6 +70,13 @@ def test_a_mistaken_configuration(name: str, caplog: Log) -> None:
     content = content_of(base)
     change(content)
     assert words in said(caplog, lambda: problem_of(content))
+
+
+def test_a_target_may_carry_the_heaviest_weights_of_the_experiment(caplog: Log) -> None:
+    content = content_of("hexapod-h1")
+    put("experiment.load.mass_kg", [5.0, 26.5])(content)
+    put("targets.0.payload", {"mass_kg": 26.5, "same_as": "experiment"})(content)
+    assert said(caplog, lambda: problem_of(content)) == ""
 
 
 @pytest.mark.parametrize("name", RECORDINGS)

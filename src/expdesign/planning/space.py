@@ -132,6 +132,16 @@ class DesignSpace:
         return np.where(self.upper > self.lower, self.upper - self.lower, 1.0)
 
     @property
+    def ranges(self) -> tuple[FloatArray, FloatArray]:
+        """Smallest and largest value of every quantity, shapes (n_q,)."""
+        low, high = self._fixed.copy(), self._fixed.copy()
+        for variable in self.variables:
+            columns = list(variable.columns)
+            rows = variable.domain.table if isinstance(variable.domain, Rows) else np.array([variable.bounds]).T
+            low[columns], high[columns] = rows.min(axis=0), rows.max(axis=0)
+        return low, high
+
+    @property
     def tilts(self) -> bool:
         """Whether the base is, or can be, tilted."""
         return any(not isinstance(q, Interval) or q.low != 0.0 or q.high != 0.0 for q in self._tilt)

@@ -16,7 +16,6 @@ DECISION_RULE = (
     "robot passes only where the probability that any axis at any target is beyond T, by physics that they may hide "
     "as well, is within what the coverage leaves"
 )
-NOT_DECIDED = "Acceptance is not decided: the model is refuted by its own recordings"
 
 
 def acceptance_record(decision: Decision) -> dict[str, Any]:
@@ -93,7 +92,7 @@ def _merged(budget: UncertaintyBudget) -> dict[str, FloatArray]:
 def sentences(decision: Decision) -> list[str]:
     """What the decision says, in words."""
     if not decision.decided:
-        return [f"{NOT_DECIDED}; {decision.remedy}."]
+        return [f"Acceptance is not decided: {decision.cause}; {decision.remedy}."]
     budget = decision.budget
     level = f"{100.0 * budget.coverage.level:.4g} %"
     ratio = np.where(budget.matters, budget.expanded / budget.tolerance, -np.inf)

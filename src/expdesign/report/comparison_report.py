@@ -133,12 +133,22 @@ def _near(judgement: Judgement) -> list[str]:
 def _bounded(judgement: Judgement, bound: LowerBound) -> list[str]:
     if bound.value is None:
         return []
-    gap = 100.0 * (float(np.nanmin(judgement.values["total"])) / bound.value - 1.0)
-    return [
-        f"no plan of {words.count(judgement.problem.space.measurements, 'measurement')} can be expected to leave less "
-        f"than {words.number(bound.value)} tolerances (lower bound of the criterion total); the best design is "
-        f"{words.number(gap, 2)}\u00a0% above this bound."
-    ]
+    longer, count = judgement.longer, words.count(judgement.problem.space.measurements, "measurement")
+    text = (
+        f"no plan of {count} can be expected to leave less than {words.number(bound.value)} tolerances (lower bound of "
+        "the criterion total)"
+    )
+    totals = judgement.values["total"][~longer]
+    if np.isfinite(totals).any():
+        gap = 100.0 * (float(np.nanmin(totals)) / bound.value - 1.0)
+        text += (
+            f"; the best design {'of them ' if longer.any() else ''}is {words.number(gap, 2)}\u00a0% above this bound"
+        )
+    own = [one for one, more in zip(judgement.contenders, longer, strict=True) if more]
+    if own:
+        listed = words.listed([f"{one.name} ({len(one.plan)})" for one in own])
+        text += f". It does not bound designs with more measurements: {listed}"
+    return [f"{text}."]
 
 
 def _predicting(found: list[RankCorrelation]) -> list[str]:

@@ -146,7 +146,7 @@ def next_said(
         accuracy: expected error, in tolerances, at which it was to stop, or None.
     """
     lines, count = [], len(totals) - 1
-    refuted = fit is not None and fit.refuted
+    refuted, decided = fit is not None and fit.refuted, decisions[0].decided
     if fit is not None and refuted:
         lines += [
             f"{fit.sentence()} More of them will not help until `expdesign diagnose` has found why.",
@@ -156,10 +156,10 @@ def next_said(
         lines.append(f"so far: {undetermined}")
     enough = next((index for index, decision in enumerate(decisions) if decision.robot_passes), None)
     verdict = sentences(decisions[0])[0]
-    if enough == 0 and not refuted:
+    if enough == 0 and decided and not refuted:
         verdict = f"{verdict} No further measurement is needed."
     lines.append(verdict)
-    if accuracy is not None and totals[0] <= accuracy and not refuted:
+    if accuracy is not None and totals[0] <= accuracy and decided and not refuted:
         lines.append(f"already within {accuracy:g} tolerances, the accuracy that was asked for")
     for index, total in enumerate(totals):
         when = f"with {index} more" if index else "expected total error now"
@@ -167,6 +167,8 @@ def next_said(
     lines += beside_the_plan(decisions[0].budget)
     if accuracy is not None and totals[-1] > accuracy:
         lines.append(f"{count} more {'is' if count == 1 else 'are'} not enough for {accuracy:g} tolerances")
+    if not decided:
+        return Said(counted(count, "further measurement"), lines)
     if enough:
         lines.append(f"with {enough} more the robot is expected to pass")
     elif enough is None:

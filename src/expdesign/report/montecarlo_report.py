@@ -78,10 +78,19 @@ def _agreement(result: Repeated) -> str:
             f"The prediction holds: all {len(scores)} comparisons lie within three standard errors of the simulation "
             f"(largest {largest})."
         )
-    return (
+    differ = (
         f"{beyond} of {len(scores)} comparisons differ by more than three standard errors (largest {largest}); by "
-        f"chance alone about {words.number(0.0027 * len(scores), 2)} do. What the prediction leaves out (errors so "
-        "large that they are not linear, or the change of geometry under load) shows in this simulation."
+        f"chance alone about {words.number(0.0027 * len(scores), 2)} do."
+    )
+    if result.truth:
+        return (
+            f"{differ} The criteria predict with the stiffness and the geometry of the configuration, and the true "
+            f"robot ({result.truth}) has others; name that file as `robot` in the configuration for a prediction of "
+            "this robot. Errors so large that they are not linear would show as well."
+        )
+    return (
+        f"{differ} What the prediction leaves out (errors so large that they are not linear, or the change of geometry "
+        "under load) shows in this simulation."
     )
 
 

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from expdesign.assurance.acceptance.budget import NOISE, UncertaintyBudget
-from expdesign.assurance.acceptance.decision import Decision
+from expdesign.assurance.acceptance.decision import Decision, undecided
 from expdesign.assurance.acceptance.fitted import FittedModel
 from expdesign.assurance.acceptance.hidden_risk import decided_by, left_out_by
 from expdesign.assurance.model_error.recorded import Shown
 from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.load_errors import load_columns
+from expdesign.estimation.remarks import Implausible
 from expdesign.planning.criteria.targets import GivenVariances
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.acceptance_texts import acceptance_record, sentences
@@ -75,12 +76,19 @@ class AtTargets:
         model: as its recordings determined it.
         refuted: whether they refute it, so that nothing is decided.
         remedy: what to do then.
+        otherwise: whether the recordings fit only if they are read otherwise, so that nothing is decided either.
     """
 
     def __init__(
-        self, problem: DesignProblem, model: FittedModel, refuted: bool, remedy: str = "run `expdesign diagnose`"
+        self,
+        problem: DesignProblem,
+        model: FittedModel,
+        refuted: bool,
+        remedy: str = "run `expdesign diagnose`",
+        otherwise: bool = False,
     ) -> None:
         self.problem, self.model, self.refuted, self.remedy = problem, model, refuted, remedy
+        self.otherwise = otherwise
 
     @classmethod
     def identified(cls, problem: DesignProblem, result: Identification) -> "AtTargets":
@@ -88,7 +96,8 @@ class AtTargets:
         noise, recorded = result.noise, result.recordings.rows(result.fitted)
         drawn = None if result.arm is None else result.arm.drawn
         model = FittedModel(result.fit, recorded, result.whitening, noise.degrees, result.loads, drawn)
-        return cls(problem, model, result.goodness.refuted)
+        otherwise = any(isinstance(each, Implausible) and each.otherwise for each in result.suspicions)
+        return cls(problem, model, result.goodness.refuted, otherwise=otherwise)
 
     @classmethod
     def diagnosed(cls, problem: DesignProblem, result: "Diagnosis") -> "AtTargets":
@@ -106,7 +115,7 @@ class AtTargets:
             known.seen_by(counts), recorded, whitening.rows(counts), degrees, result.loads, result.drawn
         )
         remedy = "record what separates the explanations, or look at the place that is named"
-        return cls(problem, model, result.refuted, remedy)
+        return cls(problem, model, result.refuted, remedy, any(doubt.otherwise for doubt in result.doubts))
 
     @cached_property
     def _left_out(self) -> Shown | None:
@@ -115,7 +124,8 @@ class AtTargets:
     @cached_property
     def decision(self) -> Decision:
         """Whether the robot is accepted."""
-        return decided_by(self.problem, self.model, self._left_out, refuted=self.refuted, remedy=self.remedy)
+        found = decided_by(self.problem, self.model, self._left_out, refuted=self.refuted, remedy=self.remedy)
+        return undecided(found) if self.otherwise else found
 
     def stated(self, *, hidden: bool) -> StatedAtTargets:
         """What is said of it; with `hidden`, what recordings that the base model explains may hide as well."""

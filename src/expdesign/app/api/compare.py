@@ -7,11 +7,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import ClassVar
 
+import numpy as np
 import pandas as pd
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
-from expdesign.app.api.configuration import Config, problem_of
-from expdesign.app.api.inputs import TableInput, purpose_of, table_of
+from expdesign.app.api.configuration import Config, plan_of, problem_of
+from expdesign.app.api.inputs import TableInput, purpose_of
 from expdesign.app.api.result import PAGE, FolderResult
 from expdesign.app.parallel import Executors, each_of
 from expdesign.assurance.comparison.comparable import require_comparable
@@ -22,7 +23,7 @@ from expdesign.assurance.model_error.meir import Meir
 from expdesign.errors import ArgumentError, InputError
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.optimality.certificate import Certificate, LowerBound
-from expdesign.planning.plan import plan_frame, read_plan, without_validation
+from expdesign.planning.plan import plan_frame, without_validation
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.comparison_report import compared, comparison_report
 from expdesign.report.page import Page
@@ -65,7 +66,8 @@ class ComparisonResult(FolderResult):
             frame = judgement.frame()
             frame.insert(0, "configuration", name)
             frame.insert(1, "robot", judgement.problem.loaded.robot.name)
-            frame["total_lower_bound"] = bound.value if bound.value is not None else float("nan")
+            value = bound.value if bound.value is not None else float("nan")
+            frame["total_lower_bound"] = np.where(judgement.longer, np.nan, value)
             frames.append(frame)
         return pd.concat(frames, ignore_index=True)
 
@@ -209,9 +211,8 @@ def _names(problems: list[DesignProblem]) -> list[str]:
 def _given(problem: DesignProblem, plans: Mapping[str, TableInput]) -> list[Contender]:
     found = []
     for name, plan in plans.items():
-        table = table_of(plan, name)
-        read = read_plan(table, problem.loaded, problem.noise)
-        found.append(Contender(name, "given", without_validation(read, table)))
+        read = plan_of(plan, problem, name)
+        found.append(Contender(name, "given", without_validation(read.plan, read.table)))
     return found
 
 

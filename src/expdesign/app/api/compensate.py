@@ -35,8 +35,7 @@ from expdesign.estimation.compensation.compensate import Compensation, Correctio
 from expdesign.estimation.compensation.compensate import compensate as commands_for
 from expdesign.estimation.compensation.prediction import after_campaign, in_file_order, require_history
 from expdesign.estimation.compensation.target_loads import TargetLoads, said_of_loads
-from expdesign.io.output import csv_text
-from expdesign.io.table import Table, parse_table
+from expdesign.io.table import Table
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.report.compensation_texts import BASE_AS_DRAWN, compensated, tip_as_drawn
 from expdesign.report.said import Said
@@ -44,9 +43,6 @@ from expdesign.report.said import Said
 if TYPE_CHECKING:  # most commands are found without a configuration, and need not wait for planning
     from expdesign.app.api.configuration import Config
     from expdesign.planning.problem import DesignProblem
-
-_SAMPLES = 200
-"""Measurements drawn from the design space, whose corners are added."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -161,17 +157,6 @@ def _is_table(targets: object) -> bool:
     return named or isinstance(targets, pd.DataFrame | Result | list | tuple | np.ndarray)
 
 
-def calibrated_by(problem: DesignProblem) -> Calibrated:
-    """The ranges of what a configuration lets be measured."""
-    space, robot = problem.space, problem.loaded.robot
-    drawn = space.sample(_SAMPLES, np.random.default_rng(0))
-    configurations, loads = space.decode(np.concatenate([drawn, np.stack([space.lower, space.upper])]))
-    columns = {name: configurations[:, i] for i, name in enumerate(robot.configuration)}
-    columns |= {name: loads[:, i] for i, name in enumerate(problem.loaded.load.columns)}
-    table = parse_table(csv_text(pd.DataFrame(columns)), problem.source)
-    return Calibrated.of(points_from_table(table, robot), robot)
-
-
 def _calibrated(model: Model, points: LoadedPoints, problem: DesignProblem | None) -> Calibrated | None:
     """What was calibrated, against which the targets have been judged.
 
@@ -180,6 +165,8 @@ def _calibrated(model: Model, points: LoadedPoints, problem: DesignProblem | Non
     """
     calibrated = model.calibrated
     if problem is not None and (calibrated is None or not model.chain.effects):
+        from expdesign.assurance.plausibility.configured import calibrated_by  # noqa: PLC0415 (of configurations)
+
         calibrated = calibrated_by(problem).including(calibrated)
     say(target_findings(points, model.chain.robot, calibrated), points.source)
     return calibrated

@@ -1,20 +1,27 @@
 """Run configurations that the functions of the package take, read; whatever takes none need not wait for planning."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from expdesign.app.api.inputs import document_of
+from expdesign.app.api.inputs import TableInput, document_of, table_of
+from expdesign.app.api.recorded import say_unknown_columns
 from expdesign.app.api.result import PathLike
+from expdesign.assurance.plausibility.configured import bound_findings, plan_findings
 from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.problem import problem_findings
 from expdesign.assurance.plausibility.robot import robot_findings
 from expdesign.assurance.plausibility.targets import pose_findings
+from expdesign.chain.recordings.points import points_from_table
+from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.errors import ExpdesignError
+from expdesign.io.table import Table
 from expdesign.io.yaml_reader import YamlDocument, read_yaml
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import require_same_robot, robot_from_document
+from expdesign.planning.plan import Plan, completed, read_plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
 from expdesign.planning.schema import RunSection
@@ -62,6 +69,72 @@ def checked_problem(document: YamlDocument) -> DesignProblem:
         raise
     say(problem_findings(problem), problem.source)
     return problem
+
+
+@dataclass(frozen=True)
+class GivenPlan:
+    """A plan that was read for a configuration.
+
+    Attributes:
+        plan: its rows.
+        table: as it stands in the file.
+        complete: the table with every column that recordings need.
+        points: its rows as they will be recorded, in the order of their sequence.
+    """
+
+    plan: Plan
+    table: Table
+    complete: Table
+    points: LoadedPoints
+
+
+def plan_of(plan: TableInput, problem: DesignProblem, name: str = "plan") -> GivenPlan:
+    """A plan as it stands in a file, with all that its recordings would be refused for, beside the configuration.
+
+    Raises:
+        InputError: a column is missing, a cell is wrong or impossible, or a pose cannot be reached.
+        SingularConfigurationError: the robot is singular, or nearly so, in one of the rows.
+    """
+    table, robot = table_of(plan, name), problem.loaded.robot
+    given = read_plan(table, problem.loaded, problem.noise)
+    complete = completed(table, given, problem.loaded)
+    points = points_from_table(complete, robot, measured=True)
+    say_unknown_columns(points)
+    say(plan_findings(points, problem), table.source)
+    require_reachable(problem, given, table)
+    if not table.has(f"target_{robot.configuration[0]}"):  # commands of targets, which need not be where was measured
+        say(bound_findings(given, table.lines, problem), table.source)
+    return GivenPlan(given, table, complete, points)
+
+
+BEYOND = 1e-9
+"""m or rad beyond a limit that are the rounding of a file."""
+
+
+def require_reachable(problem: DesignProblem, plan: Plan, table: Table) -> None:
+    """Raise where a row is singular, or beyond the robot's limits."""
+    robot = problem.loaded.robot
+    robot.jacobians(plan.configurations).require_regular(table.where)
+    beyond = np.flatnonzero(robot.limit_excess(plan.configurations) > BEYOND)
+    if beyond.size:
+        row = int(beyond[0])
+        more = f" (and {beyond.size - 1} more)" if beyond.size > 1 else ""
+        what = f"the pose is beyond the robot's limits: {robot.limit_message(plan.configurations[row])}{more}"
+        raise table.fault(what, row, remedy="Choose a pose within them.")
+    if problem.constraints is None:
+        return
+    collisions, seen = problem.constraints.collisions, problem.constraints.visibility
+    excess = np.zeros(len(plan)) if collisions is None else collisions.excess(robot, plan.configurations)
+    if collisions is not None and (excess > BEYOND).any():
+        row = int(np.argmax(excess))
+        distance = 1e3 * (collisions.stated.clearance_m - excess[row])
+        what = f"parts of the robot or its payload come within {distance:.3g} mm (`experiment.constraints.collisions`)"
+        raise table.fault(what, row, remedy="Choose another pose, or correct the parts.")
+    hidden = np.zeros((len(plan), 2)) if seen is None else seen.excess(robot, plan.configurations)
+    if seen is not None and (hidden > BEYOND).any():
+        row = int(np.argmax(hidden.max(axis=1)))
+        what = f"{seen.sentence(hidden[row])} (`experiment.constraints.visibility`)"
+        raise table.fault(what, row, remedy="Choose another pose, or correct station and reflectors.")
 
 
 def target_findings(document: YamlDocument) -> list[Implausibility]:

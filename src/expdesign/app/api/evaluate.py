@@ -5,30 +5,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
 import pandas as pd
 
-from expdesign.app.api.configuration import Config, problem_of
-from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of, table_of
-from expdesign.app.api.recorded import say_unknown_columns
+from expdesign.app.api.configuration import Config, plan_of, problem_of
+from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of
 from expdesign.app.api.result import Result
 from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.acceptance.planned import planned_decisions
 from expdesign.assurance.model_error.meir import meir_of_problem
 from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden, hidden_by_plan
-from expdesign.chain.recordings.points import points_from_table
 from expdesign.errors import ExpdesignError
-from expdesign.io.table import Table as GivenTable
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.record import evaluation_record
-from expdesign.planning.plan import Plan, completed, read_plan, require_whole_load, without_validation
+from expdesign.planning.plan import Plan, require_whole_load, without_validation
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.acceptance_texts import acceptance_record
 from expdesign.report.design_texts import evaluated
 from expdesign.report.said import Said
-
-BEYOND = 1e-9
-"""m or rad beyond a limit that are the rounding of a file."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -110,15 +103,11 @@ def evaluate(config: Config, plan: TableInput) -> EvaluationResult:
         expdesign evaluate configs/hexapod-h1.yaml results/mine/plan.csv --json
     """
     problem = problem_of(config)
-    table = table_of(plan, "plan")
-    require_whole_load(table, problem.loaded)
-    given = read_plan(table, problem.loaded, problem.noise)
-    # What recordings of the plan would be refused for: units, numbering, contradictions, series that mix poses.
-    say_unknown_columns(points_from_table(completed(table, given, problem.loaded), problem.loaded.robot, measured=True))
-    _require_reachable(problem, given, table)
-    given = without_validation(given, table)
+    read = plan_of(plan, problem)
+    require_whole_load(read.table, problem.loaded)
+    given = without_validation(read.plan, read.table)
     assessment = problem.assess(given.configurations[None], given.loads[None], given.series[None])
-    error = problem.unidentified(assessment, table.source)
+    error = problem.unidentified(assessment, read.table.source)
     return EvaluationResult(
         problem,
         given,
@@ -127,29 +116,3 @@ def evaluate(config: Config, plan: TableInput) -> EvaluationResult:
         error,
         purpose=purpose_of("evaluate", config, plan),
     )
-
-
-def _require_reachable(problem: DesignProblem, plan: Plan, table: GivenTable) -> None:
-    """Raise where a row is singular, or beyond the robot's limits."""
-    robot = problem.loaded.robot
-    robot.jacobians(plan.configurations).require_regular(table.where)
-    beyond = np.flatnonzero(robot.limit_excess(plan.configurations) > BEYOND)
-    if beyond.size:
-        row = int(beyond[0])
-        more = f" (and {beyond.size - 1} more)" if beyond.size > 1 else ""
-        what = f"the pose is beyond the robot's limits: {robot.limit_message(plan.configurations[row])}{more}"
-        raise table.fault(what, row, remedy="Choose a pose within them.")
-    if problem.constraints is None:
-        return
-    collisions, seen = problem.constraints.collisions, problem.constraints.visibility
-    excess = np.zeros(len(plan)) if collisions is None else collisions.excess(robot, plan.configurations)
-    if collisions is not None and (excess > BEYOND).any():
-        row = int(np.argmax(excess))
-        distance = 1e3 * (collisions.stated.clearance_m - excess[row])
-        what = f"parts of the robot or its payload come within {distance:.3g} mm (`experiment.constraints.collisions`)"
-        raise table.fault(what, row, remedy="Choose another pose, or correct the parts.")
-    hidden = np.zeros((len(plan), 2)) if seen is None else seen.excess(robot, plan.configurations)
-    if seen is not None and (hidden > BEYOND).any():
-        row = int(np.argmax(hidden.max(axis=1)))
-        what = f"{seen.sentence(hidden[row])} (`experiment.constraints.visibility`)"
-        raise table.fault(what, row, remedy="Choose another pose, or correct station and reflectors.")

@@ -19,6 +19,7 @@ from expdesign.assurance.validation.simulation import Repetitions, VirtualExperi
 from expdesign.chain.models.model_file import Model
 from expdesign.errors import ArgumentError, InputError
 from expdesign.mechanics.elastostatics.measurements import Distribution, LoadedRobot
+from expdesign.mechanics.robots.robot_file import require_same_robot
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.montecarlo_report import criteria_frame, montecarlo_report, montecarlo_said
@@ -66,6 +67,7 @@ def montecarlo(
     seed: int = 1,
     distribution: Distribution = "normal",
     truth: TruthInput | None = None,
+    other_robot: bool = False,
     executors: Executors | None = None,
     callback: Callback | None = None,
     progress: bool = False,
@@ -80,6 +82,7 @@ def montecarlo(
         distribution: how load errors are drawn: `normal`, or `uniform` with the same standard deviations.
         truth: robot or model file (YAML) of the true robot, without further effects; its stiffness and geometry may
             differ. The configuration's robot if left out.
+        other_robot: accept a truth whose geometry differs by more than 2 % of the robot's size.
         executors: makes the executor that does batches of repetitions, e.g. `ProcessPoolExecutor`; one after another
             in this process if left out. The results are the same.
         callback: called with the stage, the steps done, the steps in all and a note (`Callback`).
@@ -108,6 +111,9 @@ def montecarlo(
     if judged.unidentified is not None:
         raise judged.unidentified
     model = None if truth is None else truth_of(truth)
+    if model is not None:
+        own = judged.problem.loaded.robot
+        require_same_robot(model.chain.robot, model.source, own, judged.problem.source, confirmed=other_robot)
     real = None if model is None else _truth(judged.problem, model)
     common = (judged.plan, seed, distribution)
     elsewhere = None if executors is None else _elsewhere(judged.problem, executors, common, model, callback or silent)
@@ -150,13 +156,10 @@ def _batch(problem: DesignProblem, drawn: Drawn, common: Common, truth: Model | 
 
 def _truth(problem: DesignProblem, model: Model) -> LoadedRobot:
     """The robot that is measured, under the loads of the configuration."""
-    robot, own = model.chain.robot, problem.loaded.robot
+    robot = model.chain.robot
     if model.chain.effects:
         remedy = "Simulate single experiments of it with `simulate`."
         raise InputError("the truth has effects beyond the base model", where=model.source, remedy=remedy)
-    if robot.configuration != own.configuration or robot.kind != own.kind:
-        what = f"the truth is a {robot.kind}, and the configuration is of a {own.kind}"
-        raise InputError(what, where=model.source, remedy="Give a robot of the same kind.")
     real = copy(robot)
     real.stiffness = 1.0 / model.compliance
     loaded = problem.loaded

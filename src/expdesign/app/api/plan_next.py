@@ -15,8 +15,11 @@ from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of, re
 from expdesign.app.api.recorded import correlated, referenced, say_unknown_columns
 from expdesign.app.api.result import TableResult
 from expdesign.arrays import FloatArray
-from expdesign.assurance.acceptance.decision import Decision
+from expdesign.assurance.acceptance.decision import Decision, undecided
 from expdesign.assurance.acceptance.planned import informed_decision
+from expdesign.assurance.plausibility.configured import recorded_findings
+from expdesign.assurance.plausibility.finding import say
+from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.reader import recordings_from_table, require_measured
 from expdesign.chain.recordings.recordings import Recordings
@@ -106,6 +109,8 @@ def plan_next(
     require_measured(measured, problem.loaded.robot)
     require_readings_of(problem, measured)
     say_unknown_columns(measured)
+    found_otherwise = recordings_findings(measured, problem.loaded.robot)
+    say([*recorded_findings(measured, problem), *found_otherwise], measured.source)
     fit, undetermined, degrees = _fit_so_far(problem, measured)
     known = recorded_knowledge(problem, measured, _assumed_loads(problem, table, measured))
     most = count or (1 if accuracy is None else MOST)
@@ -115,6 +120,8 @@ def plan_next(
         informed_decision(problem, each, rows + more, degrees + more * len(measured.axes))
         for more, each in enumerate(found.informed)
     )
+    if any(finding.otherwise for finding in found_otherwise):
+        decided = tuple(undecided(decision) for decision in decided)
     return NextResult(frame, measured, found.before, found.after, fit, undetermined, decided, accuracy, purpose=purpose)
 
 

@@ -121,6 +121,10 @@ def recorded_at(
 
         problem = problem_of_robot(targets, machine.robot, machine.document.source, confirmed=confirmed)
     measured = referenced(usable(read_recordings(recordings, machine)), option, problem)
+    if problem is not None:
+        from expdesign.assurance.plausibility.configured import recorded_findings  # noqa: PLC0415 (of configurations)
+
+        say(recorded_findings(measured, problem), measured.source)
     return machine, measured if problem is None else correlated(measured, problem), problem
 
 

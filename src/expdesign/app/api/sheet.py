@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.configuration import Config, problem_of
-from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of, table_of
+from expdesign.app.api.configuration import Config, plan_of, problem_of
+from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of
 from expdesign.app.api.result import FolderResult, PathLike, RowsResult
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.recordings import reading_names
@@ -23,7 +23,7 @@ from expdesign.mechanics.loads.load import tilts_of
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.deflection_noise import ReferencedNoise
 from expdesign.planning.laboratory_sheet import Costs, Steps, in_plan_order, ordered
-from expdesign.planning.plan import Plan, as_set, plan_columns, read_plan
+from expdesign.planning.plan import Plan, as_set, plan_columns
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.laboratory_sheet import rounded, sheet_instructions, sheet_page, sheet_said
 from expdesign.report.said import Said
@@ -108,9 +108,8 @@ def sheet(config: Config, plan: TableInput) -> SheetResult:
         what = "with a reference pose every pose stands between references"
         remedy = "`expdesign run` writes them in order (poses.csv), and `expdesign correct` reads that file."
         raise InputError(what, where=f"{problem.source}, experiment.reference_pose", remedy=remedy)
-    table = table_of(plan, "plan")
-    shared = problem.noise.shared_reference
-    planned = read_plan(table, problem.loaded, problem.noise)
+    read = plan_of(plan, problem)
+    table, planned, shared = read.table, read.plan, problem.noise.shared_reference
     referenced = problem.loaded.regressor.referenced
     costs = problem.costs or Costs()
     stops = as_set(planned, problem.loaded)

@@ -15,17 +15,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.configuration import Config, problem_of
+from expdesign.app.api.configuration import Config, plan_of, problem_of
 from expdesign.app.api.inputs import (
     TableInput,
     TruthInput,
     named_arguments,
     purpose_of,
     require_seed,
-    table_of,
     truth_of,
 )
-from expdesign.app.api.recorded import say_unknown_columns
 from expdesign.app.api.result import TableResult, filled
 from expdesign.arrays import FloatArray
 from expdesign.assurance.model_error.physics import sizes_at_targets
@@ -35,18 +33,16 @@ from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.models.effect_entry import effect_classes, effects_of
 from expdesign.chain.models.model_file import Model, model_of_robot
 from expdesign.chain.recordings.columns import REFERENCE
-from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES, measured_names
 from expdesign.chain.recordings.references import reference_names
 from expdesign.errors import InputError
-from expdesign.estimation.compensation.prediction import require_history, require_regular_points
+from expdesign.estimation.compensation.prediction import require_history
 from expdesign.estimation.compensation.target_loads import checked_targets
 from expdesign.io.nearest import nearest
 from expdesign.io.units import NUMBER, QUANTITY, quantities, quantity, require_dimension
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import require_same_robot
-from expdesign.planning.plan import completed, read_plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.synthetic import simulated_deflections, simulated_poses
 from expdesign.report.recording_texts import simulated
@@ -114,12 +110,8 @@ def simulate(
     require_seed(seed)
     purpose = purpose_of("simulate", config, plan)
     problem = problem_of(config)
-    table = table_of(plan, "plan")
-    given = read_plan(table, problem.loaded, problem.noise)
-    complete = completed(table, given, problem.loaded)
-    points = points_from_table(complete, problem.loaded.robot, measured=True)
-    say_unknown_columns(points)
-    require_regular_points(problem.loaded.robot, points)
+    read = plan_of(plan, problem)
+    given, complete, points = read.plan, read.complete, read.points
     identified = None if model is None else truth_of(model)
     if identified is not None:
         own = problem.loaded.robot

@@ -18,7 +18,7 @@ All of it rests on the model. Where its own recordings refute it nothing is deci
 plan, of which nothing has been measured, is expected to pass or not, axis by axis.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 
@@ -36,7 +36,7 @@ MOST_REPETITIONS = 1_000_000
 
 
 class Basis(Enum):
-    """What a decision rests on: a plan, a model that its recordings bear out, or one that they refute."""
+    """What a decision rests on: a plan, a model that its recordings bear out, or one that they do not."""
 
     PLAN = "plan"
     MODEL = "model"
@@ -79,7 +79,7 @@ class Decision:
     Attributes:
         budget: of the attained pose.
         basis: what it rests on.
-        remedy: what to do where nothing is decided.
+        cause, remedy: why nothing is decided where it is not, and what to do then.
         check_readings: of every target, with which `verify` will prove conformity where it is planned to pass; None
             where no number will, or where that was not asked.
         left_out: what the recordings may hide; None of a plan, or where nothing can be left out.
@@ -90,6 +90,7 @@ class Decision:
     remedy: str = "run `expdesign diagnose`"
     check_readings: int | None = None
     left_out: LeftOutRisk | None = None
+    cause: str = "the model is refuted by its own recordings"
 
     @property
     def verdict(self) -> str:
@@ -238,3 +239,9 @@ class Decision:
         most = float(np.nanmax(self.repetitions))
         hidden = self.u_within_tolerance.all() and not self.robot_passes
         return int(most) if np.isfinite(most) and not hidden else None
+
+
+def undecided(decision: Decision) -> Decision:
+    """The decision withheld, because its recordings fit only if they are read otherwise."""
+    cause = "the recordings fit only if they are read otherwise, or not at all"
+    return replace(decision, basis=Basis.REFUTED, cause=cause, remedy="correct them as the warning says")

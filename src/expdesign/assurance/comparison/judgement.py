@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.assurance.comparison.contenders import Contender, Each, here
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.errors import NotIdentifiableError
@@ -39,6 +39,11 @@ class Judgement:
     contenders: tuple[Contender, ...]
     values: dict[str, FloatArray]
     squares: FloatArray
+
+    @property
+    def longer(self) -> BoolArray:
+        """Designs with more measurements than the configuration has, of which its bound says nothing, shape (d,)."""
+        return np.array([len(one.plan) > self.problem.space.measurements for one in self.contenders])
 
     @property
     def attained(self) -> FloatArray:

@@ -137,15 +137,15 @@ def _masses(problem: DesignProblem) -> list[Implausibility]:
         if here > 0.0 and there > 0.0 and not 1.0 / RATIO <= here / there <= RATIO:
             what = f"the largest {noun} is {here:.3g} in the experiment and {there:.3g} at the targets"
             found.append(Implausibility(what, f"Is one of them {units}?", "experiment.load"))
-    return [*found[:1], *_carried(problem, loads)]
+    return [*found[:1], *_carried(problem)]
 
 
-def _carried(problem: DesignProblem, loads: FloatArray) -> list[Implausibility]:
+def _carried(problem: DesignProblem) -> list[Implausibility]:
     """Targets that carry the weights of the experiment and are heavier than all of them together ever are."""
     own, load = problem.own_loads, problem.loaded.load
     if own is None or not load.has_mass:
         return []
-    heaviest = largest(loads[:, 0])
+    heaviest = float(problem.space.ranges[1][problem.space.n_pose])
     for index in np.flatnonzero(own.carries):
         mass = float(problem.target_loads[index][1][0])
         if mass > heaviest * (1.0 + 1e-6):

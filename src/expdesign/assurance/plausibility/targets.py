@@ -32,10 +32,12 @@ LEVER = 0.05
 """Part of the robot's size: moments below the largest force times this lever are not compared."""
 
 
-def target_findings(points: LoadedPoints, robot: Robot, calibrated: Calibrated | None) -> list[Implausibility]:
+def target_findings(
+    points: LoadedPoints, robot: Robot, calibrated: Calibrated | None, known: str = "that was calibrated"
+) -> list[Implausibility]:
     """What speaks against poses and loads, before anything is computed of them."""
     found = [*pose_findings(robot, points.configurations, "", lines=points.lines), *_centres(points, robot)]
-    return found if calibrated is None else [*found, *_loads(points, robot, calibrated)]
+    return found if calibrated is None else [*found, *load_findings(points, robot, calibrated, known)]
 
 
 def correction_findings(
@@ -59,8 +61,8 @@ def _centres(points: LoadedPoints, robot: Robot) -> list[Implausibility]:
     return centre_findings(robot, points.payload[row, 1:], f"row {points.lines[row]}")
 
 
-def _loads(points: LoadedPoints, robot: Robot, calibrated: Calibrated) -> list[Implausibility]:
-    """The row whose load exceeds what was calibrated by most; a mass stands for its force, and both for its moment."""
+def load_findings(points: LoadedPoints, robot: Robot, calibrated: Calibrated, known: str) -> list[Implausibility]:
+    """The row whose load exceeds what is `known` by most; a mass stands for its force, and both for its moment."""
     size = extent(robot)
     for name, values in sorted(quantities(points, robot).items(), key=lambda item: item[0] != MASS):
         if name not in _UNITS or name not in calibrated.ranges:
@@ -73,9 +75,7 @@ def _loads(points: LoadedPoints, robot: Robot, calibrated: Calibrated) -> list[I
             continue
         noun, unit, other = _UNITS[name]
         ratio = values[row] / largest
-        what = (
-            f"the {noun} is {values[row]:.6g} {unit}, {ratio:.0f} times the largest that was calibrated ({largest:.4g})"
-        )
+        what = f"the {noun} is {values[row]:.6g} {unit}, {ratio:.0f} times the largest {known} ({largest:.4g})"
         return [Implausibility(what, f"Is it in {other}? It has to be in {unit}.", f"row {points.lines[row]}",
                         bool(ratio > OTHER_UNIT))]  # fmt: skip
     return []
