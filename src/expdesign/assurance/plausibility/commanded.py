@@ -2,8 +2,9 @@
 
 A pose differs from its command by errors of the robot, its load and its frames, which are small beside the differences
 between commands. With d_i the differences less their mean, n of them, the logarithm of the ratio of likelihoods of two
-readings is n/2·ln(Σd²/Σd'²), as for deflections (`recordings.py`). A cell that is missing, or stands twice, shifts a
-column from its row on.
+readings is n/2·ln(Σd²/Σd'²), as for deflections (`recordings.py`). The differences themselves have to be smaller as
+well: few rows at the levels of a factorial plan may otherwise agree by chance. A cell that is missing, or stands twice,
+shifts a column from its row on.
 """
 
 from collections.abc import Iterator, Sequence
@@ -52,7 +53,8 @@ def commanded_findings(
     for reading in readings:
         ratio = _squares(reading.before) / max(_squares(reading.after), 1e-300)
         likelier = 0.5 * (reading.before.size - reading.before.shape[1]) * float(np.log(max(ratio, 1e-300)))
-        if likelier > hurdle and ratio > options.gain and (best is None or likelier > best[0]):
+        nearer = np.square(reading.after).sum() < 0.5 * np.square(reading.before).sum()
+        if nearer and likelier > hurdle and ratio > options.gain and (best is None or likelier > best[0]):
             best = likelier, reading
     if best is None:
         return []
