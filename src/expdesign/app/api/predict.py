@@ -12,7 +12,7 @@ from expdesign.app.api.inputs import TableInput, TruthInput, named_arguments, pu
 from expdesign.app.api.recorded import say_unknown_columns
 from expdesign.app.api.result import TableResult
 from expdesign.arrays import BoolArray, FloatArray
-from expdesign.assurance.plausibility.finding import say
+from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.targets import target_findings
 from expdesign.chain.models.estimable import OutsideRange
 from expdesign.chain.models.model_file import Model
@@ -26,7 +26,7 @@ from expdesign.chain.recordings.recordings import (
     LoadedPoints,
     measured_names,
 )
-from expdesign.estimation.compensation.compensate import require_within_limits
+from expdesign.estimation.compensation.compensate import LIMIT_MARGIN
 from expdesign.estimation.compensation.prediction import (
     Prediction,
     in_file_order,
@@ -90,7 +90,6 @@ def predict(
     Raises:
         InputError: a file is missing or wrong, or lacks the history on which the model depends, or the noise of a
             reading is not known, or a point cannot be meant.
-        InfeasibleError: a point is beyond the robot's limits.
         SingularConfigurationError: the robot is singular at a point.
 
     Example:
@@ -109,7 +108,7 @@ def predict(
     loaded = points_from_table(table, robot)
     say_unknown_columns(loaded)
     say(target_findings(loaded, robot, identified.calibrated), loaded.source)
-    require_within_limits(robot, loaded, loaded.configurations)
+    _say_limits(robot, loaded)
     require_regular_points(robot, loaded)
     prediction = predict_points(identified, loaded, platform=platform, loads=loads_of_targets(table, robot))
     names = prediction.measurand.deviation_columns(robot.coordinates)
@@ -145,6 +144,15 @@ def predict(
         identified.fit == "refuted",
         purpose=purpose,
     )
+
+
+def _say_limits(robot: Robot, points: LoadedPoints) -> None:
+    """Say which points are beyond the robot's limits: recorded rows may be, where a file states them too narrow."""
+    beyond = np.flatnonzero(robot.limit_excess(points.configurations) > LIMIT_MARGIN)
+    if beyond.size:
+        row, further = int(beyond[0]), f" (and {beyond.size - 1} more)" if beyond.size > 1 else ""
+        what = f"a point is beyond the robot's limits: {robot.limit_message(points.configurations[row])}{further}"
+        say([Implausibility(what, "Can the robot stand there?")], points.where(row))
 
 
 def _of_readings(
