@@ -71,7 +71,6 @@ BRANCHES = {
     "app/api/diagnose.py": "a geometry that a configuration calibrates shows in absolute readings alone",
     "estimation/geometric.py": "whether the calibration that is asked for can be read off the columns",
     "chain/recordings/references.py": "positions have no unloaded reading that rows could share",
-    "assurance/plausibility/recordings.py": "units and signs of deflections are judged by the base model",
 }
 """Modules that branch on the kind of reading, and why; a further one has to be argued for."""
 
