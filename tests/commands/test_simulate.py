@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from expdesign.chain.recordings.reader import read_recordings
 from expdesign.mechanics.elastostatics.maps import observation_matrix
@@ -45,6 +46,16 @@ def test_a_model_deflects_as_it_predicts(tmp_path: Path) -> None:
     assert call("predict", model, plan_file(tmp_path), "--out", predicted) == 0
     first, second = pd.read_csv(simulated), pd.read_csv(predicted)
     np.testing.assert_allclose(first[DEFLECTION], second[DEFLECTION], rtol=1e-12)
+
+
+def test_commands_of_compensate_have_no_unknown_columns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model, commands = model_file(tmp_path), tmp_path / "commands.csv"
+    targets = pd.read_csv(plan_file(tmp_path)).drop(columns=["note", "series"])
+    targets.to_csv(tmp_path / "targets.csv", index=False)
+    assert call("compensate", model, tmp_path / "targets.csv", "--out", commands) == 0
+    capsys.readouterr()
+    assert call("simulate", CONFIG, commands, "--model", model, "--out", tmp_path / "check.csv") == 0
+    assert "without a meaning" not in capsys.readouterr().err
 
 
 def test_rows_out_of_sequence_meet_their_own_load_errors(tmp_path: Path) -> None:

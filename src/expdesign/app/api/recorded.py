@@ -39,8 +39,8 @@ _SHOWN = 20
 _OF_THE_SHEET = ("do", "plan_row", "remarks")
 """Columns that the laboratory sheet has for people; recordings made from it keep them."""
 _OF_POINTS = re.compile(
-    r"(target|controller|U|correction|corrected|reading|error)_.*|leg\d+_m|beyond_calibration|same_as|kind|points|"
-    r"reference_points|session"
+    r"(target|controller|U|correction|corrected|reading|error)_.*|leg\d+_m|s[xyz]_m|sr[xyz]_rad|beyond_calibration|"
+    r"same_as|kind|points|reference_points|session"
 )
 """Columns of points, plans and sheets that one command writes and another keeps or uses."""
 
