@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from expdesign.app.api.inputs import TableInput, document_of, table_of
-from expdesign.app.api.recorded import say_unknown_columns
+from expdesign.app.api.recorded import say_limits, say_unknown_columns
 from expdesign.app.api.result import PathLike
 from expdesign.assurance.plausibility.configured import bound_findings, plan_findings
 from expdesign.assurance.plausibility.finding import Implausibility, say
@@ -88,8 +88,15 @@ class GivenPlan:
     points: LoadedPoints
 
 
-def plan_of(plan: TableInput, problem: DesignProblem, name: str = "plan") -> GivenPlan:
+def plan_of(plan: TableInput, problem: DesignProblem, name: str = "plan", *, within: bool = True) -> GivenPlan:
     """A plan as it stands in a file, with all that its recordings would be refused for, beside the configuration.
+
+    Args:
+        plan: the plan.
+        problem: of the configuration.
+        name: of a plan that is no file.
+        within: whether its rows are to be measured under the configuration, and so within its limits; commands of
+            targets are not.
 
     Raises:
         InputError: a column is missing, a cell is wrong or impossible, or a pose cannot be reached.
@@ -100,10 +107,13 @@ def plan_of(plan: TableInput, problem: DesignProblem, name: str = "plan") -> Giv
     complete = completed(table, given, problem.loaded)
     points = points_from_table(complete, robot, measured=True)
     say_unknown_columns(points)
-    say(plan_findings(points, problem), table.source)
-    require_reachable(problem, given, table)
-    if not table.has(f"target_{robot.configuration[0]}"):  # commands of targets, which need not be where was measured
+    within = within and not table.has(f"target_{robot.configuration[0]}")
+    say([finding for finding in plan_findings(points, problem) if within or finding.impossible], table.source)
+    if within:
+        require_reachable(problem, given, table)
         say(bound_findings(given, table.lines, problem), table.source)
+    else:
+        say_limits(points, robot)
     return GivenPlan(given, table, complete, points)
 
 

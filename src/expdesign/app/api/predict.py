@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 
 from expdesign.app.api.inputs import TableInput, TruthInput, named_arguments, purpose_of, table_of, truth_of
-from expdesign.app.api.recorded import say_unknown_columns
+from expdesign.app.api.recorded import say_limits, say_unknown_columns
 from expdesign.app.api.result import TableResult
 from expdesign.arrays import BoolArray, FloatArray
-from expdesign.assurance.plausibility.finding import Implausibility, say
+from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.targets import target_findings
 from expdesign.chain.models.estimable import OutsideRange
 from expdesign.chain.models.model_file import Model
@@ -26,7 +26,6 @@ from expdesign.chain.recordings.recordings import (
     LoadedPoints,
     measured_names,
 )
-from expdesign.estimation.compensation.compensate import LIMIT_MARGIN
 from expdesign.estimation.compensation.prediction import (
     Prediction,
     in_file_order,
@@ -108,7 +107,7 @@ def predict(
     loaded = points_from_table(table, robot)
     say_unknown_columns(loaded)
     say(target_findings(loaded, robot, identified.calibrated), loaded.source)
-    _say_limits(robot, loaded)
+    say_limits(loaded, robot)
     require_regular_points(robot, loaded)
     prediction = predict_points(identified, loaded, platform=platform, loads=loads_of_targets(table, robot))
     names = prediction.measurand.deviation_columns(robot.coordinates)
@@ -144,15 +143,6 @@ def predict(
         identified.fit == "refuted",
         purpose=purpose,
     )
-
-
-def _say_limits(robot: Robot, points: LoadedPoints) -> None:
-    """Say which points are beyond the robot's limits: recorded rows may be, where a file states them too narrow."""
-    beyond = np.flatnonzero(robot.limit_excess(points.configurations) > LIMIT_MARGIN)
-    if beyond.size:
-        row, further = int(beyond[0]), f" (and {beyond.size - 1} more)" if beyond.size > 1 else ""
-        what = f"a point is beyond the robot's limits: {robot.limit_message(points.configurations[row])}{further}"
-        say([Implausibility(what, "Can the robot stand there?")], points.where(row))
 
 
 def _of_readings(

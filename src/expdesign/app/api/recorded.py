@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pandas as pd
 
 from expdesign.app.api.inputs import RobotFile, RobotInput, load_robot, table_of
@@ -23,8 +24,10 @@ from expdesign.chain.recordings.recordings import DEFLECTIONS, SESSION, STATION,
 from expdesign.chain.recordings.references import Points, Sharing, with_references
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import InputError
+from expdesign.estimation.compensation.compensate import LIMIT_MARGIN
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.weighed import WeighedLoads
+from expdesign.mechanics.robots.robot import Robot
 
 if TYPE_CHECKING:  # most recordings have no targets, and need not wait for planning
     from expdesign.app.api.at_targets import StatedAtTargets
@@ -227,3 +230,12 @@ def _with_near(name: str) -> str:
     near = [] if name in SPELT else difflib.get_close_matches(name, SPELT, n=1, cutoff=0.8)
     other = near[0] if near else COLUMNS.hint(name) or COLUMNS.hint(name.rstrip("N0123456789"))
     return f"{name} (is `{other}` meant?)" if other and other != name else name
+
+
+def say_limits(points: LoadedPoints, robot: Robot) -> None:
+    """Say which points are beyond the robot's limits: recorded rows may be, where a file states them too narrow."""
+    beyond = np.flatnonzero(robot.limit_excess(points.configurations) > LIMIT_MARGIN)
+    if beyond.size:
+        row, further = int(beyond[0]), f" (and {beyond.size - 1} more)" if beyond.size > 1 else ""
+        what = f"a point is beyond the robot's limits: {robot.limit_message(points.configurations[row])}{further}"
+        say([Implausibility(what, "Can the robot stand there?")], points.where(row))

@@ -110,7 +110,7 @@ def simulate(
     require_seed(seed)
     purpose = purpose_of("simulate", config, plan)
     problem = problem_of(config)
-    read = plan_of(plan, problem)
+    read = plan_of(plan, problem, within=False)
     given, complete, points = read.plan, read.complete, read.points
     identified = None if model is None else truth_of(model)
     if identified is not None:
