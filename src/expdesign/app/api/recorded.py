@@ -42,7 +42,7 @@ _SHOWN = 20
 _OF_THE_SHEET = ("do", "plan_row", "remarks")
 """Columns that the laboratory sheet has for people; recordings made from it keep them."""
 _OF_POINTS = re.compile(
-    r"(target|controller|U|correction|corrected|reading|error)_.*|leg\d+_m|s[xyz]_m|sr[xyz]_rad|beyond_calibration|"
+    r"(target|tolerance|controller|U|correction|corrected|reading|error)_.*|leg\d+_m|s[xyz]_m|sr[xyz]_rad|beyond_calibration|"
     r"same_as|kind|points|reference_points|session"
 )
 """Columns of points, plans and sheets that one command writes and another keeps or uses."""
@@ -212,6 +212,8 @@ def say_unknown_columns(points: LoadedPoints) -> None:
         likely = "Is the robot file that of the robot that was measured?"
         say([Implausibility(what, likely)], points.source)
         unknown = [name for name in unknown if name not in SPELT]
+    if not recorded:  # of an arm, poses of the tip that `compensate` found its commands for
+        unknown = [name for name in unknown if name not in SPATIAL.pose]
     compared = points.further if recorded else {}
     kept, used = ([name for name in unknown if (name in compared) is there] for there in (False, True))
     _say_columns(points.source, "kept but not used", kept)
