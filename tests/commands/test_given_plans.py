@@ -33,7 +33,6 @@ def changed(folder: Path, **columns: float | list[float]) -> Path:
     [
         ({"mass_kg": 26500.0}, "row 2: the mass is 26500 kg, 1000 times the largest in the configuration's experiment"),
         ({"com_x_m": 100.0}, "row 2: a centre of mass would be 100 m away from a robot"),
-        ({"z_m": 0.3}, "row 2: the pose is beyond the robot's limits: leg"),
         (dict.fromkeys(WRENCH, 0.0) | {"fz_N": -1.0}, "row 2, column fz_N: the wrench (-1) contradicts the payload"),
     ],
 )
@@ -43,7 +42,16 @@ def test_what_cannot_be_meant_is_refused(
     assert what in refusal(capsys, command, CONFIG, changed(tmp_path, **columns), *way(command, tmp_path))
 
 
-@pytest.mark.parametrize("command", WAYS)
+@pytest.mark.parametrize("command", [command for command in WAYS if command != "simulate"])
+def test_what_is_to_be_measured_has_to_be_reached(command: str, tmp_path: Path, capsys: Printed) -> None:
+    """`simulate` says so, and goes on: where check readings are taken is no matter of the configuration."""
+    plan, what = changed(tmp_path, z_m=0.3), "beyond the robot's limits: leg"
+    assert f"row 2: the pose is {what}" in refusal(capsys, command, CONFIG, plan, *way(command, tmp_path))
+    assert call("simulate", CONFIG, plan, *way("simulate", tmp_path)) == 0
+    assert f"row 2: a point is {what}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", [command for command in WAYS if command != "simulate"])
 def test_what_is_beyond_the_bounds_is_said(command: str, tmp_path: Path, capsys: Printed) -> None:
     plan = changed(tmp_path, mass_kg=[26.5, 40.0, 26.5, 30.0], com_z_m=0.12000001)
     assert call(command, CONFIG, plan, *way(command, tmp_path)) == 0

@@ -113,6 +113,7 @@ def plan_of(plan: TableInput, problem: DesignProblem, name: str = "plan", *, wit
         require_reachable(problem, given, table)
         say(bound_findings(given, table.lines, problem), table.source)
     else:
+        robot.jacobians(given.configurations).require_regular(table.where)
         say_limits(points, robot)
     return GivenPlan(given, table, complete, points)
 
