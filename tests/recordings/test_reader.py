@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from expdesign.app.api.recorded import say_unknown_columns
+from expdesign.app.api.points_said import say_unknown_columns
 from expdesign.chain.recordings.filled_in import check_structure
 from expdesign.chain.recordings.points import points_from_table
 from expdesign.errors import InputError

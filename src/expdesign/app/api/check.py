@@ -11,7 +11,8 @@ from typing import ClassVar
 from expdesign.app.api.configuration import checked_problem, problem_of
 from expdesign.app.api.inputs import RobotFile, RobotInput, load_robot, named_arguments, purpose_of
 from expdesign.app.api.load import read_document
-from expdesign.app.api.recorded import referenced, say_unknown_columns
+from expdesign.app.api.points_said import say_unknown_columns
+from expdesign.app.api.recorded import referenced
 from expdesign.app.api.result import PAGE, FolderResult, PathLike, Result
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.recordings import recordings_findings

@@ -18,7 +18,7 @@ from expdesign.app.api.inputs import (
     require_known,
     table_of,
 )
-from expdesign.app.api.recorded import say_unknown_columns
+from expdesign.app.api.points_said import say_unknown_columns
 from expdesign.app.api.result import Result, TableResult
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import say

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from expdesign.app.api.inputs import TableInput, document_of, table_of
-from expdesign.app.api.recorded import say_limits, say_unknown_columns
+from expdesign.app.api.points_said import say_limits, say_unknown_columns
 from expdesign.app.api.result import PathLike
 from expdesign.assurance.plausibility.configured import bound_findings, plan_findings
 from expdesign.assurance.plausibility.finding import Implausibility, say

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.app.api.inputs import RobotInput, TableInput, load_robot, named_arguments, purpose_of, table_of
-from expdesign.app.api.recorded import say_unknown_columns
+from expdesign.app.api.points_said import say_unknown_columns
 from expdesign.app.api.result import RecordedTable, filled
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.commanded import commanded_findings

@@ -12,7 +12,8 @@ import pandas as pd
 
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of, require_seed, table_of
-from expdesign.app.api.recorded import correlated, referenced, say_unknown_columns
+from expdesign.app.api.points_said import say_unknown_columns
+from expdesign.app.api.recorded import correlated, referenced
 from expdesign.app.api.result import TableResult
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.decision import Decision, undecided

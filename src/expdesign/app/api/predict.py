@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from expdesign.app.api.inputs import TableInput, TruthInput, named_arguments, purpose_of, table_of, truth_of
-from expdesign.app.api.recorded import say_limits, say_unknown_columns
+from expdesign.app.api.points_said import say_limits, say_unknown_columns
 from expdesign.app.api.result import TableResult
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.assurance.plausibility.finding import say

@@ -1,33 +1,26 @@
 """Recordings of a robot, as functions take them, with their references and targets, and the model of a fit to them."""
 
-import difflib
-import logging
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 import pandas as pd
 
 from expdesign.app.api.inputs import RobotFile, RobotInput, load_robot, table_of
+from expdesign.app.api.points_said import say_unknown_columns
 from expdesign.app.api.result import FolderResult, PathLike, Result
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.models.drawn import Drawn
 from expdesign.chain.models.model_file import Model
-from expdesign.chain.recordings.columns import COLUMNS, SPELT
 from expdesign.chain.recordings.reader import read_several, recordings_from_table, require_measured
-from expdesign.chain.recordings.recordings import DEFLECTIONS, SESSION, STATION, LoadedPoints, Recordings
+from expdesign.chain.recordings.recordings import DEFLECTIONS, Recordings
 from expdesign.chain.recordings.references import Points, Sharing, with_references
-from expdesign.coordinates import SPATIAL
 from expdesign.errors import InputError
-from expdesign.estimation.compensation.compensate import LIMIT_MARGIN
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.weighed import WeighedLoads
-from expdesign.mechanics.robots.robot import Robot
 
 if TYPE_CHECKING:  # most recordings have no targets, and need not wait for planning
     from expdesign.app.api.at_targets import StatedAtTargets
@@ -36,16 +29,6 @@ if TYPE_CHECKING:  # most recordings have no targets, and need not wait for plan
     from expdesign.planning.problem import DesignProblem
 
 RecordingsInput = PathLike | Sequence[PathLike] | pd.DataFrame | Recordings | Result
-_LOG = logging.getLogger(__name__)
-_SHOWN = 20
-"""Columns that are named in one message."""
-_OF_THE_SHEET = ("do", "plan_row", "remarks")
-"""Columns that the laboratory sheet has for people; recordings made from it keep them."""
-_OF_POINTS = re.compile(
-    r"(target|tolerance|controller|U|correction|corrected|reading|error)_.*|leg\d+_m|s[xyz]_m|sr[xyz]_rad|beyond_calibration|"
-    r"same_as|kind|points|reference_points|session"
-)
-"""Columns of points, plans and sheets that one command writes and another keeps or uses."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -194,50 +177,3 @@ def recorded_model(
         acting=None if loads is None else loads.at_targets(fit),
         drawn=drawn,
     )
-
-
-def say_unknown_columns(points: LoadedPoints) -> None:
-    """Log on level INFO (which commands show) the columns without a meaning, in recordings those that only a diagnosis
-    uses apart.
-    """
-    recorded = isinstance(points, Recordings)
-    unknown = [str(name) for name in points.extra.columns if name not in _OF_THE_SHEET]
-    if not recorded:
-        unknown = [name for name in unknown if not _OF_POINTS.fullmatch(name)]
-    if points.markers:
-        unknown = [name for name in unknown if name not in (STATION, SESSION)]
-    spatial = [name for name in unknown if name in SPATIAL.pose or name in SPATIAL.deflection]
-    if spatial and points.configurations.shape[1] < len(SPATIAL.pose):
-        what = f"the columns {', '.join(spatial)} are of a robot in space, and this one moves in a plane"
-        likely = "Is the robot file that of the robot that was measured?"
-        say([Implausibility(what, likely)], points.source)
-        unknown = [name for name in unknown if name not in SPELT]
-    if not recorded:  # of an arm, poses of the tip that `compensate` found its commands for
-        unknown = [name for name in unknown if name not in SPATIAL.pose]
-    compared = points.further if recorded else {}
-    kept, used = ([name for name in unknown if (name in compared) is there] for there in (False, True))
-    _say_columns(points.source, "kept but not used", kept)
-    _say_columns(points.source, "which `diagnose` alone uses (do residuals vary with them?)", used)
-
-
-def _say_columns(source: str, what: str, names: Sequence[str]) -> None:
-    if names:
-        listed = ", ".join(_with_near(name) for name in names[:_SHOWN])
-        listed += f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
-        _LOG.info("%s: columns without a meaning here, %s: %s", source, what, listed)
-
-
-def _with_near(name: str) -> str:
-    """A column with the known one it resembles, in another unit (`dx_mm`), misspelt (`dxm`), numbered (`mass2`)."""
-    near = [] if name in SPELT else difflib.get_close_matches(name, SPELT, n=1, cutoff=0.8)
-    other = near[0] if near else COLUMNS.hint(name) or COLUMNS.hint(name.rstrip("N0123456789"))
-    return f"{name} (is `{other}` meant?)" if other and other != name else name
-
-
-def say_limits(points: LoadedPoints, robot: Robot) -> None:
-    """Say which points are beyond the robot's limits: recorded rows may be, where a file states them too narrow."""
-    beyond = np.flatnonzero(robot.limit_excess(points.configurations) > LIMIT_MARGIN)
-    if beyond.size:
-        row, further = int(beyond[0]), f" (and {beyond.size - 1} more)" if beyond.size > 1 else ""
-        what = f"a point is beyond the robot's limits: {robot.limit_message(points.configurations[row])}{further}"
-        say([Implausibility(what, "Can the robot stand there?")], points.where(row))
