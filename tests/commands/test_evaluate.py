@@ -50,14 +50,6 @@ def test_vectors_of_the_theory(tmp_path: Path, capsys: Printed) -> None:
     assert record["condition"] == pytest.approx(1.0 / record["o2"], rel=1e-9)
 
 
-def test_columns_without_a_meaning_are_said(tmp_path: Path, capsys: Printed) -> None:
-    rows = "sequence,series,x_m,y_m,fx_N,fy_N,foo_bar,z_m\n1,1,-0.20,0.55,200,-900,7,0\n"
-    code, _, said = evaluate(tmp_path, rows, capsys)
-    assert code == 0
-    assert "columns without a meaning here, kept but not used: foo_bar" in said
-    assert "the columns z_m are of a robot in space" in said
-
-
 def test_a_plan_without_loads_is_named_and_not_the_knowledge_of_loads(tmp_path: Path, capsys: Printed) -> None:
     plan = tmp_path / "plan.csv"
     plan.write_text(HEADER + "1,1,-0.20,0.55,0,0\n2,2,0.1,0.5,0,0\n")

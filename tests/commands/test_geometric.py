@@ -10,10 +10,15 @@ import pytest
 import yaml
 
 import expdesign as xd
+from expdesign.app.api.configuration import problem_of
+from expdesign.assurance.comparison.contenders import distinct_criteria
 from expdesign.errors import InputError
-from tests.commands.calls import ROBOT, call
+from expdesign.planning.optimality.certificate import Certificate
+from tests.commands.calls import ROBOT, call, config_file
 
 CONFIG = Path(__file__).parents[2] / "configs" / "hexapod-geometric.yaml"
+
+
 POSE = ["x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad"]
 
 
@@ -79,3 +84,107 @@ def test_poses_at_commands_are_predicted_and_deflections_refused(plan: pd.DataFr
     assert xd.verify(model, poses, config=CONFIG).result.consistent
     with pytest.raises(InputError, match="deflections do not show where it is"):
         xd.verify(model, deflections, config=CONFIG)
+
+
+LOAD = {"fx_N": [-50.0, 50.0], "fy_N": [-50.0, 50.0], "fz_N": [-300.0, -100.0]}
+
+
+def poses(count: int, seed: int = 1) -> pd.DataFrame:
+    reach = np.array([0.03, 0.03, 0.02, 0.15, 0.15, 0.2])
+    return pd.DataFrame(np.random.default_rng(seed).uniform(-reach, reach, (count, 6)), columns=POSE)
+
+
+def changed(folder: Path, change: dict[str, object], targets: dict[str, object] | None = None) -> Path:
+    """The configuration with another experiment, and more in its targets."""
+    count = len(yaml.safe_load(CONFIG.read_text(encoding="utf-8"))["targets"])
+    changes = {f"experiment.{key}": value for key, value in change.items()}
+    changes |= {f"targets.{i}.{key}": value for i in range(count) for key, value in (targets or {}).items()}
+    return config_file(folder, changes, "hexapod-geometric")
+
+
+def test_monte_carlo_of_the_geometry_agrees_with_the_criteria() -> None:
+    """10,000 experiments with non-linear kinematics; no compared figure is 4 standard errors from its prediction."""
+    result = xd.montecarlo(CONFIG, poses(14), samples=10_000)
+    duir = result.criteria.loc["duir"]
+    assert duir["standard_error"] < 0.006 * duir["predicted"]
+    assert abs(duir["z"]) < 4.0
+    assert np.abs(result.result.scores()).max() < 4.0
+    assert result.result.residual < 1e-12
+    assert result.result.causes["total"].estimates.shape == (10_000, 42)
+
+
+def test_monte_carlo_of_geometry_and_stiffness_agrees_with_the_criteria(tmp_path: Path) -> None:
+    """Poses under uncertain loads: noise, load errors and both."""
+    wrench = {"kind": "wrench", **LOAD}
+    error = [{"source": "wrench", "std": [1.0, 1.0, 2.0, 0.1, 0.1, 0.1], "shared": False}]
+    config = changed(
+        tmp_path, {"calibration": "both", "load": wrench, "load_error": error, "measurements": 20},
+        {"wrench": [20.0, 0.0, -200.0, 0.0, 0.0, 0.0]},
+    )  # fmt: skip
+    generator, plan = np.random.default_rng(2), poses(20)
+    for name, (low, high) in LOAD.items():
+        plan[name] = generator.uniform(low, high, 20)
+    plan = plan.assign(mx_Nm=0.0, my_Nm=0.0, mz_Nm=0.0)
+    result = xd.montecarlo(config, plan, samples=10_000)
+    assert set(result.criteria.index) == {"duir", "feir", "total"}
+    assert (result.criteria["z"].abs() < 4.0).all()
+    assert (result.criteria["standard_error"] < 0.012 * result.criteria["predicted"]).all()
+    assert np.abs(result.result.scores()).max() < 4.5
+
+
+def test_unknown_frames_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="unknown frames"):
+        xd.montecarlo(changed(tmp_path, {"frames": "unknown"}), poses(14), samples=100)
+
+
+def test_the_next_poses_promise_what_the_longer_plan_has(tmp_path: Path) -> None:
+    """DUIR of the recorded plan and of both together, as `evaluate` has them."""
+    plan = poses(12)
+    plan.to_csv(tmp_path / "plan.csv", index=False)
+    call("simulate", CONFIG, tmp_path / "plan.csv", "--out", tmp_path / "poses.csv")
+    found = xd.plan_next(CONFIG, tmp_path / "poses.csv", count=2)
+    assert found.undetermined is None
+    assert found.before == pytest.approx(xd.evaluate(CONFIG, plan).criteria.loc["duir", "value"], rel=1e-6)
+    longer = pd.concat([plan, found.frame[POSE]])
+    assert found.after[-1] == pytest.approx(xd.evaluate(CONFIG, longer).criteria.loc["duir", "value"], rel=1e-6)
+    assert found.after[-1] < 0.93 * found.before
+
+
+def test_deflections_do_not_continue_a_geometric_calibration(tmp_path: Path) -> None:
+    plan = poses(4).assign(fz_N=-100.0, fx_N=0.0, fy_N=0.0, mx_Nm=0.0, my_Nm=0.0, mz_Nm=0.0)
+    plan = plan.assign(**{f"d{name}": 1e-6 for name in POSE}, sequence=range(1, 5), series=range(1, 5))
+    plan.to_csv(tmp_path / "deflections.csv", index=False)
+    with pytest.raises(InputError, match="measured poses"):
+        xd.plan_next(CONFIG, tmp_path / "deflections.csv")
+
+
+def bipod(folder: Path, measurements: int, targets: list[list[float]]) -> Path:
+    """The geometric calibration of the bipod."""
+    first = yaml.safe_load((CONFIG.parent / "bipod.yaml").read_text(encoding="utf-8"))["targets"][0]
+    del first["wrench"]
+    changes: dict[str, object] = {"experiment.calibration": "geometric", "experiment.measurements": measurements}
+    changes |= {"experiment.load": ..., "experiment.load_error": ..., "objectives": ["duir", "o1"]}
+    return config_file(folder, changes | {"targets": [first | {"pose": pose} for pose in targets]}, "bipod")
+
+
+def test_the_bound_where_the_best_plan_identifies_nothing_but_the_target(tmp_path: Path) -> None:
+    """Six measurements at the one target: two axes of one tolerance each with a sixth of the variance, √(2/6)."""
+    bound = Certificate(problem_of(bipod(tmp_path, 6, [[0.1, -0.05]])), 1.0).bound()
+    assert bound.value == pytest.approx(np.sqrt(1.0 / 3.0), rel=1e-4)
+
+
+def test_designs_of_a_bipods_geometry_are_compared(tmp_path: Path) -> None:
+    """Six parameters from four poses; DUIR, which is `total` here, is searched once, FEIR, which is 0, not at all."""
+    file = bipod(tmp_path, 4, [[0.1, -0.05], [-0.2, 0.1], [0.0, 0.25], [0.2, 0.2]])
+    searched = distinct_criteria(problem_of(file), seed=1)
+    assert "duir" in searched
+    assert not {"feir", "total"} & set(searched)
+    result = xd.compare(file, samples=400, generations=1, random=2)
+    (judgement,) = result.judgements
+    finite = np.isfinite(judgement.attained)
+    assert finite.sum() >= 6
+    off = (judgement.attained - judgement.values["total"]) / judgement.attained_standard_error
+    assert np.abs(off[finite]).max() < 4.0
+    best = {one.name: index for index, one in enumerate(judgement.contenders)}
+    assert judgement.same_plan[best["total"]] == judgement.same_plan[best["duir"]]
+    assert judgement.values["total"][best["duir"]] == pytest.approx(np.nanmin(judgement.values["total"]), rel=1e-9)

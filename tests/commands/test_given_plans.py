@@ -7,7 +7,6 @@ import pytest
 
 from tests.commands.calls import CONFIG, Printed, call, plan_file, refusal
 
-WRENCH = ("fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm")
 WAYS = {
     "evaluate": (),
     "simulate": ("--out", "recordings.csv"),
@@ -25,21 +24,6 @@ def changed(folder: Path, **columns: float | list[float]) -> Path:
     path = plan_file(folder)
     pd.read_csv(path).assign(**columns).to_csv(path, index=False)
     return path
-
-
-@pytest.mark.parametrize("command", WAYS)
-@pytest.mark.parametrize(
-    ("columns", "what"),
-    [
-        ({"mass_kg": 26500.0}, "row 2: the mass is 26500 kg, 1000 times the largest in the configuration's experiment"),
-        ({"com_x_m": 100.0}, "row 2: a centre of mass would be 100 m away from a robot"),
-        (dict.fromkeys(WRENCH, 0.0) | {"fz_N": -1.0}, "row 2, column fz_N: the wrench (-1) contradicts the payload"),
-    ],
-)
-def test_what_cannot_be_meant_is_refused(
-    command: str, columns: dict[str, float], what: str, tmp_path: Path, capsys: Printed
-) -> None:
-    assert what in refusal(capsys, command, CONFIG, changed(tmp_path, **columns), *way(command, tmp_path))
 
 
 @pytest.mark.parametrize("command", [command for command in WAYS if command != "simulate"])

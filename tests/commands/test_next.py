@@ -11,7 +11,7 @@ from expdesign.assurance.acceptance.decision import Basis, Decision
 from expdesign.estimation.coverage import STANDARD
 from expdesign.estimation.goodness import StatementOfFit
 from expdesign.report.design_texts import next_said
-from tests.commands.calls import CONFIG, ROBOT, Printed, call, plan_file, recordings_file, refusal
+from tests.commands.calls import CONFIG, ROBOT, Printed, call, plan_file, recordings_file
 
 
 def forecast(text: str) -> list[float]:
@@ -60,16 +60,6 @@ def test_it_stops_at_the_accuracy(tmp_path: Path, capsys: Printed) -> None:
         printed = capsys.readouterr().out
         assert (forecast(printed)[-1] <= accuracy) == enough
         assert ("not enough for" in printed) != enough
-
-
-def test_recordings_in_grams_are_refused(tmp_path: Path, capsys: Printed) -> None:
-    recordings = recordings_file(tmp_path)
-    frame = pd.read_csv(recordings)
-    frame.assign(mass_kg=1000.0 * frame["mass_kg"]).to_csv(recordings, index=False)
-    what = "the mass is 26500 kg, 1000 times the largest in the configuration's experiment (26.5). Is it in grams?"
-    assert what in refusal(capsys, "next", CONFIG, recordings, "--out", tmp_path / "next.csv")
-    refused = refusal(capsys, "identify", ROBOT, recordings, "--targets", CONFIG, "--out", tmp_path / "identified")
-    assert what in refused
 
 
 def test_nothing_is_decided_where_recordings_are_to_be_read_otherwise(tmp_path: Path, capsys: Printed) -> None:

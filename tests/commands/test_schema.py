@@ -37,15 +37,11 @@ def properties(kind: str) -> list[tuple[str, str, dict[str, Any]]]:
     ]
 
 
-@pytest.mark.parametrize("file", FILES, ids=lambda file: f"{file.parent.name}-{file.stem}")
+@pytest.mark.parametrize("file", FILES + ROBOTS, ids=lambda file: f"{file.parent.name}-{file.stem}")
 def test_it_accepts_the_files_that_come_with_the_program(file: Path) -> None:
     content = read_yaml(file).content
-    jsonschema.validate(content, schema("sweep" if "vary" in content else "configuration"))
-
-
-@pytest.mark.parametrize("file", ROBOTS, ids=lambda file: file.stem)
-def test_it_accepts_the_robots_that_come_with_the_program(file: Path) -> None:
-    jsonschema.validate(read_yaml(file).content, schema("robot"))
+    kind = "robot" if file in ROBOTS else "sweep" if "vary" in content else "configuration"
+    jsonschema.validate(content, schema(kind))
 
 
 def test_it_marks_mistakes_in_robots() -> None:

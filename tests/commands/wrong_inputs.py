@@ -171,6 +171,13 @@ MODEL = "identified/model.yaml"
 PREDICTED = f"predict {MODEL} plan.csv --out predicted.csv"
 COMPENSATED = f"compensate {MODEL} plan.csv --out commands.csv"
 SIMULATED = "simulate config.yaml plan.csv --out rows.csv"
+EVALUATED_PLAN = "evaluate config.yaml plan.csv"
+GIVEN = (
+    EVALUATED_PLAN,
+    SIMULATED,
+    "sheet config.yaml plan.csv --out sheet",
+    "montecarlo config.yaml plan.csv --samples 100 --out repeated",
+)
 REPEATED = "montecarlo bipod.yaml bipod-plan.csv --out out"
 LOAD_ERRORS: dict[str, Any] = {
     "effects": [
@@ -300,13 +307,26 @@ PLANS = [
         text("plan.csv", "3,2,-0.01,0,0,", "3,2,-0.01,0,0.2,"),
     ),
     *(
-        Wrong(COMPENSATED, ("plan.csv, row 2", said), cell("plan.csv", 2, column, written))
-        for column, written, said in (
-            ("mass_kg", "26500", "1000 times the largest that was calibrated (26.5)"),
-            ("com_x_m", "100", "a centre of mass would be 100 m away"),
-            ("x_m", "10", "column x_m: at 10 m a leg would be"),
-            ("rx_rad", "2.0", "beyond the robot's limits: leg 1"),
+        Wrong(commands, ("plan.csv, row 2", said), cell("plan.csv", 2, column, written))
+        for commands, column, written, said in (
+            ((COMPENSATED, PREDICTED), "mass_kg", "26500", "1000 times the largest that was calibrated (26.5)"),
+            ((COMPENSATED, PREDICTED), "com_x_m", "100", "a centre of mass would be 100 m away"),
+            (COMPENSATED, "x_m", "10", "column x_m: at 10 m a leg would be"),
+            (COMPENSATED, "rx_rad", "2.0", "beyond the robot's limits: leg 1"),
+            (
+                GIVEN,
+                "mass_kg",
+                "26500",
+                "the mass is 26500 kg, 1000 times the largest in the configuration's experiment",
+            ),
+            (GIVEN, "com_x_m", "100", "a centre of mass would be 100 m away from a robot"),
+            (EVALUATED_PLAN, "mass_kg", "-1", "column mass_kg"),
         )
+    ),
+    Wrong(
+        GIVEN,
+        "row 2, column fz_N: the wrench (-1) contradicts the payload",
+        columns("plan.csv", **dict.fromkeys(("fx_N", "fy_N", "mx_Nm", "my_Nm", "mz_Nm"), "0"), fz_N="-1"),
     ),
     Wrong("check plan.csv", "no measured column"),
     *(
@@ -340,6 +360,11 @@ RECORDINGS = [
     Wrong((IDENTIFIED, DIAGNOSED), "load", columns("recordings.csv", mass_kg="0")),
     Wrong((IDENTIFIED, DIAGNOSED), "no row is left to fit", columns("recordings.csv", split="test")),
     Wrong((IDENTIFIED, DIAGNOSED), "wrong sign", turned),
+    Wrong(
+        (NEXT, "identify robot.yaml recordings.csv --targets config.yaml --out out"),
+        "the mass is 26500 kg, 1000 times the largest in the configuration's experiment (26.5). Is it in grams?",
+        columns("recordings.csv", mass_kg="26500"),
+    ),
     Wrong(NEXT, "row 3, column sequence", cell("recordings.csv", 3, "sequence", "1")),
     Wrong(CHECKED, "3 readings cannot determine 6 compliances", too_few),
     *(

@@ -11,11 +11,6 @@ from expdesign.planning.front import hypervolume, knee, non_dominated, reference
 VALUES = np.array([[1.0, 5.0], [2.0, 2.0], [5.0, 1.0], [3.0, 3.0], [2.0, 2.0], [1.0, 6.0]])
 
 
-def test_non_dominated_rows_by_hand() -> None:
-    """Of equal rows the first is kept; a row that is worse in one objective and equal in the other is dominated."""
-    np.testing.assert_array_equal(non_dominated(VALUES), [0, 1, 2])
-
-
 @given(hnp.arrays(np.float64, st.tuples(st.integers(1, 12), st.integers(2, 4)), elements=st.integers(0, 4)))
 def test_non_dominated_rows_by_all_pairs(values: np.ndarray) -> None:
     expected = []

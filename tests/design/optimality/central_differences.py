@@ -1,8 +1,7 @@
-"""Exact gradients of criteria, and how far central differences at several step sizes are from them.
+"""Exact gradients of criteria, and how far central differences are from them, each variable at its best step.
 
 No single step suits every variable: the error of a central difference is of the order of h² by truncation and of ε/h by
-rounding. An exact gradient shows as differences that shrink with the step and grow again, a wrong one as differences
-that stay.
+rounding. Differences approach an exact gradient at some step, and a wrong one at none.
 """
 
 from collections.abc import Sequence
@@ -38,18 +37,18 @@ def criterion_gradients(
 
 def errors_of_gradients(
     problem: DesignProblem, variables: FloatArray, names: Sequence[str] | None = None
-) -> dict[str, FloatArray]:
-    """|difference − gradient| of each criterion at each step size: the largest of all designs (b, m, g) and variables.
+) -> dict[str, float]:
+    """|difference − gradient| of each criterion, the largest of all designs (b, m, g) and variables at their best step.
 
     Each is the criterion's change over the variable's range, relative to the largest of these changes, so that metres
-    and radians can be compared. The last entry has every variable at its best step. Where there is no value, it is 0.
+    and radians can be compared. Where there is no value, it is 0.
     """
     space, names = problem.space, list(known_criteria() if names is None else names)
     free = np.flatnonzero(~space.discrete)
     span = (space.upper - space.lower)[free]
     widths = np.array(STEPS)[:, None] * span
     exact = criterion_gradients(problem, variables, names)
-    largest: dict[str, FloatArray] = {name: np.zeros(len(STEPS) + 1) for name in names}
+    largest = dict.fromkeys(names, 0.0)
     for design, measurement in np.ndindex(variables.shape[:2]):
         moved = np.tile(variables[design], (2, len(STEPS), len(free), 1, 1))
         for place, variable in enumerate(free):
@@ -65,6 +64,5 @@ def errors_of_gradients(
                 changes = (high - low) / (2.0 * np.array(STEPS)[:, None])
             scale = max(float(np.abs(slopes).max(initial=0.0)), 1e-300)
             errors = np.abs(changes - slopes[measurement]) / scale
-            found = np.vstack([errors, np.fmin.reduce(errors)])
-            largest[name] = np.fmax(largest[name], np.fmax.reduce(found, axis=1))
+            largest[name] = float(np.fmax(largest[name], np.fmax.reduce(np.fmin.reduce(errors))))
     return largest

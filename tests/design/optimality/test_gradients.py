@@ -95,7 +95,7 @@ def a_problem(name: str) -> DesignProblem:
 def test_every_criterion_of_every_case_has_its_gradient(name: str) -> None:
     here = a_problem(name)
     # Central differences reach 1e-9 of the largest derivative here; a wrong term is wrong by its own size.
-    assert max(errors[-1] for errors in errors_of_gradients(here, designs(here, 1)).values()) < 4e-8
+    assert max(errors_of_gradients(here, designs(here, 1)).values()) < 4e-8
     with_errors, assessed = here.loaded.sources != (), here.assessed(designs(here, 1))
     for criterion, (value, gradient) in criterion_gradients(here, designs(here, 1), list(known_criteria())).items():
         np.testing.assert_allclose(value, known_criteria()[criterion].values(assessed), rtol=1e-8)
@@ -106,15 +106,7 @@ def test_the_check_finds_a_wrong_gradient(monkeypatch: pytest.MonkeyPatch) -> No
     here = a_problem("hexapod")
     right = differentiated.to_variables
     monkeypatch.setattr(differentiated, "to_variables", lambda problem, values: 1.001 * right(problem, values))
-    assert errors_of_gradients(here, designs(here, 2), ["duir"])["duir"][-1] > 1e-4
-
-
-def test_the_check_sees_truncation_and_rounding() -> None:
-    """The error of a central difference falls with the square of the step, until rounding takes over."""
-    here = a_problem("hexapod")
-    for errors in errors_of_gradients(here, designs(here, 2), ["duir", "feir"]).values():
-        assert errors[0] > 30.0 * errors[1]
-        assert errors[-2] > 3.0 * errors[-1]
+    assert errors_of_gradients(here, designs(here, 2), ["duir"])["duir"] > 1e-4
 
 
 def test_a_design_that_identifies_too_little_has_no_value_and_no_gradient() -> None:

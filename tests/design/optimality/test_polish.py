@@ -5,7 +5,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.deflection_noise import series_by_pose
 from expdesign.planning.front import hypervolume, non_dominated
 from expdesign.planning.optimality.kktpm import kktpm
@@ -14,7 +13,6 @@ from expdesign.planning.optimality.sqp import Limits
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import starting_designs
 from expdesign.planning.scalarisation import Aims
-from expdesign.planning.start import every_design
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.design.refined import refined
 from tests.oracle import Array
@@ -60,20 +58,6 @@ def test_a_polished_front_is_optimal_and_within_every_limit(name: str) -> None:
     assert after.min(axis=0) == pytest.approx(np.minimum(after.min(axis=0), before.min(axis=0)))
 
 
-def test_one_measurement_of_the_bipod_is_as_good_as_a_fine_grid() -> None:
-    here = problem(
-        BIPOD, {"experiment.measurements": 1, "experiment.load": {"kind": "wrench", "fx_N": -200.0, "fy_N": -1000.0}}
-    )
-    x, y = np.meshgrid(np.linspace(-0.3, 0.3, 301), np.linspace(0.35, 0.95, 301), indexing="ij")
-    grid = np.stack([x.ravel(), y.ravel()], axis=1)[:, None]
-    assessment = here.assess(*here.space.decode(grid))
-    polished = refined(here, start(here))
-    found = here.assess(*here.space.decode(polished))
-    for name in ("duir", "feir", "total"):
-        best = known_criteria()[name].values(assessment).min()
-        assert known_criteria()[name].values(found).min() <= best * (1.0 + 1e-9)
-
-
 def test_measurements_that_share_their_reference_keep_sharing_it() -> None:
     here = problem(BIPOD, {"experiment.deflection_noise.shared_reference": True, "experiment.measurements": 3})
     first = start(here)
@@ -91,21 +75,6 @@ def test_measurements_that_share_their_reference_keep_sharing_it() -> None:
     measure = kktpm(here, found)
     # Minima of DUIR alone: the measure of the front has FEIR as well, which can only make it smaller.
     assert measure.max() < 1e-4
-
-
-def test_in_a_space_of_discrete_choices_exchanges_find_the_front() -> None:
-    here = problem(
-        BIPOD,
-        {
-            "experiment.poses": {"grid": {"x_m": [-0.3, 0.3, 4], "y_m": [0.4, 0.8, 3]}},
-            "experiment.load": {"kind": "wrench", "fx_N": {"choices": [-500.0, 500.0]}, "fy_N": -900.0},
-        },
-    )
-    every = every_design(here)
-    assert every is not None
-    expected, found = objectives(here, every), objectives(here, refined(here, start(here)))
-    point = expected.max(axis=0) + 1.0
-    assert hypervolume(found, point) == pytest.approx(hypervolume(expected, point), rel=1e-3)
 
 
 def test_kkt_proximity_is_one_at_most_and_zero_only_where_nothing_can_be_gained() -> None:

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.optimality.differentiated import shared_series
 from expdesign.planning.optimality.objectives import Objectives, Pace, descended
 from expdesign.planning.result import planned
 from expdesign.planning.sampling import starting_designs
@@ -62,12 +61,6 @@ def test_settings_are_numbered_whatever_the_order() -> None:
 
 def _series(design: Array, gene: int) -> Array:
     return design[None, :, gene].astype(int) + 1
-
-
-def test_without_shared_references_nothing_is_held() -> None:
-    here = problem(HEXAPOD)
-    designs = starting_designs(here, 2, np.random.default_rng(1))
-    assert shared_series(here, here.space.quantities(designs)) is None
 
 
 def test_descents_do_not_join_series_that_want_one_pose() -> None:
