@@ -67,7 +67,7 @@ class BipodDuir(Study):
     settings = Settings
 
     def tables(self, settings: Settings, document: YamlDocument) -> dict[str, StudyTable]:
-        problem = problem_from_document(document.part("problem"))
+        problem = problem_from_document(document.where("problem"))
         poses, assessment = grid_assessment(problem)
         values = {name: known_criteria()[name].values(assessment) for name in INDICES}
         values["u11"] = assessment.weighted(assessment.noise_variance)[:, 0]

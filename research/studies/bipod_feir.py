@@ -53,7 +53,7 @@ class BipodFeir(Study):
     settings = Settings
 
     def tables(self, settings: Settings, document: YamlDocument) -> dict[str, StudyTable]:
-        problem = problem_from_document(document.part("problem"))
+        problem = problem_from_document(document.where("problem"))
         poses, assessment = grid_assessment(problem)
         deviations = MICRO * np.sqrt(assessment.force_variance[:, 0])
         columns: dict[str, FloatArray] = {"zeta1_um": deviations[:, 0], "zeta2_um": deviations[:, 1]}

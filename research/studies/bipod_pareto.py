@@ -51,7 +51,7 @@ class BipodPareto(Study):
     settings = Settings
 
     def tables(self, settings: Settings, document: YamlDocument) -> dict[str, StudyTable]:
-        problem = problem_from_document(document.part("problem"))
+        problem = problem_from_document(document.where("problem"))
         poses, assessment = grid_assessment(problem, settings.grid_points)
         values = {name: known_criteria()[name].values(assessment) for name in CRITERIA}
         pairs = np.stack([values["duir"], values["feir"]], axis=1)

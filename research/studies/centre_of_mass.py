@@ -42,7 +42,7 @@ class CentreOfMass(Study):
     settings = Settings
 
     def tables(self, settings: Settings, document: YamlDocument) -> dict[str, StudyTable]:
-        problem = problem_from_document(document.part("problem"))
+        problem = problem_from_document(document.where("problem"))
         plan = plan_of(problem, settings.plan)
         frames, outputs = [], []
         for name in ("normal", "uniform"):

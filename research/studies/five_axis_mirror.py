@@ -42,7 +42,7 @@ class FiveAxisMirror(Study):
     settings = Settings
 
     def tables(self, settings: Settings, document: YamlDocument) -> dict[str, StudyTable]:
-        problem = problem_from_document(document.part("problem"))
+        problem = problem_from_document(document.where("problem"))
         selected = replace(problem, targets=_selected(problem))
         best, plans = [], _plans(problem, settings)
         values = {name: _criterion(here, plans) for name, here in (("body", problem), ("angles", selected))}

@@ -43,7 +43,7 @@ class GeometricCalibration(Study):
     settings = Settings
 
     def tables(self, settings: Settings, document: YamlDocument) -> dict[str, StudyTable]:
-        problem = problem_from_document(document.part("problem"))
+        problem = problem_from_document(document.where("problem"))
         poses = _poses(problem, settings)
         attained, linearity = _montecarlo(problem, poses, settings)
         return {
@@ -157,7 +157,7 @@ def _variants(document: YamlDocument, settings: Settings, poses: FloatArray) -> 
 
 
 def _variant(document: YamlDocument, settings: Settings, calibration: str, frames: str) -> DesignProblem:
-    part = document.part("problem")
+    part = document.where("problem")
     content: dict[str, Any] = dict(part.content)
     content["experiment"] = {**content["experiment"], "calibration": calibration, "frames": frames}
     if calibration != "geometric":

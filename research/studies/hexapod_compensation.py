@@ -53,7 +53,7 @@ class HexapodCompensation(Study):
     settings = Settings
 
     def tables(self, settings: Settings, document: YamlDocument) -> dict[str, StudyTable]:
-        problem = _along(document.part("problem"), settings.places_m)
+        problem = _along(document.where("problem"), settings.places_m)
         true = with_stiffness(problem, np.array(settings.true_stiffness))
         plan = plan_of(problem, settings.plan)
         found = identify(problem.loaded.robot, recorded(true, plan, settings.recordings_seed))

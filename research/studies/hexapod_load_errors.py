@@ -51,7 +51,7 @@ class HexapodLoadErrors(Study):
     settings = Settings
 
     def tables(self, settings: Settings, document: YamlDocument) -> dict[str, StudyTable]:
-        equal = document.part("problem")
+        equal = document.where("problem")
         curves = []
         for name, stiffness in (("equal", None), ("unequal", np.array(settings.stiffness))):
             for place in settings.places_m:

@@ -54,7 +54,7 @@ class LumpedStiffness(Study):
     settings = Settings
 
     def tables(self, settings: Settings, document: YamlDocument) -> dict[str, StudyTable]:
-        problem = problem_from_document(document.part("problem"))
+        problem = problem_from_document(document.where("problem"))
         true = with_stiffness(problem, np.array(settings.true_stiffness))
         series = exact_deflections(true, settings.vertical_N)
         found = identify(

@@ -46,7 +46,7 @@ class PoseMeasurement(Study):
     settings = Settings
 
     def tables(self, settings: Settings, document: YamlDocument) -> dict[str, StudyTable]:
-        problem = problem_from_document(document.part("problem"))
+        problem = problem_from_document(document.where("problem"))
         plan = plan_of(problem, settings.plan)
         if np.any(plan.configurations[:, 3:]):
             what = "the covariance is that of the zero orientation, at which all poses of `plan` have to be"

@@ -42,7 +42,7 @@ class ScaledErrors(Study):
     settings = Settings
 
     def tables(self, settings: Settings, document: YamlDocument) -> dict[str, StudyTable]:
-        problem = problem_from_document(document.part("problem"))
+        problem = problem_from_document(document.where("problem"))
         poses, series = np.array(settings.poses, dtype=float), np.array(settings.series)
         errors, covariance = _errors(problem, poses, series, settings)
         names = [

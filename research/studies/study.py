@@ -113,7 +113,7 @@ class Study(ABC):
 
         Args:
             settings: the validated configuration.
-            document: the same as it stands in the file; `document.part(key)` is what other readers want.
+            document: the same as it stands in the file; `document.where(key)` is what other readers want.
         """
 
     @abstractmethod

@@ -42,7 +42,7 @@ def test_every_section_knows_its_line() -> None:
     assert str(found.where()) == "cupboard.yaml"
     assert str(found.where("from")) == "cupboard.yaml, line 8, from"
     assert str(found.shelves[1].where("width_m")) == "cupboard.yaml, line 4, shelves[1].width_m"
-    assert str(found.where("shelves").below(1, "width_m")) == "cupboard.yaml, line 4, shelves[1].width_m"
+    assert str(found.where("shelves").where(1, "width_m")) == "cupboard.yaml, line 4, shelves[1].width_m"
     assert str(found.named["left"].where()) == "cupboard.yaml, line 6, named.left"
     assert found.shelves[0].document.file("x.csv") == Path("/there/x.csv")
 

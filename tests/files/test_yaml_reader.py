@@ -44,7 +44,7 @@ def test_lines_and_keys() -> None:
     assert str(document.where()) == "x.yaml"
     assert str(document.where("b", 1, "d")) == "x.yaml, line 5, b[1].d"
     assert str(document.where("b", 1, "missing")) == "x.yaml, line 4, b[1].missing"
-    part = document.part("b", 1)
+    part = document.where("b", 1)
     assert part.content == {"c": 3, "d": 4}
     assert str(part.where("d")) == "x.yaml, line 5, b[1].d"
 

@@ -21,4 +21,4 @@ def kept(study: str, table: str) -> pd.DataFrame:
 
 
 def problem_of(study: str) -> DesignProblem:
-    return problem_from_document(prepare(study, CONFIGURATIONS).document.part("problem"))
+    return problem_from_document(prepare(study, CONFIGURATIONS).document.where("problem"))

@@ -12,7 +12,6 @@ import pandas as pd
 
 from expdesign.errors import InputError
 from expdesign.io.table_text import Rows
-from expdesign.io.tables_in_units import measured_as
 from expdesign.io.units import measured_column
 
 if TYPE_CHECKING:
@@ -95,7 +94,7 @@ def _is_table(rows: Rows) -> bool:
 
 def _has_meaning(name: str) -> bool:
     try:
-        return measured_column(name) is not None or measured_as(name) is not None
+        return measured_column(name) is not None
     except InputError:
         return True
 

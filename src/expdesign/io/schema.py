@@ -1,7 +1,7 @@
 """Validation of YAML content against pydantic models, with messages that name file, line, key and remedy."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar, get_args
 
@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
-from expdesign.io.yaml_reader import FilePlace, KeyPath, YamlDocument, document_from_mapping, dotted
+from expdesign.io.yaml_reader import KeyPath, YamlDocument, document_from_mapping, dotted
 
 LARGEST = 1e20
 """No quantity in SI units is larger, nor a positive one smaller than its inverse; squares are far from overflow."""
@@ -53,7 +53,7 @@ class Section(BaseModel):
         Raises:
             InputError: a key is missing, unknown or wrong.
         """
-        document = document_from_mapping(_plain(content), self.__repr_name__())
+        document = document_from_mapping(content, self.__repr_name__())
         try:
             self.__pydantic_validator__.validate_python(document.content, self_instance=self)
         except ValidationError as error:
@@ -75,8 +75,8 @@ class Section(BaseModel):
         found: YamlDocument | None = getattr(self, "_document", None)
         return found or YamlDocument(self.__repr_name__(), Path(), self.as_mapping())
 
-    def where(self, *path: str | int) -> FilePlace:
-        """The place of one of its keys, or of what stands below one; its own without any."""
+    def where(self, *path: str | int) -> YamlDocument:
+        """What stands at one of its keys, or below one; itself without any."""
         return self.document.where(*path)
 
     def with_values(self, **values: Any) -> Self:
@@ -92,7 +92,7 @@ class Section(BaseModel):
             if next(_sections(field.annotation), None) is None:  # a covariance may have 400,000 numbers, and no section
                 continue
             for path, section in _sections_in(getattr(self, name), (field.alias or name,)):
-                section._stand_in(document.part(*path))
+                section._stand_in(document.where(*path))
 
     def as_mapping(self) -> dict[str, Any]:
         """The content as it stands in YAML, SI units."""
@@ -120,19 +120,6 @@ def _sections_in(value: Any, path: KeyPath) -> Iterator[tuple[KeyPath, Section]]
     elif isinstance(value, dict):
         for key, each in value.items():
             yield from _sections_in(each, (*path, key))
-
-
-def _plain(content: Any) -> Any:
-    """Sections, arrays and paths as what a YAML file holds."""
-    if isinstance(content, Section):
-        return content.as_mapping()
-    if isinstance(content, Mapping):
-        return {key: _plain(value) for key, value in content.items()}
-    if isinstance(content, np.ndarray | np.generic):
-        return content.tolist()
-    if isinstance(content, list | tuple):
-        return [_plain(value) for value in content]
-    return str(content) if isinstance(content, Path) else content
 
 
 def unknown_key(key: str, known: list[str]) -> PydanticCustomError:

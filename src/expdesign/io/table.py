@@ -18,7 +18,7 @@ from expdesign.io.known_columns import NONE_KNOWN, KnownColumns
 from expdesign.io.schema import LARGEST
 from expdesign.io.table_text import Rows, decoded, separated
 from expdesign.io.tables_in_units import SiFrame, in_si
-from expdesign.io.units import unknown_unit
+from expdesign.io.units import NUMBER, known_units, quantities, unit_of
 from expdesign.io.yaml_reader import read_bytes
 
 _LOG = logging.getLogger(__name__)
@@ -83,10 +83,11 @@ class Table:
         """Raise an `InputError` where one of `columns` is there in a unit that is not known (`mass_lb`)."""
         bases = {name.rpartition("_")[0] for name in columns}
         for name in self.columns:
-            found = unknown_unit(name)
-            if found is not None and found[0] in bases:
-                remedy = f"Known: {', '.join(found[2])}."
-                raise self.fault(f"the unit `{found[1]}` is not known", column=name, remedy=remedy)
+            base, _, unit = name.rpartition("_")
+            dimensions = quantities(base) if base in bases else ()
+            if dimensions and unit_of(unit) is None:
+                remedy = f"Known: {', '.join(one for each in dimensions for one in known_units(each))}."
+                raise self.fault(f"the unit `{unit}` is not known", column=name, remedy=remedy)
 
     def require(self, columns: tuple[str, ...]) -> None:
         """Raise an `InputError` for the first of `columns` that is missing."""
@@ -112,22 +113,20 @@ class Table:
         self.require(columns)
         values = np.empty((len(self), len(columns)))
         for index, column in enumerate(columns):
-            cells = self.frame[column]
-            values[:, index] = pd.to_numeric(cells, errors="coerce").to_numpy(dtype=float)
-            wrong = np.flatnonzero(~np.isfinite(values[:, index]))
+            values[:, index] = pd.to_numeric(self.frame[column], errors="coerce").to_numpy(dtype=float)
+            wrong = np.flatnonzero(~(np.abs(values[:, index]) <= LARGEST))
             if wrong.size:
-                text = str(cells.iloc[wrong[0]]).strip()
-                what = "the cell is empty" if text == "" else f"`{text[:40]}` is not a finite number"
-                remedy = "Fill it in, or remove the row." if text == "" else "Correct it, or remove the row."
-                if "," in text:
-                    remedy = "Write numbers with a point instead of a comma."
-                raise self.fault(what, int(wrong[0]), column, remedy=remedy)
-            large = np.flatnonzero(np.abs(values[:, index]) > LARGEST)
-            if large.size:
-                text = str(cells.iloc[large[0]]).strip()
-                where = self.where(int(large[0]), column)
-                raise InputError(f"{text[:40]} is beyond any quantity in SI units", where=where, remedy="Correct it.")
+                raise self._no_number(int(wrong[0]), column)
         return values
+
+    def _no_number(self, row: int, column: str) -> InputError:
+        text = str(self.frame[column].iloc[row]).strip()
+        if text == "":
+            return self.fault("the cell is empty", row, column, remedy="Fill it in, or remove the row.")
+        if NUMBER.fullmatch(text):
+            return self.fault(f"{text[:40]} is beyond any quantity in SI units", row, column, remedy="Correct it.")
+        remedy = "Write numbers with a point instead of a comma." if "," in text else "Correct it, or remove the row."
+        return self.fault(f"`{text[:40]}` is not a finite number", row, column, remedy=remedy)
 
     def numbers_where_filled(self, columns: tuple[str, ...]) -> FloatArray:
         """`numbers` with NaN in empty cells and for columns that are missing."""
@@ -146,14 +145,14 @@ class Table:
         what: str,
         remedy: str,
         order: IntArray | None = None,
-        values: FloatArray | None = None,
+        values: FloatArray | IntArray | TextArray | None = None,
     ) -> None:
         """Raise an `InputError` at the first cell that is wrong.
 
         Args:
             wrong: shape (rows,) or (rows, columns).
             columns: names of its columns.
-            what: what is wrong with the cell; `{:g}` stands for its value.
+            what: what is wrong with the cell; `{}` stands for its value.
             remedy: what to do.
             order: row of the table that each row of `wrong` is; else they are in the order of the table.
             values: of the cells, in the shape of `wrong`.
@@ -173,19 +172,14 @@ class Table:
         """
         cells: TextArray = self.text(column).astype(str)
         cells = cells if order is None else cells[order]
-        wrong = np.flatnonzero(~np.isin(cells, list(allowed)))
-        if wrong.size:
-            row = int(wrong[0]) if order is None else int(order[wrong[0]])
-            raise self.fault(what.format(cells[wrong[0]]), row, column, remedy="Correct it.")
+        self.refuse(~np.isin(cells, list(allowed)), (column,), what, "Correct it.", order, cells)
         return cells
 
     def integers(self, column: str) -> IntArray:
         """The cells of `column` as whole numbers, shape (rows,); an `InputError` where one is not."""
         values = self.numbers((column,))[:, 0]
-        wrong = np.flatnonzero((values != np.round(values)) | (np.abs(values) > _LARGEST_INTEGER))
-        if wrong.size:
-            where = self.where(int(wrong[0]), column)
-            raise InputError(f"{values[wrong[0]]:g} is not a whole number", where=where, remedy="Use whole numbers.")
+        wrong = (values != np.round(values)) | (np.abs(values) > _LARGEST_INTEGER)
+        self.refuse(wrong, (column,), "{:g} is not a whole number", "Use whole numbers.", values=values)
         return values.astype(np.int64)
 
 

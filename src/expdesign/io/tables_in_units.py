@@ -4,7 +4,6 @@ Units are written in many ways (`DX (mm)`, `dz mm`); what can mean one thing onl
 their names are handed in (`known_columns.py`).
 """
 
-import re
 from collections.abc import Collection
 from dataclasses import dataclass
 
@@ -12,49 +11,7 @@ import pandas as pd
 
 from expdesign.errors import InputError
 from expdesign.io.known_columns import NONE_KNOWN, KnownColumns
-from expdesign.io.units import (
-    NUMBER,
-    SI,
-    UNITS,
-    MeasuredColumn,
-    Unit,
-    measured_column,
-    quantities,
-    unit_of,
-    wanted_units,
-)
-
-_FORMS = (
-    re.compile(r"(?P<base>\w[\w ]*?)[\s_]*[\[(]\s*(?P<unit>[^\[\]()]+?)\s*[\])]"),
-    re.compile(r"(?P<base>\w+)\s+(?P<unit>\S+)"),
-    re.compile(r"(?P<base>\w+)_(?P<unit>[^_\s]+(?:_s2)?)"),
-)
-
-
-def measured_as(name: str, where: str = "") -> MeasuredColumn | None:
-    """Quantity and unit of a column whose name says both in other letters or with other marks, or None.
-
-    Raises:
-        InputError: its unit may be one of two (`MN` in capitals).
-    """
-    for form in _FORMS:
-        found = form.fullmatch(name.strip())
-        if found is None:
-            continue
-        base = re.sub(r"\s+", "_", found["base"].strip()).lower()
-        dimensions = quantities(base)
-        unit = unit_of(found["unit"])
-        capitals = name.isupper() and found["unit"].isalpha()  # `MN` may then be mN
-        if dimensions and (unit is None or unit.dimension not in dimensions or capitals):
-            text = found["unit"].replace(" ", "")
-            units = [one for one in UNITS.values() if one.name.lower() == text.lower() and one.dimension in dimensions]
-            if len(units) > 1:
-                what = f"the unit {found['unit']} may be {' or '.join(one.name for one in units)}"
-                raise InputError(what, where=where, remedy="Write it in its own letters.")
-            unit = units[0] if units else None
-        if dimensions and unit is not None:
-            return MeasuredColumn(base, unit)
-    return None
+from expdesign.io.units import NUMBER, Unit, measured_column, wanted_units
 
 
 @dataclass(frozen=True)
@@ -85,47 +42,36 @@ def in_si(frame: pd.DataFrame, source: str, known: KnownColumns = NONE_KNOWN) ->
     written: dict[str, str] = {}
     units: dict[str, None] = {}
     columns: dict[str, pd.Series] = {}
-    exact = {found[0] for column in map(str, frame.columns) if (found := _stated(column, source)) is not None}
-    exact |= set(map(str, frame.columns))
-    for column in map(str, frame.columns):
-        name, unit = _stated(column, source) or _spelt(frame[column], column, exact, source, known)
+    measured = {name: measured_column(name, f"{source}, column {name}") for name in map(str, frame.columns)}
+    taken = {*measured, *(found.si_name for found in measured.values() if found is not None)}
+    for column, stated in measured.items():
+        # In other letters than a column that is there, it is another one.
+        found = stated if stated and (stated.unit.name in column or stated.si_name not in measured) else None
+        name = found.si_name if found else _respelt(frame[column], column, taken, source, known)
         if name in names:
             what = f"the columns {names[name]} and {column} give the same quantity"
             raise InputError(what, where=f"{source}, column {column}", remedy="Keep one of them.")
         names[name] = column
-        convert = unit is not None and unit.name != SI[unit.dimension]
         columns[name] = frame[column]
-        if convert:  # cells that are numbers
+        if found is not None and not found.is_si:  # cells that are numbers
             columns[name] = frame[column].map(
-                lambda cell, unit=unit: repr(unit.to_si(cell)) if NUMBER.fullmatch(cell.strip()) else cell
+                lambda cell, unit=found.unit: repr(unit.to_si(cell)) if NUMBER.fullmatch(cell.strip()) else cell
             )
+            units[found.unit.name] = None
         if name != column:
             written[name] = column
-        if unit is not None and convert:
-            units[unit.name] = None
     return SiFrame(pd.DataFrame(columns, dtype=str) if written else frame, written, tuple(units))
 
 
-def _stated(column: str, source: str) -> tuple[str, Unit | None] | None:
-    """SI name and unit of a column that names both, or None."""
-    measured = measured_column(column, f"{source}, column {column}")
-    return None if measured is None else (measured.si_name, measured.unit)
-
-
-def _spelt(
-    cells: "pd.Series[str]", column: str, taken: Collection[str], source: str, known: KnownColumns
-) -> tuple[str, Unit | None]:
-    """The same of a column in other letters; any other column keeps its name.
+def _respelt(cells: "pd.Series[str]", column: str, taken: Collection[str], source: str, known: KnownColumns) -> str:
+    """The name of a column without a unit, which may be in other letters.
 
     Raises:
         InputError: it is nearly the name of a known column that is missing.
     """
-    measured = measured_as(column, f"{source}, column {column}")
-    if measured is not None and measured.si_name not in taken:
-        return measured.si_name, measured.unit
     plain = known.in_other_letters(column)
     if plain is not None and plain not in taken:
-        return plain, None
+        return plain
     near = known.meant(column)
     numeric = all(NUMBER.fullmatch(cell.strip()) or cell.strip() == "" for cell in cells)
     if near is not None and near not in taken and numeric:
@@ -133,7 +79,7 @@ def _spelt(
         other = " Its unit stands behind the underscore." if known.has_unit(near) else ""
         remedy = f"Did you mean `{near}`?{other}"
         raise InputError(what, where=f"{source}, column {column}", remedy=remedy)
-    return column, None
+    return column
 
 
 def in_units(frame: pd.DataFrame, units: str | None) -> pd.DataFrame:

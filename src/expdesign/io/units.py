@@ -155,36 +155,38 @@ def quantity(text: str, where: str = "") -> tuple[float, Unit]:
     return unit.to_si(found.group(1)), unit
 
 
-_BRACKETS = re.compile(r"(\w+?)_?\s*[\[(]\s*([^\s\])]+(?:\s[^\s\])]+)?)\s*[\])]")
+_FORMS = (
+    re.compile(r"(?P<base>\w[\w ]*?)[\s_]*[\[(]\s*(?P<unit>[^\[\]()]+?)\s*[\])]"),
+    re.compile(r"(?P<base>\w+)\s+(?P<unit>\S+)"),
+    re.compile(r"(?P<base>\w+?)_(?P<unit>[^_\s]+(?:_s2)?)"),
+)
 
 
 def measured_column(name: str, where: str = "") -> MeasuredColumn | None:
-    """Quantity and unit of a column (`dx_mm`, `dx [mm]`), or None where the name says neither.
+    """Quantity and unit of a column (`dx_mm`, `DX [mm]`, `dz mm`), or None where its name does not say both.
 
     Raises:
-        InputError: the unit is that of another quantity (`dx_mrad`).
+        InputError: the unit is that of another quantity (`dx_mrad`), or may be one of two (`MN` in capitals).
     """
-    bracketed = _BRACKETS.fullmatch(name.strip())
-    for split in range(1, len(name)) if bracketed is None else (0,):
-        if bracketed is None and name[split] != "_":
+    for form in _FORMS:
+        found = form.fullmatch(name.strip())
+        if found is None:
             continue
-        base, rest = bracketed.groups() if bracketed else (name[:split], name[split + 1 :])
-        dimensions = quantities(base)
-        unit = unit_of(rest)
-        if not dimensions or unit is None:
-            continue
-        require_dimension(unit, dimensions, base, where)
-        return MeasuredColumn(base, unit)
+        written = re.sub(r"\s+", "_", found["base"].strip())
+        base = written if quantities(written) else written.lower()
+        dimensions, unit = quantities(base), unit_of(found["unit"])
+        capitals = name.isupper() and found["unit"].isalpha()  # `MN` may then be mN
+        if dimensions and (unit is None or unit.dimension not in dimensions or capitals):
+            text = found["unit"].replace(" ", "")
+            units = [one for one in UNITS.values() if one.name.lower() == text.lower() and one.dimension in dimensions]
+            if len(units) > 1:
+                what = f"the unit {found['unit']} may be {' or '.join(one.name for one in units)}"
+                raise InputError(what, where=where, remedy="Write it in its own letters.")
+            unit = units[0] if units else unit
+        if dimensions and unit is not None:
+            require_dimension(unit, dimensions, base, where)
+            return MeasuredColumn(base, unit)
     return None
-
-
-def unknown_unit(name: str) -> tuple[str, str, list[str]] | None:
-    """Quantity and unit of a column whose unit is unknown (`mass`, `lb`), and the units it may have; else None."""
-    base, _, unit = name.rpartition("_")
-    dimensions = quantities(base)
-    if not dimensions or not unit or unit_of(unit) is not None:
-        return None
-    return base, unit, [known for dimension in dimensions for known in known_units(dimension)]
 
 
 def quantities(base: str) -> tuple[Dimension, ...]:

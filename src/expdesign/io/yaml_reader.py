@@ -19,7 +19,9 @@ from operator import getitem
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
+from pydantic import BaseModel
 from yaml.composer import Composer
 
 from expdesign.errors import InputError
@@ -29,39 +31,8 @@ KeyPath = tuple[str | int, ...]
 
 
 @dataclass(frozen=True)
-class FilePlace:
-    """Where something stands in a YAML file, for messages.
-
-    Attributes:
-        document: of the file.
-        path: key path below it.
-    """
-
-    document: "YamlDocument"
-    path: KeyPath
-
-    def below(self, *path: str | int) -> "FilePlace":
-        """A place below this one."""
-        return FilePlace(self.document, self.path + path)
-
-    def __str__(self) -> str:
-        """File, line and key, as a person would look it up."""
-        full = self.document.prefix + self.path
-        known = full
-        while known and known not in self.document.lines:
-            known = known[:-1]
-        source = self.document.source
-        place = f"{source}, line {self.document.lines[known]}" if known in self.document.lines else source
-        return f"{place}, {dotted(full)}" if full else place
-
-    def fault(self, what: str, remedy: str = "") -> InputError:
-        """The error to raise where what stands here cannot be meant."""
-        return InputError(what, where=str(self), remedy=remedy)
-
-
-@dataclass(frozen=True)
 class YamlDocument:
-    """The content of a YAML file.
+    """The content of a YAML file, or what stands at a place in it.
 
     Attributes:
         source: name of the file, for messages.
@@ -77,9 +48,25 @@ class YamlDocument:
     lines: dict[KeyPath, int] = field(default_factory=dict)
     prefix: KeyPath = ()
 
-    def where(self, *path: str | int) -> FilePlace:
-        """The place of a key, or of an entry of a list, below this content."""
-        return FilePlace(self, path)
+    def where(self, *path: str | int) -> "YamlDocument":
+        """What stands at a key, or an entry of a list, below this content: None where nothing does."""
+        try:
+            content = reduce(getitem, path, self.content)
+        except (LookupError, TypeError):
+            content = None
+        return YamlDocument(self.source, self.folder, content, self.lines, self.prefix + path)
+
+    def __str__(self) -> str:
+        """File, line and key, as a person would look it up."""
+        known = self.prefix
+        while known and known not in self.lines:
+            known = known[:-1]
+        place = f"{self.source}, line {self.lines[known]}" if known in self.lines else self.source
+        return f"{place}, {dotted(self.prefix)}" if self.prefix else place
+
+    def fault(self, what: str, remedy: str = "") -> InputError:
+        """The error to raise where what stands here cannot be meant."""
+        return InputError(what, where=str(self), remedy=remedy)
 
     def file(self, name: str) -> Path:
         """The place of a file that is named in this one.
@@ -92,14 +79,6 @@ class YamlDocument:
         if there and not (place.is_file() or place.is_dir()):
             raise InputError("this is a pipe or a device, not a file", where=str(place), remedy="Name a file.")
         return place
-
-    def part(self, *path: str | int) -> "YamlDocument":
-        """The document below `path`, without content where nothing stands there."""
-        try:
-            content = reduce(getitem, path, self.content)
-        except (LookupError, TypeError):
-            content = None
-        return YamlDocument(self.source, self.folder, content, self.lines, self.prefix + path)
 
 
 def dotted(path: KeyPath) -> str:
@@ -139,7 +118,7 @@ def _converted(content: Any, path: KeyPath, document: YamlDocument) -> Any:
         return [_converted(value, (*path, index), document) for index, value in enumerate(content)]
     if not isinstance(content, str):
         return content
-    dimensions = _dimensions(path, document.content) if QUANTITY.fullmatch(content.strip()) else ()
+    dimensions = _dimensions(path, document) if QUANTITY.fullmatch(content.strip()) else ()
     if not dimensions:
         return content
     where = str(document.where(*path))
@@ -151,7 +130,7 @@ def _converted(content: Any, path: KeyPath, document: YamlDocument) -> Any:
     return value if own is None else own.from_si(value)
 
 
-def _dimensions(path: KeyPath, content: Any) -> tuple[Dimension, ...]:
+def _dimensions(path: KeyPath, document: YamlDocument) -> tuple[Dimension, ...]:
     """What stands at a key path may measure; empty where that is not known."""
     names, last = _named(path), path[-1]
     if not names:
@@ -160,11 +139,11 @@ def _dimensions(path: KeyPath, content: Any) -> tuple[Dimension, ...]:
         return _KEYS["markers"]
     key = names[-1]
     if key == "wrench" and isinstance(last, int):
-        return ("force",) if last < len(_at(content, path[:-1])) / 2 else ("moment",)
+        return ("force",) if last < len(document.where(*path[:-1]).content) / 2 else ("moment",)
     if key in _POSES and isinstance(last, int):
-        return _coordinate(_at(content, path[:-1]), last)
+        return _coordinate(document.where(*path[:-1]).content, last)
     if key == "std" and "load_error" in names:
-        entry = _at(content, path[: len(path) - 1 - path[::-1].index("std")])
+        entry = document.where(*path[: len(path) - 1 - path[::-1].index("std")]).content
         source = entry.get("source") if isinstance(entry, dict) else None
         if source == "wrench":
             return ("moment",) if isinstance(last, int) and last >= 3 else ("force",)
@@ -205,12 +184,6 @@ def _named(path: KeyPath) -> list[str]:
     """The names on a key path; a sweep writes several in one (`experiment.load.mass_kg`)."""
     names = [name for key in path if isinstance(key, str) for name in key.split(".")]
     return [name for name in names if name != "choices"]
-
-
-def _at(content: Any, path: KeyPath) -> Any:
-    for key in path:
-        content = content[key]
-    return content
 
 
 _EXPONENT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)[eE][-+]?[0-9]+")
@@ -357,21 +330,26 @@ def parse_yaml(text: str, source: str, folder: Path) -> YamlDocument:
 
 
 def document_from_mapping(content: Mapping[str, Any], name: str) -> YamlDocument:
-    """Content that was read elsewhere, relative paths being those of the working folder.
+    """Content that was made in Python, relative paths being those of the working folder.
 
     Readers of YAML 1.1 (`yaml.safe_load`) take `1e7` for a text; here it is the number.
     """
-    return with_si_numbers(YamlDocument(name, Path(), _with_numbers(dict(content))))
+    return with_si_numbers(YamlDocument(name, Path(), _plain(content)))
 
 
-def _with_numbers(content: Any, key: object = None) -> Any:
+def _plain(content: Any, key: object = None) -> Any:
+    """Sections, arrays and paths as what a YAML file holds."""
+    if isinstance(content, BaseModel):
+        return content.model_dump(mode="json", exclude_none=True)
     if isinstance(content, Mapping):
-        return {name: _with_numbers(value, name) for name, value in content.items()}
+        return {name: _plain(value, name) for name, value in content.items()}
+    if isinstance(content, np.ndarray | np.generic):
+        return content.tolist()
     if isinstance(content, list | tuple):
-        return [_with_numbers(value, key) for value in content]
+        return [_plain(value, key) for value in content]
     if isinstance(content, str) and key not in _TEXTS and _EXPONENT.fullmatch(content):
         return float(content)
-    return content
+    return str(content) if isinstance(content, Path) else content
 
 
 def _walk(node: yaml.Node, path: KeyPath, lines: dict[KeyPath, int], source: str, above: set[int]) -> None:

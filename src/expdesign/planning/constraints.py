@@ -19,7 +19,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.errors import InputError
-from expdesign.io.yaml_reader import FilePlace
+from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.elastostatics.maps import actuator_forces
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.load import Load
@@ -336,7 +336,7 @@ def _require_as_many(section: ConstraintsSection, space: DesignSpace) -> None:
             raise section.where(key).fault(what, "Demand fewer, or offer more.")
 
 
-def _decisions(space: DesignSpace, wanted: FloatArray, first: int, place: FilePlace) -> FloatArray:
+def _decisions(space: DesignSpace, wanted: FloatArray, first: int, place: YamlDocument) -> FloatArray:
     """Genes (g,) at which the quantities from `first` on are as wanted; NaN for decisions that others depend on."""
     found = space.decisions_of(wanted, first)
     if found is None:

@@ -10,7 +10,7 @@ from expdesign.coordinates import Coordinates
 from expdesign.errors import InputError
 from expdesign.io.nearest import nearest
 from expdesign.io.schema import LARGEST
-from expdesign.io.yaml_reader import FilePlace
+from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.elastostatics.arm_calibration import regressor_for
 from expdesign.mechanics.elastostatics.calibration import Regressor
 from expdesign.mechanics.robots.robot import Robot
@@ -61,10 +61,10 @@ def read_noise(section: DeflectionNoiseSection, robot: Robot, *, referenced: boo
         raise place.fault(error.what, error.remedy) from None
 
 
-def axis_of(name: str, coordinates: Coordinates, place: FilePlace) -> int:
+def axis_of(name: str, coordinates: Coordinates, place: YamlDocument) -> int:
     """Index of a pose coordinate by the name of its deflection; an `InputError` where there is none."""
     if name not in coordinates.deflection:
-        raise place.below(name).fault("unknown axis", nearest(name, coordinates.deflection))
+        raise place.where(name).fault("unknown axis", nearest(name, coordinates.deflection))
     return coordinates.deflection.index(name)
 
 

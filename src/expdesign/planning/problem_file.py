@@ -16,7 +16,7 @@ from expdesign.io.kinds import require_kind
 from expdesign.io.nearest import nearest
 from expdesign.io.schema import validate
 from expdesign.io.table import read_table
-from expdesign.io.yaml_reader import FilePlace, YamlDocument, read_yaml
+from expdesign.io.yaml_reader import YamlDocument, read_yaml
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.errors.source import LoadErrorSource
 from expdesign.mechanics.loads.load import Load, Payload, Wrench
@@ -136,7 +136,7 @@ def _robot(section: RunSection) -> tuple[Robot, Any, FoundRobot | None]:
             raise section.where("robot").fault(f"there is no file {path}", remedy)
         part = read_yaml(path)
     else:
-        part = section.document.part("robot")
+        part = section.document.where("robot")
     robot, found = robot_of(part)
     return robot, part.content, found
 
@@ -264,7 +264,7 @@ def _targets(
     return targets, np.array(wrenches), tuple(loads)
 
 
-def _vector(values: list[float], names: tuple[str, ...], place: FilePlace) -> FloatArray:
+def _vector(values: list[float], names: tuple[str, ...], place: YamlDocument) -> FloatArray:
     if len(values) != len(names):
         what = f"{len(names)} numbers are needed here, not {len(values)}"
         raise place.fault(what, f"Order: {', '.join(names)}." if names else "")
@@ -330,7 +330,7 @@ def _poses(section: PosesSection, robot: Robot) -> PoseSet:
     names, place = pose_columns(robot), section.where("candidates")
     tips = asked_tips(section.tips, robot, section.where("tips"))
     if isinstance(section.candidates, list):
-        rows = [pose_of(row, robot, place.below(index)) for index, row in enumerate(section.candidates)]
+        rows = [pose_of(row, robot, place.where(index)) for index, row in enumerate(section.candidates)]
         if not rows:
             raise place.fault("there is no candidate", "Name at least one pose, or a file (CSV).")
         return PoseSet(candidates=at_tips(_distinct(np.array(rows)), tips))
@@ -363,7 +363,7 @@ def _objectives(section: RunSection, further: tuple[Criterion, ...]) -> tuple[Cr
     names, place = section.objectives, section.where("objectives")
     for index, name in enumerate(names):
         if name not in known:
-            raise place.below(index).fault(f"unknown criterion `{name}`", nearest(name, [cls.name for cls in kinds()]))
+            raise place.where(index).fault(f"unknown criterion `{name}`", nearest(name, [cls.name for cls in kinds()]))
     if len(set(names)) != len(names):
         raise place.fault("a criterion appears twice", "Name each once.")
     if not names:

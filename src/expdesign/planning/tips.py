@@ -10,7 +10,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.io.nearest import nearest
-from expdesign.io.yaml_reader import FilePlace
+from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, TIP_COLUMN
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.variables import Choices
@@ -33,7 +33,7 @@ def pose_columns(robot: Robot) -> tuple[str, ...]:
     return robot.configuration[: len(robot.configuration) - bool(tips_of(robot))]
 
 
-def pose_of(values: list[float], robot: Robot, place: FilePlace) -> FloatArray:
+def pose_of(values: list[float], robot: Robot, place: YamlDocument) -> FloatArray:
     """A pose of a run configuration in the order of `pose_columns`; links carry nothing where it ends before them.
 
     Raises:
@@ -49,7 +49,7 @@ def pose_of(values: list[float], robot: Robot, place: FilePlace) -> FloatArray:
     return np.array([*values, *[0.0] * (len(names) - len(values))], dtype=float)
 
 
-def tip_number(name: str | None, robot: Robot, place: FilePlace) -> FloatArray:
+def tip_number(name: str | None, robot: Robot, place: YamlDocument) -> FloatArray:
     """What follows a target's pose in its configuration: the number of its tip (1,), or nothing (0,).
 
     Raises:
@@ -62,7 +62,7 @@ def tip_number(name: str | None, robot: Robot, place: FilePlace) -> FloatArray:
     return np.zeros(0) if name is None else np.array([float(_number(name, tips, place))])
 
 
-def asked_tips(names: list[str] | None, robot: Robot, place: FilePlace) -> Choices | None:
+def asked_tips(names: list[str] | None, robot: Robot, place: YamlDocument) -> Choices | None:
     """Numbers of the tips that may be measured; None of a robot with one tip.
 
     Raises:
@@ -71,7 +71,7 @@ def asked_tips(names: list[str] | None, robot: Robot, place: FilePlace) -> Choic
     tips = tips_of(robot)
     if names is None:
         return Choices(tuple(float(number) for number in range(1, len(tips) + 1))) if tips else None
-    numbers = [_number(name, tips, place.below(index)) for index, name in enumerate(names)]
+    numbers = [_number(name, tips, place.where(index)) for index, name in enumerate(names)]
     if len(set(numbers)) < len(numbers):
         raise place.fault("a tip appears twice", "Name each once.")
     return Choices(tuple(float(number) for number in numbers))
@@ -85,7 +85,7 @@ def at_tips(poses: FloatArray, tips: Choices | None) -> FloatArray:
     return np.column_stack([np.repeat(poses, len(tips.values), axis=0), numbers])
 
 
-def _number(name: str, tips: tuple[str, ...], place: FilePlace) -> int:
+def _number(name: str, tips: tuple[str, ...], place: YamlDocument) -> int:
     if not tips:
         raise place.fault("the robot has one tip, which need not be named", "Take the key out.")
     if name not in tips:

@@ -153,7 +153,7 @@ def target_findings(document: YamlDocument) -> list[Implausibility]:
     try:
         robot = document.content["robot"]
         named = isinstance(robot, str)
-        robot = robot_from_document(read_yaml(document.file(robot)) if named else document.part("robot"))
+        robot = robot_from_document(read_yaml(document.file(robot)) if named else document.where("robot"))
         poses = np.array([target["pose"] for target in document.content["targets"]], dtype=float)
     except (ExpdesignError, KeyError, TypeError, ValueError):
         return []

@@ -204,7 +204,7 @@ def _base(sweep: SweepSection, robots: "_Robots") -> dict[str, Any]:
             raise sweep.where("config").fault(f"there is no file {path}", "Paths are relative to the sweep file.")
         found = read_yaml(path)
     else:
-        found = sweep.document.part("config")
+        found = sweep.document.where("config")
     require_kind(found, "run configuration")
     if not isinstance(found.content, dict):
         raise found.where().fault("a run configuration is needed here", "See `expdesign new`.")
@@ -255,7 +255,7 @@ class _Robots:
         """The robot that a mapping describes."""
         key = json.dumps(content, sort_keys=True, default=str)
         if key not in self._robots:
-            self._robots[key] = robot_of(YamlDocument(source, Path(), {"robot": content}).part("robot"))[0]
+            self._robots[key] = robot_of(YamlDocument(source, Path(), {"robot": content}).where("robot"))[0]
         return self._robots[key]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.io.schema import LARGEST
-from expdesign.io.yaml_reader import FilePlace
+from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.robot import Robot
 
 AGAIN = "Identify or diagnose the recordings again."
@@ -23,7 +23,7 @@ ROUNDING = 1e-6
 
 
 def relative_compliances(
-    stated: Mapping[str, float], written: Sequence[float], robot: Robot, file: FilePlace
+    stated: Mapping[str, float], written: Sequence[float], robot: Robot, file: YamlDocument
 ) -> FloatArray:
     """Compliances (n_p,) in units of the robot file's, to the last bit as they were written.
 
@@ -43,7 +43,7 @@ def relative_compliances(
     found = np.array(written)
     if found.shape != compliance.shape:
         what = f"{len(compliance)} numbers are needed here, not {len(found)}"
-        raise file.below("relative_compliance").fault(what, "One of each actuator.")
+        raise file.where("relative_compliance").fault(what, "One of each actuator.")
     apart = ~np.isclose(found * robot.compliance, compliance, rtol=SAME, atol=0.0)
     if apart.any():
         index = int(np.argmax(apart))
@@ -52,11 +52,11 @@ def relative_compliances(
             f"the actuator stiffness {robot.stiffness[index]:.6g}"
         )
         remedy = f"Take `relative_compliance` out if `compliance` is right. {AGAIN}"
-        raise file.below("compliance", list(stated)[index]).fault(what, remedy)
+        raise file.where("compliance", list(stated)[index]).fault(what, remedy)
     return found
 
 
-def require_yielding(compliance: FloatArray, covariance: FloatArray, robot: Robot, file: FilePlace) -> None:
+def require_yielding(compliance: FloatArray, covariance: FloatArray, robot: Robot, file: YamlDocument) -> None:
     """Raise an `InputError` where an actuator moves against its load.
 
     Args:
@@ -70,10 +70,10 @@ def require_yielding(compliance: FloatArray, covariance: FloatArray, robot: Robo
     if against.size:
         name = robot.actuators[against[0]]
         what = "a negative compliance: under its load the actuator would move against it"
-        raise file.below("compliance", name).fault(what, f"Correct the sign. {AGAIN}")
+        raise file.where("compliance", name).fault(what, f"Correct the sign. {AGAIN}")
 
 
-def covariance_of(rows: Sequence[Sequence[float]], count: int, place: FilePlace) -> FloatArray:
+def covariance_of(rows: Sequence[Sequence[float]], count: int, place: YamlDocument) -> FloatArray:
     """A covariance (count, count); infinite variances mark what is not determined.
 
     Raises:
@@ -89,7 +89,7 @@ def covariance_of(rows: Sequence[Sequence[float]], count: int, place: FilePlace)
         row, column = (int(place) for place in np.argwhere(strange)[0])
         value = covariance[row, column]
         what = "NaN is no number" if np.isnan(value) else f"{value:.3g} is beyond any quantity in SI units"
-        raise place.below(row, column).fault(what, AGAIN)
+        raise place.where(row, column).fault(what, AGAIN)
     known = np.isfinite(np.diag(covariance))
     inner = covariance[np.ix_(known, known)]
     if not np.isfinite(inner).all():
@@ -106,9 +106,9 @@ def covariance_of(rows: Sequence[Sequence[float]], count: int, place: FilePlace)
     return covariance
 
 
-def require_ordered(ranges: Mapping[str, Sequence[float]], place: FilePlace) -> None:
+def require_ordered(ranges: Mapping[str, Sequence[float]], place: YamlDocument) -> None:
     """Raise an `InputError` where a range of `calibrated` ends before it begins."""
     for name, (low, high) in ranges.items():
         if low > high:
             what = f"the range is the wrong way round: {low:g} > {high:g}"
-            raise place.below(name).fault(what, f"Low first, then high. {AGAIN}")
+            raise place.where(name).fault(what, f"Low first, then high. {AGAIN}")

@@ -239,7 +239,7 @@ def model_from_document(document: YamlDocument) -> Model:
         remedy = "`expdesign identify` and `expdesign diagnose` write model files (`kind: model`)."
         raise document.where().fault("this is not a model file", remedy)
     section = validate(_ModelSection, document)
-    robot = robot_from_document(document.part("robot"))
+    robot = robot_from_document(document.where("robot"))
     effects = tuple(effect_of(entry, robot) for entry in section.effects)
     if section.schema_version > 1:
         require_identifiers(section.effects)

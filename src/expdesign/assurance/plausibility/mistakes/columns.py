@@ -15,7 +15,6 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, TextArray
 from expdesign.assurance.plausibility.evidence import Alternative, Evidence
-from expdesign.io.tables_in_units import measured_as
 from expdesign.io.units import UNITS, measured_column
 from expdesign.mechanics.robots.orientation import Orientation, angles_of, rotation_matrix
 from expdesign.mechanics.symbolic import BatchFunction
@@ -113,7 +112,7 @@ def _in_unit(evidence: Evidence, names: TextArray, factor: float, noun: str, uni
         unit: the other unit of columns that are in SI.
     """
     written = [evidence.recordings.written.get(name, name) for name in names.tolist()]
-    stated = [measured_as(name) or measured_column(name) for name in written]
+    stated = [measured_column(name) for name in written]
     example = names[0].rpartition("_")[0]
     if stated[0] is not None and not stated[0].is_si:
         own, example = stated[0], stated[0].base
