@@ -54,7 +54,6 @@ PROOFS = {
     "identification/test_goodness.py::test_chi_squared_has_as_many": "degrees of freedom that are not counted",
     "identification/test_goodness.py::test_identify_and_diagnose_count": "two counts of the parameters of one fit",
     "identification/test_goodness.py::test_identify_and_diagnose_say_the_same": "two statements of one fit",
-    "identification/test_goodness.py::test_noise_as_stated": "a verdict on noise of another level than stated",
     "identification/test_identify.py::test_intervals_cover": "intervals that do not cover the truth in 95 of 100",
     "identification/test_identify.py::test_the_scatter_of_estimates": "a covariance that estimates do not have",
     "identification/test_identify.py::test_the_tests_have_the_level": "a test of fit of another level than stated",

@@ -387,6 +387,11 @@ MODELS = [
         Wrong(PREDICTED, f", {place or key}: ", entries(MODEL, {key: value}))
         for key, value, place in (
             ("covariance", [], ""),
+            ("covariance", [[1.0]], ""),
+            ("covariance", ["1.0 l.0"], ""),
+            ("schema_version", 3, ""),
+            ("compliance", {"leg 1": 1e-7}, ""),
+            ("robot", {"kind": "hexapod"}, "robot.name"),
             ("covariance.5", [1.0], "covariance"),
             ("covariance.0.0", -1.0, "covariance"),
             ("covariance.0.0", float("nan"), "covariance[0][0]"),

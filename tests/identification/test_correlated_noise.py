@@ -1,6 +1,5 @@
 """A configuration's covariance of the noise is one for plan, fit and the next measurement."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,7 +9,6 @@ import pytest
 import expdesign as xd
 from expdesign.app.api.recorded import correlated, referenced
 from expdesign.chain.recordings.reader import recordings_from_table
-from expdesign.estimation.whitening import LoadColumns, Whitening
 from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.planning.plan import Plan, plan_frame
@@ -96,33 +94,3 @@ def test_chi2_has_the_degrees_of_freedom_that_it_states() -> None:
         assert identified.chi2 is not None
         found.append(identified.chi2 / identified.result.goodness.dof)
     assert np.mean(found) == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / (10 * 42)))
-
-
-def test_whitening_is_the_inverse_root_of_the_whole_covariance() -> None:
-    """With references that rows share, load errors of rows and of all, and readings of a row that are correlated."""
-    random = np.random.default_rng(3)
-    rows, readings = 6, 3
-    deviations, loads = random.uniform(0.5, 2.0, (rows, readings)), (rows, readings, 2)
-    references, one = np.array(["a", "a", "b", "", "b", "a"]), correlation(random, readings)
-    values, vectors = np.linalg.eigh(one)
-    within = np.broadcast_to((vectors / np.sqrt(values)) @ vectors.T, (rows, readings, readings))
-    columns = LoadColumns(random.standard_normal(loads), random.standard_normal(loads))
-    whitening = Whitening(deviations, references=references, within=within, loads=columns)
-    alike = (references[:, None] == references) & (references != "")[:, None]
-    across = np.where(np.eye(rows, dtype=bool), 1.0, 0.5 * alike)
-    scale = np.diag(deviations.ravel())
-    covariance = scale @ np.kron(across, one) @ scale
-    every = columns.as_shared.shared.reshape(rows * readings, -1)
-    covariance = covariance + every @ every.T
-    unit = np.eye(rows * readings).reshape(rows, readings, -1)
-    root = whitening.apply(unit).reshape(rows * readings, -1)
-    inverse = np.linalg.inv(covariance)
-    np.testing.assert_allclose(root.T @ root, inverse, atol=1e-10)
-    scaled = scale @ inverse @ scale
-    scores = whitening.scores(whitening.decorrelated(unit)).reshape(rows * readings, -1)
-    np.testing.assert_allclose(scores, scaled, atol=1e-10)
-    blocks = [scaled[r * readings : (r + 1) * readings, r * readings : (r + 1) * readings] for r in range(rows)]
-    np.testing.assert_allclose(whitening.precision, blocks, atol=1e-10)
-    some = np.array([True, True, False, True, False, True])
-    half = whitening.weighing(replace(columns, shared=columns.shared[..., :0])).rows(some)
-    assert half.apply(unit[some]).shape == (4, readings, rows * readings)

@@ -8,9 +8,7 @@ import yaml
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
-from expdesign.chain.effects.legs.transmission import LegBacklash
 from expdesign.chain.models.model_file import Model, model_text, read_model
-from expdesign.errors import InputError
 from expdesign.estimation.identify import identify
 from expdesign.io.yaml_reader import YamlDocument, read_yaml
 from tests.cases import robot
@@ -58,29 +56,3 @@ def test_the_file_of_an_identification_says_what_was_identified(tmp_path: Path) 
     found = read_model(saved(Model.from_fit(result.fit, document(), "recordings.csv"), tmp_path))
     np.testing.assert_allclose(found.compliance, result.compliance.estimate, rtol=1e-14)
     assert found.chain.robot.name == "hexapod-h1"
-
-
-def changed(folder: Path, **changes: object) -> Path:
-    path = saved(model_with((LegBacklash.from_text(robot("H1"), "leg 3", "middle"),)), folder)
-    content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    for key, value in changes.items():
-        content[key] = value
-    path.write_text(yaml.safe_dump(content), encoding="utf-8")
-    return path
-
-
-@pytest.mark.parametrize(
-    ("changes", "says"),
-    [
-        ({"kind": "hexapod"}, "not an identified model"),
-        ({"schema_version": 3}, "schema version 3"),
-        ({"covariance": [[1.0]]}, "a matrix of"),
-        ({"covariance": ["1.0 l.0"]}, "could not convert"),
-        ({"compliance": {"leg 1": 1e-7}}, "not the robot's actuators"),
-        ({"robot": {"kind": "hexapod"}}, "missing"),
-    ],
-)
-def test_a_wrong_model_file_is_refused(changes: dict[str, object], says: str, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=says) as caught:
-        read_model(changed(tmp_path, **changes))
-    assert "model.yaml" in caught.value.where
