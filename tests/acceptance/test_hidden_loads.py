@@ -7,7 +7,6 @@ import expdesign as xd
 from expdesign.app.api.at_targets import AtTargets
 from expdesign.assurance.acceptance.hidden_risk import joint_model, left_out_by
 from expdesign.assurance.model_error.physics import offsets
-from expdesign.estimation.gaussian import Term
 from tests.design.problems import HEXAPOD, plan_table, problem
 
 ERRORS = [{"source": "com", "std": [0.02, 0.02, 0.02]}, {"source": "direction", "std": [0.01, 0.01]}]
@@ -45,8 +44,8 @@ def test_a_bias_by_way_of_load_errors_is_what_commands_then_have() -> None:
     part = slice(start[place], start[place + 1])
     rows = len(base.readings)
     readings = model.whitening.unshared(shown.directions[:rows, part])
-    at = (shown.meir.motions[..., part] * shown.meir.deviations[part]).reshape(len(base.at_targets), -1)
-    expected = base.unexplained(Term("left out", readings, at, np.ones(readings.shape[1])))
+    at = (shown.meir.motions[..., part] * shown.meir.deviations[part]).reshape(-1, part.stop - part.start)
+    expected = base.unexplained(readings, at)
     scale = 2e-9 / shown.meir.deviations[part]
     bias = (expected * scale).sum(axis=1).reshape(attained.shape)
     assert bias == pytest.approx(attained, rel=0.15, abs=0.05 * np.abs(attained).max())

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from expdesign.assurance.acceptance.planned import acting_loads
-from expdesign.estimation.gaussian import NOISE, Gaussian, Term
+from expdesign.estimation.gaussian import Gaussian
 from expdesign.estimation.load_errors import Estimator
 from expdesign.planning.criteria.accuracy import expected_total
 from expdesign.planning.criteria.criterion import known_criteria
@@ -194,16 +194,22 @@ def test_errors_that_act_at_targets_as_well_are_those_of_the_joint_model(shared_
     assert [bool(each.any()) for each in acting] == [False, False, True]
     targets = here.targets.observation.reshape(-1, 6)
     errors = assessment.measurements.compliance @ assessment.measurements.load_errors
-    terms = [Term("stiffness", assessment.white(assessment.measurements.observation)[0], targets)]
+    base = assessment.white(assessment.measurements.observation)[0]
+    columns, at_targets = [base], [targets]
     for source, part, at in zip(here.loaded.sources, assessment.measurements.sources, acting, strict=True):
-        columns = assessment.white(errors[..., part])[0]
-        if not source.shared:
+        if source.shared:
+            columns.append(assessment.white(errors[..., part])[0])
+            at_targets.append(at.reshape(len(targets), -1))
+        else:
             each = np.eye(assessment.count)[:, None, :, None] * errors[0, ..., part][:, :, None]
-            columns = assessment.white(each.reshape(1, *each.shape[:2], -1))[0]
-        at_targets = at.reshape(len(targets), -1) if source.shared else None
-        terms.append(Term(source.source, columns, at_targets, np.ones(columns.shape[1])))
-    expected = Gaussian.planned(terms).budget
+            columns.append(assessment.white(each.reshape(1, *each.shape[:2], -1))[0])
+            at_targets.append(np.zeros((len(targets), columns[-1].shape[1])))
+    whole = np.hstack(columns)
+    deviation = np.append(np.full(base.shape[1], np.inf), np.ones(whole.shape[1] - base.shape[1]))
+    expected = Gaussian(whole, np.zeros(len(whole)), deviation, at_targets=np.hstack(at_targets))
     noise, parts = assessment.information.budget(here.targets.observation, acting)
-    np.testing.assert_allclose(noise[0].ravel(), np.diag(expected[NOISE]), rtol=1e-8)
-    for index, source in enumerate(here.loaded.sources):
-        np.testing.assert_allclose(parts[0, ..., index].ravel(), np.diag(expected[source.source]), rtol=1e-8)
+    through = np.hstack(at_targets) @ expected.gain
+    np.testing.assert_allclose(noise[0].ravel(), (through**2).sum(axis=1), rtol=1e-8)
+    for index, pair in enumerate(zip(columns[1:], at_targets[1:], strict=True)):
+        squares = (expected.unexplained(*pair) ** 2).sum(axis=1)
+        np.testing.assert_allclose(parts[0, ..., index].ravel(), squares, rtol=1e-8)

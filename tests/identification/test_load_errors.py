@@ -17,7 +17,7 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.errors import InputError
 from expdesign.estimation.fit import Fit, linear_fit
-from expdesign.estimation.gaussian import Gaussian, Term
+from expdesign.estimation.gaussian import Gaussian
 from expdesign.estimation.identify import Identification, identify
 from expdesign.estimation.load_errors import Estimator, load_columns
 from expdesign.estimation.weighed import Fittable, weighed
@@ -207,14 +207,14 @@ def test_what_acts_at_targets_is_the_posterior_of_the_joint_model() -> None:
     columns = load_columns(loads.effects, np.ones(len(loads.effects)))
     alone = noise.weighing(replace(columns, shared=columns.shared[..., :0]))
     flat = [as_matrix(alone.apply(each)) for each in (sensitivities, columns.shared)]
-    terms = (Term("stiffness", flat[0]), Term("loads", flat[1], root=np.ones(flat[1].shape[1])))
-    expected = Gaussian(terms, alone.apply(residuals).ravel())
-    np.testing.assert_allclose(loads.estimated.mean, expected.mean_of("loads"), rtol=1e-7, atol=1e-9)
+    known = np.append(np.full(6, np.inf), np.ones(flat[1].shape[1]))
+    expected = Gaussian(np.hstack(flat), alone.apply(residuals).ravel(), known)
+    np.testing.assert_allclose(loads.estimated.mean, expected.estimate[6:], rtol=1e-7, atol=1e-9)
     acting = loads.at_targets(fit)
     assert acting is not None
     units = np.concatenate([np.ones(6), loads.acting.units])
     kept = np.concatenate([np.arange(6), 6 + loads.acting.columns])
-    joint = expected.covariance[np.ix_(kept, kept)] * np.outer(units, units)
+    joint = expected.estimable.covariance[np.ix_(kept, kept)] * np.outer(units, units)
     np.testing.assert_allclose(acting.covariance, joint[6:], rtol=1e-6, atol=1e-9 * np.abs(joint).max())
 
 

@@ -12,7 +12,7 @@ from expdesign.assurance.model_error.physics import Directions, offsets, plan_po
 from expdesign.assurance.model_error.settings import Assumptions
 from expdesign.chain.models.effect_entry import effect_classes
 from expdesign.chain.row import RowData, row_data
-from expdesign.estimation.gaussian import Gaussian, Term
+from expdesign.estimation.gaussian import Gaussian
 from expdesign.planning.problem import DesignProblem
 from tests.model_error.problems import FEW, assessed, impact, plans, problem
 
@@ -103,16 +103,23 @@ def test_what_is_hidden_is_by_how_much_the_error_rises_where_the_model_has_the_p
     for design in range(2):
         base = assessment.white(assessment.measurements.observation)[design] * meir.compliance
         errors = assessment.white(load)[design]
-        machine = Term("machine", base, meir.errors[:, :count])
-        model = Gaussian.planned([machine, Term("load", errors, root=np.ones(errors.shape[1]))])
+        at_base = np.hstack([meir.errors[:, :count], np.zeros((len(meir.errors), errors.shape[1]))])
+        known = np.append(np.full(count, np.inf), np.ones(errors.shape[1]))
+        model = Gaussian(np.hstack([base, errors]), np.zeros(len(base)), known, at_targets=at_base)
         rows = plan_points(case.loaded, *(each[design] for each in assessment.states))
         moved = meir.directions.at(row_data(rows, case.loaded.robot))
         physics = assessment.white(np.broadcast_to(moved, (2, *moved.shape)))[design] * meir.deviations
         at_targets = meir.errors[:, count:] * meir.deviations
         for index in range(0, len(meir.physics), 7):
             part = slice(ends[index], ends[index + 1])
-            term = Term("left out", physics[:, part], at_targets[:, part], np.ones(ends[index + 1] - ends[index]))
-            rise, joined = (model.beside(term).error - model.error).diagonal(), model.joined(term)[2]
+            wider = Gaussian(
+                np.hstack([model.columns, physics[:, part]]),
+                model.readings,
+                np.append(known, np.ones(ends[index + 1] - ends[index])),
+                at_targets=np.hstack([at_base, at_targets[:, part]]),
+            )
+            squares = [((each.at_targets @ each.root) ** 2).sum(axis=1) for each in (wider, model)]
+            rise, joined = squares[0] - squares[1], model.joined(physics[:, part], at_targets[:, part], 1.0)[2]
             np.testing.assert_allclose(found.axes[design, index].ravel(), rise, rtol=1e-6, atol=1e-9)
             np.testing.assert_allclose((joined**2).sum(axis=1), rise, rtol=1e-6, atol=1e-9)
 

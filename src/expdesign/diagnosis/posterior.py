@@ -33,7 +33,6 @@ from expdesign.diagnosis.library import Candidate, physical_sizes
 from expdesign.diagnosis.names import NamedModel, Names, hierarchical
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.estimation.fit import Fit
-from expdesign.estimation.gaussian import Mixture
 
 _LARGEST = 500.0
 """Logarithm of a Bayes factor beyond which numbers end."""
@@ -270,14 +269,15 @@ def _average(names: Names, model: NamedModel, kept: Sequence[_Beside], weights: 
         start[into[own:]] = effect.neutral()[free]
         changes[k, into] = one.change
         covariances[k][np.ix_(into, into)] += one.covariance
-    mixture = Mixture(weights, changes, covariances)
-    values = np.clip(start + mixture.mean, *chain.bounds())
+    mean = weights @ changes
+    values = np.clip(start + mean, *chain.bounds())
+    spread = np.einsum("m,mi,mj->ij", weights, changes - mean, changes - mean)
     residuals, slopes = names.sample.residuals_with_sensitivities(chain, values)
     return replace(
         fit,
         chain=chain,
         values=values,
-        covariance=mixture.covariance,
+        covariance=np.einsum("m,mij->ij", weights, covariances) + spread,
         determined=np.ones(count, dtype=bool),
         residuals=residuals,
         sensitivities=slopes,

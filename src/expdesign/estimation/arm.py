@@ -47,6 +47,7 @@ from expdesign.estimation.arm_problem import (
 )
 from expdesign.estimation.coverage import HeldOutRows, held_out_rows
 from expdesign.estimation.fit import Data, Fit, fit
+from expdesign.estimation.gaussian import Gaussian
 from expdesign.estimation.left_over import LeftOver, left_over
 from expdesign.estimation.noise_level import NoiseLevel
 from expdesign.estimation.redundancy import Redundant, labels_of, redundancies
@@ -274,9 +275,9 @@ def _fit(problem: ArmProblem, found: Settled, factors: FloatArray) -> Fit:
     spreads[live] = priors.deviation
     spreads[frames] = chain.reading.released(spreads[frames])
     grouped = np.where(priors.group >= 0, factors[live], 1.0)
-    priors = replace(priors, deviation=spreads[live] * grouped, group=np.full(len(live), -1))
+    known = Gaussian(found.solution.slopes, found.solution.residuals, spreads[live] * grouped).estimable
     covariance = np.zeros((len(values), len(values)))
-    covariance[np.ix_(live, live)] = priors.covariance(np.ones(0), found.solution.slopes)
+    covariance[np.ix_(live, live)] = known.generalised
     return Fit(
         chain=chain,
         values=values,

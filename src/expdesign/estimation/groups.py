@@ -21,7 +21,7 @@ from scipy.optimize import minimize
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.estimation.descent import Descent, Linearised
-from expdesign.estimation.gaussian import Gaussian, Term
+from expdesign.estimation.gaussian import Gaussian
 
 _TURNS = 12
 _COARSE, _FINE = 1e-3, 1e-9
@@ -30,7 +30,6 @@ _SETTLED = 2e-2
 """Change of the logarithm of a factor at which it has settled."""
 _FARTHEST = 12.0
 """Logarithm of factors and noise at which the search for them ends."""
-_FLAT, _OWN = "flat", "own"
 
 
 @dataclass(frozen=True)
@@ -62,33 +61,13 @@ class Priors:
         return scaled
 
     def model(self, factors: FloatArray, columns: FloatArray, readings: FloatArray) -> Gaussian:
-        """The linear problem, its parameters relative to their means in the order of `order`."""
-        deviations = self.deviations(factors)
-        terms = [
-            Term(name, columns[:, own], root=None if name == _FLAT else deviations[own])
-            for name, own in self._parts.items()
-        ]
-        return Gaussian(tuple(terms), readings)
+        """The linear problem, its parameters relative to their means."""
+        return Gaussian(columns, readings, self.deviations(factors))
 
-    @cached_property
-    def _parts(self) -> dict[str, IntArray]:
-        """Parameters of every term of `model`."""
-        known = np.isfinite(self.deviation)
-        parts = {_FLAT: np.flatnonzero(~known), _OWN: np.flatnonzero(known & (self.group < 0))}
-        parts |= {str(number): np.flatnonzero(known & (self.group == number)) for number in range(self.groups)}
-        return {name: own for name, own in parts.items() if own.size}
-
-    @property
-    def order(self) -> IntArray:
-        """Parameters in the order of `model`, shape (p,)."""
-        return np.concatenate([np.empty(0, dtype=np.int64), *self._parts.values()])
-
-    def covariance(self, factors: FloatArray, columns: FloatArray) -> FloatArray:
-        """Of the parameters, from whitened columns (M, p); 0 along what is not determined, shape (p, p)."""
-        found = np.empty((columns.shape[1],) * 2)
-        known = self.model(factors, columns, np.zeros(len(columns))).estimable
-        found[np.ix_(self.order, self.order)] = known.generalised
-        return found
+    def by_group(self, values: FloatArray) -> FloatArray:
+        """Sums over the parameters of each group of what stands for all with a deviation (s,), shape (g,)."""
+        own = self.group[np.isfinite(self.deviation)]
+        return np.bincount(own[own >= 0], values[own >= 0], self.groups).astype(float)
 
 
 @dataclass(frozen=True)
@@ -115,7 +94,8 @@ class Sized:
     @cached_property
     def covariance(self) -> FloatArray:
         """With the noise as it was learnt, shape (p, p)."""
-        return self.priors.covariance(self.factors, self.slopes / self.noise)
+        model = self.priors.model(self.factors, self.slopes / self.noise, self.residuals)
+        return model.estimable.generalised
 
     def left_out(self, blocks: IntArray) -> FloatArray:
         """Errors of whitened readings predicted without their block (M,), by the linear problem; see `Gaussian`."""
@@ -144,8 +124,7 @@ def with_groups(linearised: Linearised, priors: Priors, start: FloatArray, *, kn
         if np.abs(np.log(factors / before)).max(initial=0.0) < _SETTLED:
             break
     descent.run((noise / priors.deviations(factors)) ** 2, *_ends(_FINE))
-    model = priors.model(factors, descent.slopes / noise, descent.residuals)
-    determined = np.array([model.determined(str(group)) for group in range(priors.groups)])
+    determined = priors.by_group(priors.model(factors, descent.slopes / noise, descent.residuals).determined)
     return Sized(priors, descent.values, factors, determined, noise, descent.residuals, descent.slopes)
 
 
@@ -167,10 +146,9 @@ def _decided(
     def misfit(logs: FloatArray) -> tuple[float, FloatArray]:
         sizes, level = np.exp(logs[:-1]), float(np.exp(logs[-1]))
         model = priors.model(sizes, whole[:, :-1] / level, whole[:, -1] / level)
-        determined = {term.name: model.determined(term.name) for term in model.terms if term.proper}
-        squares = {name: model.standardised(name) @ model.standardised(name) for name in determined}
-        slopes = np.array([squares[str(g)] - determined[str(g)] for g in range(priors.groups)])
-        left = model.chi2 - sum(squares.values()) + sum(determined.values()) + model.rank - count
+        determined, squares = model.determined, model.standardised**2
+        slopes = priors.by_group(squares - determined)
+        left = model.chi2 - float((squares - determined).sum()) + model.rank - count
         away = logs[:-1] / priors.spread**2
         value = model.log_evidence - count * logs[-1] - 0.5 * float(away @ logs[:-1])
         return -value, -np.append(slopes - away, left)

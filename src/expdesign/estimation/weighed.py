@@ -25,7 +25,7 @@ from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.acting_loads import EstimatedLoads, LoadsAtTargets
 from expdesign.estimation.fit import Fit
-from expdesign.estimation.gaussian import Gaussian, Term
+from expdesign.estimation.gaussian import Gaussian
 from expdesign.estimation.load_errors import DeclaredLoadErrors, Estimator, LoadEffect, load_columns, shared_parts
 from expdesign.estimation.propagated import Propagated
 from expdesign.estimation.whitening import LoadColumns, Whitening
@@ -37,7 +37,6 @@ _FARTHEST = 5.0
 _ROUNDS = 20
 _SETTLED = 1e-4
 """Standard deviations by which parameters move at most once the columns of the load errors have settled."""
-_PARAMETERS = "parameters"
 
 
 @dataclass(frozen=True)
@@ -180,9 +179,8 @@ def conditional(fitted: Fittable, fit: Fit, noise: Whitening, loads: WeighedLoad
     columns = load_columns(loads.effects, loads.weights).as_shared.shared
     residuals, sensitivities = fitted.linearised(fit.values)
     whitened = as_matrix(noise.apply(columns))
-    term = Term("loads", whitened, root=np.ones(whitened.shape[1]), scope="campaign")
-    parameters = _parameters(fitted, fit.values, as_matrix(noise.apply(sensitivities)))
-    model = Gaussian((*parameters, term), noise.apply(residuals).ravel())
+    slopes, known = as_matrix(noise.apply(sensitivities)), np.ones(whitened.shape[1])
+    model = _joint(fitted, fit.values, (slopes, whitened), known, noise.apply(residuals).ravel())
     left = (model.readings - model.columns @ model.estimate).reshape(residuals.shape)
     return replace(
         fit, residuals=left, sensitivities=model.columns.reshape(*residuals.shape, -1), subspace=model.estimable
@@ -194,17 +192,18 @@ def of_parameters(known: Estimable, count: int) -> Estimable:
     return Estimable(known.generalised[:count, :count], known.directions[:count], known.resolution[:count])
 
 
-def _parameters(fitted: Fittable, values: FloatArray, columns: FloatArray) -> tuple[Term, ...]:
-    """Terms of the parameters: those with a prior, relative to where they are, and flat ones."""
-    if fitted.prior is None:
-        return (Term(_PARAMETERS, columns),)
-    mean, deviation = fitted.prior
-    held = np.isfinite(deviation)
-    if held.all():
-        return (Term(_PARAMETERS, columns, root=deviation, mean=mean - values),)
-    # One term in the order of the parameters: a prior of no information is flat to within rounding.
-    wide = np.where(held, deviation, 1e8 * fitted.chain.scales())
-    return (Term(_PARAMETERS, columns, root=wide, mean=np.where(held, mean - values, 0.0)),)
+def _joint(
+    fitted: Fittable,
+    values: FloatArray,
+    columns: tuple[FloatArray, FloatArray],
+    sizes: FloatArray,
+    readings: FloatArray,
+) -> Gaussian:
+    """The parameters at values (p,) and errors of the loads with `sizes` (d,), by columns (M, p) and (M, d)."""
+    mean, deviation = fitted.prior or (values, np.full(len(values), np.inf))
+    away = np.where(np.isfinite(deviation), mean - values, 0.0)
+    nothing = np.zeros(len(sizes))
+    return Gaussian(np.hstack(columns), readings, np.append(deviation, sizes), np.append(away, nothing))
 
 
 def _scales(
@@ -214,32 +213,28 @@ def _scales(
     residuals, sensitivities = fitted.linearised(values)
     sources = list(dict.fromkeys(effect.source for effect in effects))
     index = np.array([sources.index(effect.source) for effect in effects])
+    among = np.array([effect.shared for effect in effects])
     shared = [effect for effect in effects if effect.shared]
     own = any(not effect.shared for effect in effects)
 
-    def pieces(scales: FloatArray) -> tuple[FloatArray, FloatArray, list[FloatArray], float]:
-        """Readings, sensitivities and columns of shared errors, as small as they can be, and ln|C| of single rows."""
+    def pieces(scales: FloatArray) -> tuple[FloatArray, float]:
+        """Sensitivities, columns of shared errors and readings, as small as they can be, and ln|C| of single rows."""
         columns = load_columns(effects, scales)
         whitening = noise.weighing(LoadColumns(columns.shared[..., :0], columns.own) if own else None)
         parts = [sensitivities, *(effect.moved for effect in shared), residuals[..., None]]
         whole: FloatArray = np.hstack([as_matrix(whitening.apply(part)) for part in parts])
         if len(whole) > whole.shape[1]:
             whole = np.asarray(np.linalg.qr(whole, mode="r"))
-        ends = np.cumsum([sensitivities.shape[2], *(effect.moved.shape[2] for effect in shared)])
-        split = np.split(whole, ends, axis=1)
-        return split[-1][:, 0], split[0], split[1:-1], whitening.log_determinant
+        return whole, whitening.log_determinant
 
     fixed = None if own else pieces(np.ones(len(effects)))
 
     def misfit(logs: FloatArray, density: float) -> float:
         scales = np.exp(logs[index])
-        readings, slopes, columns, volume = fixed or pieces(scales)
-        sizes = [scale for effect, scale in zip(effects, scales, strict=True) if effect.shared]
-        loads = [
-            Term(effect.name, each, root=np.full(each.shape[1], size))
-            for effect, each, size in zip(shared, columns, sizes, strict=True)
-        ]
-        model = Gaussian((*_parameters(fitted, values, slopes), *loads), readings)
+        whole, volume = fixed or pieces(scales)
+        sizes = np.repeat(scales[among], [effect.moved.shape[2] for effect in shared])
+        columns = whole[:, : len(values)], whole[:, len(values) : -1]
+        model = _joint(fitted, values, columns, sizes, whole[:, -1])
         # The density of λ is that of ln λ over λ.
         prior = 0.5 * float(logs @ logs) / SCALE_SPREAD**2 + density * float(logs.sum())
         return -model.log_evidence + 0.5 * volume + prior

@@ -23,7 +23,7 @@ from expdesign.assurance.acceptance.fitted import FittedModel, attained_at_targe
 from expdesign.assurance.model_error.physics import Omitted, offsets
 from expdesign.assurance.model_error.recorded import Shown
 from expdesign.errors import InputError
-from expdesign.estimation.gaussian import Gaussian, Term
+from expdesign.estimation.gaussian import Gaussian
 from expdesign.planning.problem import DesignProblem
 
 
@@ -101,7 +101,7 @@ def left_out_risk(
     """
     options, base = options or LeftOutOptions(), joint_model(problem, model)
     physics, meir, start = found.meir.physics, found.meir, offsets(found.meir.physics)
-    rows, nothing = len(base.readings), np.zeros((len(base.at_targets), 1))
+    rows, nothing = len(base.readings), np.zeros((meir.motions.shape[0] * meir.motions.shape[1], 1))
     apart = model.whitening.unshared
     odds = np.log(options.present / (1.0 - options.present))
     listed: list[_Alternative] = []
@@ -112,11 +112,10 @@ def left_out_risk(
         scales, phrase = options.scales if assumed else (1.0,), entry.effect.phrase
         if entry.step and options.sizes:
             shown, moved = found.at_sizes(index, options.sizes)
-            term = Term("left out", apart(shown[:, :rows].T), moved.reshape(len(moved), -1).T)
-            likelihoods = term.columns.T @ base.projected
-            likelihoods -= 0.5 * (term.columns * base.projection(term.columns)).sum(axis=0)
+            seen, there = apart(shown[:, :rows].T), moved.reshape(len(moved), -1).T
+            likelihoods = seen.T @ base.projected - 0.5 * (seen * base.projection(seen)).sum(axis=0)
             logs = prior + np.log(_of_sizes(options.sizes, scales)) + likelihoods
-            errors = base.unexplained(term).T
+            errors = base.unexplained(seen, there).T
             listed += [(phrase, float(log), mean, nothing) for log, mean in zip(logs, errors, strict=True)]
         else:
             shown = apart(found.directions[:rows, columns])
@@ -124,7 +123,7 @@ def left_out_risk(
             moved = (meir.motions[..., columns] * meir.deviations[columns]).reshape(len(nothing), -1)
             prior -= np.log(len(scales))
             for scale in scales:
-                log, mean, root = base.joined(Term("left out", shown, moved, np.full(shown.shape[1], scale)))
+                log, mean, root = base.joined(shown, moved, scale)
                 listed.append((phrase, prior + log, mean, root))
     weights = np.exp(np.array([0.0, *(log for _, log, _, _ in listed)]) - max(0.0, *(log for _, log, _, _ in listed)))
     shape = meir.motions.shape[:2]
@@ -148,11 +147,6 @@ def joint_model(problem: DesignProblem, model: FittedModel) -> Gaussian:
     targets = targets.reshape(-1, columns.shape[1])
     knowledge = fit.chain.knowledge()
     spread = np.full(columns.shape[1], np.inf) if knowledge is None else knowledge[1]
-    held = np.isfinite(spread)
-    terms = [
-        Term("free", columns[:, ~held], targets[:, ~held]),
-        Term("held", columns[:, held], targets[:, held], spread[held]),
-    ]
     loads = model.whitening.loads
     if loads is not None and loads.shared.shape[-1] and model.loads is not None:
         weighed = as_matrix(model.whitening.without_shared.apply(loads.shared))
@@ -161,8 +155,9 @@ def joint_model(problem: DesignProblem, model: FittedModel) -> Gaussian:
             for effect, each in zip(model.loads.effects, model.loads.acting_at(there, weighed=True), strict=True)
             if effect.shared
         ]
-        terms.append(Term("loads", weighed, np.hstack(at), np.ones(weighed.shape[1])))
-    return Gaussian(tuple(terms), apart(fit.residuals).ravel())
+        columns, targets = np.hstack([columns, weighed]), np.hstack([targets, *at])
+        spread = np.append(spread, np.ones(weighed.shape[1]))
+    return Gaussian(columns, apart(fit.residuals).ravel(), spread, at_targets=targets)
 
 
 def _of_sizes(sizes: Sequence[float], scales: Sequence[float]) -> FloatArray:
