@@ -22,26 +22,18 @@ import typing as _typing
 if _typing.TYPE_CHECKING:  # the one list of what is exported; `__getattr__` reads it and imports what is used
     from expdesign.app.api.check import CheckResult as CheckResult
     from expdesign.app.api.check import check as check
-    from expdesign.app.api.compare import ComparisonResult as ComparisonResult
     from expdesign.app.api.compare import compare as compare
-    from expdesign.app.api.compensate import CompensationResult as CompensationResult
     from expdesign.app.api.compensate import compensate as compensate
-    from expdesign.app.api.correct import CorrectionResult as CorrectionResult
     from expdesign.app.api.correct import correct as correct
-    from expdesign.app.api.diagnose import DiagnosisResult as DiagnosisResult
     from expdesign.app.api.diagnose import diagnose as diagnose
-    from expdesign.app.api.evaluate import EvaluationResult as EvaluationResult
     from expdesign.app.api.evaluate import evaluate as evaluate
     from expdesign.app.api.extend import extend as extend
-    from expdesign.app.api.identify import IdentificationResult as IdentificationResult
     from expdesign.app.api.identify import identify as identify
-    from expdesign.app.api.inputs import RobotFile as RobotFile
     from expdesign.app.api.inputs import load_model as load_model
     from expdesign.app.api.inputs import load_robot as load_robot
     from expdesign.app.api.load import SavedResult as SavedResult
     from expdesign.app.api.load import load as load
     from expdesign.app.api.load import open_result as open_result
-    from expdesign.app.api.montecarlo import MonteCarloResult as MonteCarloResult
     from expdesign.app.api.montecarlo import montecarlo as montecarlo
     from expdesign.app.api.objects import Acceptance as Acceptance
     from expdesign.app.api.objects import Arm as Arm
@@ -69,27 +61,19 @@ if _typing.TYPE_CHECKING:  # the one list of what is exported; `__getattr__` rea
     from expdesign.app.api.objects import Tilt as Tilt
     from expdesign.app.api.objects import Wrench as Wrench
     from expdesign.app.api.objects import load_configuration as load_configuration
-    from expdesign.app.api.physics import PhysicsResult as PhysicsResult
     from expdesign.app.api.physics import physics as physics
-    from expdesign.app.api.plan_next import NextResult as NextResult
     from expdesign.app.api.plan_next import plan_next as plan_next
-    from expdesign.app.api.predict import PredictionResult as PredictionResult
     from expdesign.app.api.predict import predict as predict
     from expdesign.app.api.recorded import read_recordings as read_recordings
-    from expdesign.app.api.register import RegistrationResult as RegistrationResult
     from expdesign.app.api.register import register as register
-    from expdesign.app.api.run import RunResult as RunResult
     from expdesign.app.api.run import run as run
     from expdesign.app.api.schema import schema as schema
-    from expdesign.app.api.sheet import SheetResult as SheetResult
     from expdesign.app.api.sheet import sheet as sheet
-    from expdesign.app.api.simulate import SimulationResult as SimulationResult
     from expdesign.app.api.simulate import simulate as simulate
     from expdesign.app.api.sweep import SweepResult as SweepResult
     from expdesign.app.api.sweep import sweep as sweep
     from expdesign.app.api.table import CorrectionTableResult as CorrectionTableResult
     from expdesign.app.api.table import table as table
-    from expdesign.app.api.verify import VerificationResult as VerificationResult
     from expdesign.app.api.verify import verify as verify
     from expdesign.app.parallel import WorkersError as WorkersError
     from expdesign.chain.declaration import Declaration as Declaration
@@ -109,8 +93,24 @@ if _typing.TYPE_CHECKING:  # the one list of what is exported; `__getattr__` rea
     from expdesign.mechanics.loads.errors.source import LoadErrorSource as LoadErrorSource
     from expdesign.mechanics.robots.parallel import ParallelRobot as ParallelRobot
     from expdesign.mechanics.robots.robot import Robot as Robot
+    from expdesign.mechanics.robots.robot_file import RobotFile as RobotFile
     from expdesign.planning.criteria.criterion import Criterion as Criterion
     from expdesign.planning.problem import DesignProblem as DesignProblem
+    from expdesign.report.comparison_report import ComparisonResult as ComparisonResult
+    from expdesign.report.compensation_texts import CompensationResult as CompensationResult
+    from expdesign.report.design_report import RunResult as RunResult
+    from expdesign.report.design_texts import EvaluationResult as EvaluationResult
+    from expdesign.report.design_texts import NextResult as NextResult
+    from expdesign.report.diagnosis_report import DiagnosisResult as DiagnosisResult
+    from expdesign.report.identification_report import IdentificationResult as IdentificationResult
+    from expdesign.report.laboratory_sheet import SheetResult as SheetResult
+    from expdesign.report.montecarlo_report import MonteCarloResult as MonteCarloResult
+    from expdesign.report.physics_texts import PhysicsResult as PhysicsResult
+    from expdesign.report.recording_texts import CorrectionResult as CorrectionResult
+    from expdesign.report.recording_texts import PredictionResult as PredictionResult
+    from expdesign.report.recording_texts import RegistrationResult as RegistrationResult
+    from expdesign.report.recording_texts import SimulationResult as SimulationResult
+    from expdesign.report.verification_report import VerificationResult as VerificationResult
 
 __version__ = "0.1.0"
 

@@ -12,15 +12,15 @@ import pandas as pd
 import pytest
 
 import expdesign as xd
-from expdesign.app.api.inputs import RobotFile
-from expdesign.app.api.result import numeric
 from expdesign.app.commands.listed import function_of, listed_commands
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import ArgumentError, InputError
 from expdesign.io.output import csv_text
 from expdesign.io.table import read_table
+from expdesign.mechanics.robots.robot_file import RobotFile
 from expdesign.planning.problem import DesignProblem
+from expdesign.report.result import numeric
 from tests.commands.calls import CONFIG, ROBOT, call, plan_file, recordings_file
 
 

@@ -7,10 +7,10 @@ import pandas as pd
 import pytest
 
 import expdesign as xd
-from expdesign.app.api.identify import IdentificationResult
 from expdesign.app.api.inputs import document_of
 from expdesign.chain.models.model_file import model_of_robot, model_text, read_model
 from expdesign.errors import InputError
+from expdesign.report.identification_report import IdentificationResult
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.identification.experiments import experiment
 

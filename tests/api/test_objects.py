@@ -12,8 +12,8 @@ import pytest
 import yaml
 
 import expdesign as xd
-from expdesign.app.api.result import Result
 from expdesign.errors import InputError
+from expdesign.report.result import Result
 from tests.commands.calls import CONFIG, ROBOT, plan_file
 from tests.commands.test_diagnose import ROBOT as BIPOD
 from tests.commands.test_diagnose import recordings

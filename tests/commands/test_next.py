@@ -10,7 +10,7 @@ from expdesign.assurance.acceptance.budget import Contribution, UncertaintyBudge
 from expdesign.assurance.acceptance.decision import Basis, Decision
 from expdesign.estimation.coverage import STANDARD
 from expdesign.estimation.goodness import StatementOfFit
-from expdesign.report.design_texts import next_said
+from expdesign.report.design_texts import NextResult
 from tests.commands.calls import CONFIG, ROBOT, Printed, call, plan_file, recordings_file
 
 
@@ -47,7 +47,8 @@ def test_of_recordings_that_refute_the_model_nothing_is_enough() -> None:
     budget = UncertaintyBudget((Contribution("noise", 0.1 * one),), one, ("dx_m",), STANDARD, 3)
     for chi2, enough in ((40.0, True), (4000.0, False)):
         fit, decisions = StatementOfFit.of_chi2(chi2, 40), [Decision(budget, Basis.PLAN)] * 2
-        lines = next_said(totals, decisions, fit, None, None).statements
+        found = NextResult(pd.DataFrame(), None, totals[0], totals[1:], fit, None, tuple(decisions))  # type: ignore[arg-type]
+        lines = found.lines
         assert any("No further measurement is needed" in line for line in lines) == enough
         assert any("assumes that the base model is right" in line for line in lines) != enough
 

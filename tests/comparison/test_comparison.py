@@ -10,7 +10,6 @@ import pytest
 from scipy.stats import spearmanr
 
 import expdesign as xd
-from expdesign.app.api.compare import ComparisonResult
 from expdesign.assurance.comparison.comparable import differences, require_comparable
 from expdesign.assurance.comparison.contenders import Contender, drawn
 from expdesign.assurance.comparison.correlation import spearman
@@ -21,8 +20,7 @@ from expdesign.planning.optimality.certificate import LowerBound
 from expdesign.planning.plan import Plan
 from expdesign.planning.search import search_single
 from expdesign.report.comparison_figures import cross_table
-from expdesign.report.comparison_report import agreement
-from expdesign.report.comparison_report import compared as said_of
+from expdesign.report.comparison_report import ComparisonResult, agreement
 from tests.commands.calls import Printed, call, refusal
 from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 
@@ -201,6 +199,7 @@ def test_a_bound_holds_for_plans_of_its_length(tmp_path: Path) -> None:
     found = judge(case, [one, twice], 200, 1)
     assert found.longer.tolist() == [False, True]
     bound = LowerBound(0.9 * float(found.values["total"][0]), "")
-    (text,) = [each for each in said_of(["c"], [found], [[]], [bound]).sentences if "lower bound" in each]
+    result = ComparisonResult(("c",), (found,), ([],), (bound,), together=True, settings={})
+    (text,) = [each for each in result.lines if "lower bound" in each]
     assert "the best design of them is 11\u00a0% above this bound" in text
     assert f"designs with more measurements: twice ({2 * case.space.measurements})" in text

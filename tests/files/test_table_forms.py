@@ -11,11 +11,11 @@ import pandas as pd
 import pytest
 from openpyxl import Workbook, load_workbook
 
-from expdesign.app.api.result import TableResult
 from expdesign.errors import InputError
 from expdesign.io.excel import workbook
 from expdesign.io.table import parse_table, read_table
 from expdesign.io.written import Purpose
+from expdesign.report.result import TableResult
 
 PLAIN = "sequence,dx_m,note\n1,0.5,Müller\n2,-1.25e-6,µ\n"
 SEMICOLONS = PLAIN.replace(",", ";")

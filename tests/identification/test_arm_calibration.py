@@ -9,7 +9,6 @@ import pinocchio as pin
 import pytest
 
 import expdesign as xd
-from expdesign.app.api.identify import IdentificationResult
 from expdesign.app.api.inputs import table_of
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY
@@ -27,6 +26,7 @@ from expdesign.mechanics.robots.serial import SerialRobot
 from expdesign.mechanics.robots.urdf import read_urdf
 from expdesign.report.blocks import KeyFigures
 from expdesign.report.fit_texts import identified_sentences
+from expdesign.report.identification_report import IdentificationResult
 from tests.oracle import Array
 from tests.plant import INSTRUMENT, JOINTS, NOISE, PLACES, READ, ROBOT, STATED, Arm, Faults, recordings
 from tests.plant import PLAIN as FAULTS

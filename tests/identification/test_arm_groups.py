@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import expdesign as xd
-from expdesign.app.api.identify import IdentificationResult
 from expdesign.errors import InputError
 from expdesign.estimation.arm_options import Held
+from expdesign.report.identification_report import IdentificationResult
 from tests.plant import ROBOT, Faults, recordings, usual_faults
 
 EVERYTHING = replace(usual_faults(4, tool=0.0), periodic=(0.0, 0.0))

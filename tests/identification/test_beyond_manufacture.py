@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import expdesign as xd
-from expdesign.report.fit_texts import identified
 from expdesign.report.words import size
 from tests.plant import PLAIN, ROBOT, recordings
 
@@ -22,7 +21,7 @@ def read(zero: float) -> xd.IdentificationResult:
 
 def test_a_zero_beyond_manufacture_comes_first_and_into_no_urdf(tmp_path: Path) -> None:
     found = read(0.12)
-    first = identified(found.result).sentences[0]
+    first = found.said.sentences[0]
     assert first.startswith("Corrections beyond manufacture: joint 3's zero 119 mrad")
     assert found.refused
     found.save(tmp_path / "out")
@@ -35,14 +34,14 @@ def test_corrections_that_are_accepted_are_written(tmp_path: Path) -> None:
     assert not found.refused
     found.save(tmp_path / "out")
     assert (tmp_path / "out/robot.urdf").exists()
-    assert identified(found.result).sentences[0].startswith("Corrections beyond manufacture")
+    assert found.said.sentences[0].startswith("Corrections beyond manufacture")
 
 
 def test_usual_errors_of_manufacture_are_written() -> None:
     found = read(0.0)
     assert not found.refused
     assert found.urdf is not None
-    assert "beyond manufacture" not in " ".join(identified(found.result).sentences)
+    assert "beyond manufacture" not in " ".join(found.said.sentences)
 
 
 @pytest.mark.parametrize(("value", "says"), [(0.976, "976 mrad"), (-1.02, "-1.02 rad"), (2e-5, "20 µrad")])

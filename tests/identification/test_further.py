@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 
 import expdesign as xd
-from expdesign.app.api.identify import IdentificationResult
 from expdesign.errors import InputError
 from expdesign.estimation.arm_options import Further
+from expdesign.report.identification_report import IdentificationResult
 from tests.plant import NOISE, PLAIN, READ, ROBOT, Faults, recordings, usual_faults
 
 TOOL = usual_faults(3, tool=3.0)

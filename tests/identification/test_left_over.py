@@ -8,7 +8,6 @@ import pytest
 
 import expdesign as xd
 from expdesign.estimation.left_over import ALIKE, neighbours_of
-from expdesign.report.fit_texts import identified
 from tests.plant import PLAIN, READ, ROBOT, STATED, recordings
 
 
@@ -19,7 +18,7 @@ def measured() -> pd.DataFrame:
 
 
 def said(found: xd.IdentificationResult) -> str:
-    return " ".join(identified(found.result).lines)
+    return " ".join(found.lines)
 
 
 def test_without_stated_noise_the_model_cannot_be_tested_and_what_is_left_is_said(measured: pd.DataFrame) -> None:

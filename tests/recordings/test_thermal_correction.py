@@ -7,7 +7,6 @@ import pandas as pd
 import pytest
 
 import expdesign as xd
-from expdesign.app.api.inputs import RobotFile
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.recordings.reader import recordings_from_table
@@ -26,6 +25,7 @@ from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.robots.forward_kinematics import ForwardKinematics
 from expdesign.mechanics.robots.hexapod import Hexapod
 from expdesign.mechanics.robots.parallel import ParallelRobot
+from expdesign.mechanics.robots.robot_file import RobotFile
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.deflection_noise import ReferencedNoise, series_by_pose
 from expdesign.planning.plan import Plan

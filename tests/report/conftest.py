@@ -10,13 +10,11 @@ from typing import Any
 
 import pytest
 
-from expdesign.assurance.acceptance.planned import recommended_acceptance
 from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import read_problem
 from expdesign.planning.search import search
-from expdesign.report.design_report import design_report
-from expdesign.report.design_texts import run_said
+from expdesign.report.design_report import RunResult
 from expdesign.report.page import render
 from expdesign.report.said import Said
 from tests.commands.calls import config_file
@@ -59,10 +57,10 @@ def _case(problem: DesignProblem, bound_share: float | None, folder: Path) -> Ca
         "duir_lower_bound_certified_on": "40 candidates",
     }
     path = folder / "report.html"
-    said = run_said(problem, front, run, recommended_acceptance(problem, front))
-    page = render(design_report(problem, front, run, said))
+    result = RunResult(problem, front, run)
+    page = render(result.page())
     path.write_text(page, encoding="utf-8")
-    return Case(problem, front, run, said, page, path)
+    return Case(problem, front, run, result.said, page, path)
 
 
 @pytest.fixture(scope="session")

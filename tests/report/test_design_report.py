@@ -18,8 +18,7 @@ from expdesign.planning.result import design_minutes, pareto_frame, plan_of
 from expdesign.report import words
 from expdesign.report.acceptance_texts import sentences
 from expdesign.report.design_data import criteria_cells
-from expdesign.report.design_report import design_report
-from expdesign.report.design_texts import run_said
+from expdesign.report.design_report import RunResult
 from expdesign.report.error_budget import parts
 from expdesign.report.page import content_of, render
 from tests.report.conftest import text_of
@@ -158,7 +157,7 @@ def test_the_time_of_the_plan_is_among_the_cards(hexapod: Any) -> None:
     assert "Time of the plan" not in hexapod.html
     problem = replace(hexapod.problem, costs=Costs(pose_change=2.0, mass_change=10.0, reading=0.5))
     minutes = design_minutes(problem, hexapod.front)
-    page = render(design_report(problem, hexapod.front, hexapod.run, hexapod.said))
+    page = render(RunResult(problem, hexapod.front, hexapod.run).page())
     card = page.split("Time of the plan", 1)[1][:200]
     assert f">{words.number(float(minutes[hexapod.front.recommended]))}<" in card
 
@@ -216,7 +215,6 @@ def test_of_three_objectives_any_two_can_be_drawn(hexapod: Any, bipod: Any) -> N
 
 def test_a_plan_that_may_be_better_is_said_in_one_sentence(hexapod: Any) -> None:
     duir = float(hexapod.front.criteria["duir"].min())
-    accepted = recommended_acceptance(hexapod.problem, hexapod.front)
     assert "if there is one, is at most 20\u00a0% better." in hexapod.said.sentences[-1]
-    at_bound = run_said(hexapod.problem, hexapod.front, {"duir_lower_bound": duir}, accepted)
-    assert "if there is one" not in at_bound.sentences[-1]
+    at_bound = RunResult(hexapod.problem, hexapod.front, {"duir_lower_bound": duir})
+    assert "if there is one" not in at_bound.lines[-1]

@@ -5,6 +5,8 @@ import json
 import re
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -17,8 +19,8 @@ from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.report import words
-from expdesign.report.diagnosis_report import diagnosis_report
-from expdesign.report.diagnosis_texts import diagnosed, in_prose
+from expdesign.report.diagnosis_report import DiagnosisResult
+from expdesign.report.diagnosis_texts import in_prose
 from expdesign.report.page import content_of, render
 from expdesign.report.said import Said
 from tests.cases import robot
@@ -49,9 +51,14 @@ def diagnosis(kind: str) -> Diagnosis:
     return result
 
 
+def diagnosed(result: Diagnosis, at_targets: Any = None) -> DiagnosisResult:
+    """What `diagnose` returns, without the file of the robot and the model."""
+    return DiagnosisResult(None, None, result, 3, at_targets=at_targets)  # type: ignore[arg-type]
+
+
 @cache
 def page(kind: str) -> str:
-    return render(diagnosis_report(diagnosis(kind), diagnosed(diagnosis(kind), None)))
+    return render(diagnosed(diagnosis(kind)).page())
 
 
 def text(kind: str) -> str:
@@ -136,9 +143,7 @@ def test_no_figure_holds_a_number_that_is_none(kind: str) -> None:
 
 
 def test_the_same_diagnosis_makes_the_same_page() -> None:
-    assert render(diagnosis_report(diagnosis("explained"), diagnosed(diagnosis("explained"), None))) == page(
-        "explained"
-    )
+    assert render(diagnosed(diagnosis("explained")).page()) == page("explained")
 
 
 def test_the_stiffness_beside_the_physics_is_that_of_the_model() -> None:
@@ -149,7 +154,7 @@ def test_the_stiffness_beside_the_physics_is_that_of_the_model() -> None:
     np.testing.assert_array_less(saved["low"], true * 1.02)
     np.testing.assert_array_less(true * 0.98, saved["high"])
     assert saved["stiffness"][0] > saved["springs_alone"][0]
-    lines = diagnosed(result, None).lines
+    lines = diagnosed(result).lines
     for name, value in zip(saved["actuator"], saved["stiffness"], strict=True):
         assert any(line.startswith(name) and f" {words.number(1e-6 * value, 4)} " in line for line in lines)
         assert number(1e-6 * value, 4) in shown
@@ -160,14 +165,14 @@ def test_what_could_be_in_its_place_is_printed_as_well() -> None:
     (finding,) = result.findings
     doubtful = replace(finding, indistinguishable=("leg_coupling",), rival=result.model)
     doubted = replace(result, findings=(doubtful,))
-    printed = "\n".join(diagnosed(doubted, None).lines)
+    printed = "\n".join(diagnosed(doubted).lines)
     assert "do not distinguish it from the force in one leg deflects another" in printed
     assert "plan-next.csv" in printed
-    assert "plan-next.csv" not in "\n".join(diagnosed(result, None).lines)
+    assert "plan-next.csv" not in "\n".join(diagnosed(result).lines)
 
 
 def test_an_unexplained_mismatch_has_a_place_and_a_next_step() -> None:
-    lines = diagnosed(diagnosis("unexplained"), None).lines
+    lines = diagnosed(diagnosis("unexplained")).lines
     assert lines[0].startswith("Verdict: unexplained.")
     place, following = (next(line for line in lines if text in line) for text in ("points to ", "Inspect "))
     assert place.split("points to ")[1].split(";")[0] in following
@@ -177,7 +182,7 @@ def test_an_unexplained_mismatch_has_a_place_and_a_next_step() -> None:
 
 def test_what_may_be_hidden_is_said_where_nothing_is_missing() -> None:
     hidden = "The worst that these recordings could hide is a soft base: 1.5 tolerances."
-    assert hidden in diagnosed(diagnosis("consistent"), None, Said("", [hidden])).lines
+    assert hidden in diagnosed(diagnosis("consistent"), SimpleNamespace(said=Said("", [hidden]))).lines
 
 
 def test_the_part_that_is_concerned_stands_out() -> None:
@@ -194,14 +199,14 @@ def test_a_single_wrong_row_is_called_an_outlier() -> None:
     (finding,) = found.findings
     line = result.recordings.lines[5]
     assert finding.sentence == f"Row {line} is an outlier: no model explains it."
-    assert not any("refits" in text for text in diagnosed(found, None).lines)
+    assert not any("refits" in text for text in diagnosed(found).lines)
 
 
 def test_an_effect_that_is_kept_is_not_called_next_to_impossible() -> None:
     result = diagnosis("explained")
     (found,) = result.findings
     doubted = replace(result, findings=(replace(found, probability=1e-9),))
-    said = next(line for line in diagnosed(doubted, None).lines if "play" in line)
+    said = next(line for line in diagnosed(doubted).lines if "play" in line)
     assert "below 1e-6" not in said
     assert "another place or cause is likelier" in said
-    assert any("Probability 0." in line for line in diagnosed(result, None).lines)
+    assert any("Probability 0." in line for line in diagnosed(result).lines)

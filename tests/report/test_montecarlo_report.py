@@ -11,7 +11,7 @@ import numpy as np
 from expdesign.assurance.validation.repeated import Repeated, repeat
 from expdesign.report import words
 from expdesign.report.blocks import Figure
-from expdesign.report.montecarlo_report import montecarlo_report, montecarlo_said
+from expdesign.report.montecarlo_report import MonteCarloResult
 from expdesign.report.page import Page, render
 from tests.cases import ALL_ERRORS, setup
 from tests.report.conftest import EVIL_NAME, text_of
@@ -28,7 +28,7 @@ def repeated(errors: bool = True) -> Repeated:
 
 
 def reported(result: Repeated) -> Page:
-    return montecarlo_report(result, montecarlo_said(result, ()))
+    return MonteCarloResult(result, ()).page()
 
 
 @cache

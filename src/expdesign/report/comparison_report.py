@@ -1,12 +1,17 @@
-"""The page of `expdesign compare`: which criterion's design is accurate, and how well each criterion predicts it."""
+"""What `compare` returns and its page: which criterion's design is accurate, and how well each predicts it."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import ClassVar
 
 import numpy as np
+import pandas as pd
 
 from expdesign.assurance.comparison.correlation import RankCorrelation
 from expdesign.assurance.comparison.judgement import AGREEMENT, Judgement
+from expdesign.errors import InputError
 from expdesign.planning.optimality.certificate import LowerBound
+from expdesign.planning.plan import plan_frame
 from expdesign.report import words
 from expdesign.report.blocks import (
     Block,
@@ -19,7 +24,6 @@ from expdesign.report.blocks import (
     Subheading,
 )
 from expdesign.report.comparison_figures import (
-    Correlations,
     accuracy_figure,
     all_configurations,
     correlation_figure,
@@ -33,41 +37,101 @@ from expdesign.report.comparison_figures import (
 )
 from expdesign.report.glossary import words_section
 from expdesign.report.page import Page
+from expdesign.report.result import PAGE, FolderResult
 from expdesign.report.said import Said
 
 _WORDS = ("Design by X", "Attained", "Tolerance", "DUIR", "FEIR", "total", "O1 to O5", "O_TP, O_MV", "Rank correlation",
           "Random designs")  # fmt: skip
 
 
-def comparison_report(
-    names: Sequence[str],
-    judgements: Sequence[Judgement],
-    correlations: Correlations,
-    said: Said,
-    together: bool,
-    how: Mapping[str, str],
-) -> Page:
-    """The report of a comparison.
+@dataclass(frozen=True, repr=False)
+class ComparisonResult(FolderResult):
+    """A finished comparison.
 
-    Args:
+    Attributes:
         names: of the configurations.
         judgements: one per configuration.
         correlations: of each configuration.
-        said: what is said of them (`compared`).
-        together: whether accuracies of different configurations mean the same.
-        how: settings and their values, for the last section.
+        bounds: on the criterion `total` of every plan of each configuration's number of measurements.
+        together: whether their accuracies mean the same, so that they are laid over each other.
+        settings: how it was made: names and values in words.
     """
-    sections = [said.section("In short", _key_figures(names, judgements), id="summary")]
-    if len(names) > 1:
-        sections.append(all_configurations(names, judgements, correlations, together))
-    for index, (name, judgement, found) in enumerate(zip(names, judgements, correlations, strict=True)):
-        sections.append(_configuration(index, name, judgement, found))
-    settings = [("Configurations", ", ".join(one.problem.source for one in judgements)), *how.items()]
-    sections.append(words_section(*_WORDS))
-    sections.append(PageSection("run", "About this comparison", [Definitions(settings)]))
-    robots = ", ".join(dict.fromkeys(judgement.problem.loaded.robot.name for judgement in judgements))
-    designs = words.count(sum(len(judgement.contenders) for judgement in judgements), "design")
-    return Page("Comparison of criteria", f"{robots}; {designs} of {', '.join(names)}", sections)
+
+    FILES: ClassVar = {"comparison.csv": "frame", "correlation.csv": "correlation", "plan-*.csv": "optimised", **PAGE}
+    names: tuple[str, ...]
+    judgements: tuple[Judgement, ...]
+    correlations: tuple[list[RankCorrelation], ...]
+    bounds: tuple[LowerBound, ...]
+    together: bool
+    settings: Mapping[str, str]
+
+    @property
+    def said(self) -> Said:
+        summaries, texts = [], []
+        each = zip(self.names, self.judgements, self.correlations, self.bounds, strict=True)
+        for name, judgement, found, bound in each:
+            best = judgement.best
+            attained = f"{judgement.attained[best]:.4g} ± {judgement.attained_standard_error[best]:.2g} tolerances"
+            summaries.append(f"{name}: best accuracy {attained}, design by {designs(judgement)['title'][best]}")
+            further = [*_near(judgement), *agreement(judgement), *_bounded(judgement, bound), *_predicting(found)]
+            texts += [f"{summaries[-1]}.", *(f"{name}: {text}" for text in further)]
+        return Said("\n".join(summaries), texts)
+
+    @property
+    def frame(self) -> pd.DataFrame:
+        """One row per configuration and design (`comparison.csv`): values, accuracy, and ratios to the best."""
+        frames = []
+        for name, judgement, bound in zip(self.names, self.judgements, self.bounds, strict=True):
+            frame = judgement.frame()
+            frame.insert(0, "configuration", name)
+            frame.insert(1, "robot", judgement.problem.loaded.robot.name)
+            value = bound.value if bound.value is not None else float("nan")
+            frame["total_lower_bound"] = np.where(judgement.longer, np.nan, value)
+            frames.append(frame)
+        return pd.concat(frames, ignore_index=True)
+
+    @property
+    def correlation(self) -> pd.DataFrame:
+        """Rank correlation of every criterion with the attained accuracy (`correlation.csv`)."""
+        pairs = zip(self.names, self.correlations, strict=True)
+        return pd.DataFrame([{"configuration": name} | asdict(one) for name, found in pairs for one in found])
+
+    def plan(self, configuration: str, design: str) -> pd.DataFrame:
+        """The plan of a design by the names in `frame`."""
+        for name, judgement in zip(self.names, self.judgements, strict=True):
+            for contender in judgement.contenders:
+                if (name, contender.name) == (configuration, design):
+                    return plan_frame(contender.plan, judgement.problem.loaded, judgement.problem.space.tilts)
+        remedy = "The columns `configuration` and `design` of the frame have the names."
+        raise InputError(f"there is no design `{design}` of `{configuration}`", remedy=remedy)
+
+    @property
+    def optimised(self) -> dict[str, pd.DataFrame]:
+        """The plans that are best by a criterion, by the names of their files."""
+        return {
+            f"plan-{_file_name(name)}-{contender.name}.csv": self.plan(name, contender.name)
+            for name, judgement in zip(self.names, self.judgements, strict=True)
+            for contender in judgement.contenders
+            if contender.origin == "optimised"
+        }
+
+    def page(self) -> Page:
+        names, judgements = self.names, self.judgements
+        sections = [self.said.section("In short", _key_figures(names, judgements), id="summary")]
+        if len(names) > 1:
+            sections.append(all_configurations(names, judgements, self.correlations, self.together))
+        for index, (name, judgement, found) in enumerate(zip(names, judgements, self.correlations, strict=True)):
+            sections.append(_configuration(index, name, judgement, found))
+        settings = [("Configurations", ", ".join(one.problem.source for one in judgements)), *self.settings.items()]
+        sections.append(words_section(*_WORDS))
+        sections.append(PageSection("run", "About this comparison", [Definitions(settings)]))
+        robots = ", ".join(dict.fromkeys(judgement.problem.loaded.robot.name for judgement in judgements))
+        count = words.count(sum(len(judgement.contenders) for judgement in judgements), "design")
+        return Page("Comparison of criteria", f"{robots}; {count} of {', '.join(names)}", sections)
+
+
+def _file_name(name: str) -> str:
+    return "".join(character if character.isalnum() or character in "-_." else "-" for character in name)
 
 
 def agreement(judgement: Judgement) -> list[str]:
@@ -90,27 +154,6 @@ def agreement(judgement: Judgement) -> list[str]:
             "these criteria plans does not matter here."
         )
     return texts
-
-
-def compared(
-    names: Sequence[str], judgements: Sequence[Judgement], correlations: Correlations, bounds: Sequence[LowerBound]
-) -> Said:
-    """What `compare` says of every configuration: the best accuracy, what else comes near, and what predicts it.
-
-    Args:
-        names: of the configurations.
-        judgements: one per configuration.
-        correlations: of each configuration.
-        bounds: on the criterion `total` of every plan.
-    """
-    summaries, texts = [], []
-    for name, judgement, found, bound in zip(names, judgements, correlations, bounds, strict=True):
-        best = judgement.best
-        attained = f"{judgement.attained[best]:.4g} ± {judgement.attained_standard_error[best]:.2g} tolerances"
-        summaries.append(f"{name}: best accuracy {attained}, design by {designs(judgement)['title'][best]}")
-        further = [*_near(judgement), *agreement(judgement), *_bounded(judgement, bound), *_predicting(found)]
-        texts += [f"{summaries[-1]}.", *(f"{name}: {text}" for text in further)]
-    return Said("\n".join(summaries), texts)
 
 
 def _near(judgement: Judgement) -> list[str]:

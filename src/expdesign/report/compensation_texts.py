@@ -1,6 +1,7 @@
-"""Sentences about commands that compensate deflections: for targets one by one, and as a table for a controller."""
+"""Commands that compensate deflections, and what is said of them: for targets one by one, and as a table."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from importlib.metadata import version
 
 import numpy as np
@@ -8,10 +9,12 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.models.drawn import RESTS_ON_IT
 from expdesign.chain.models.estimable import OutsideRange
-from expdesign.estimation.compensation.compensate import Corrections
+from expdesign.estimation.compensation.compensate import Compensation, Corrections
 from expdesign.estimation.compensation.correction_table import CorrectionTable
+from expdesign.mechanics.robots.robot import Robot
 from expdesign.report import words
 from expdesign.report.blocks import DataTable, table_of
+from expdesign.report.result import TableResult
 from expdesign.report.said import REFUTED, Said
 
 BASE_AS_DRAWN = (
@@ -27,27 +30,39 @@ def tip_as_drawn(deviations: FloatArray) -> str:
     return RESTS_ON_IT.format(f"up to {place:.2g} mm and {turn:.2g} mrad")
 
 
-MOST_LINES = 20
+_MOST_LINES = 20
 """Targets of which a terminal shows a line each; of more, those with the largest corrections."""
 
 
-def compensated(
-    corrections: Corrections, sequence: list[int], translations: int, scope: Sequence[str], *, refuted: bool
-) -> Said:
-    """What `compensate` says: corrections and U, a line for each target, and which errors of the load were applied.
+@dataclass(frozen=True, repr=False)
+class CompensationResult(TableResult):
+    """What to command.
 
-    Args:
-        corrections: of N targets.
-        sequence: their numbers, N.
-        translations: number of leading axes that are lengths.
-        scope: which errors of the load were applied at the targets, in words.
+    Attributes:
+        text: the targets as they stand in a file, with the command in the pose columns.
+        compensation: the same as arrays, rows in the order of their sequence, and how the commands were found.
+        corrections: how large they are, and how well the attained pose is known, in the same order.
+        sequence: numbers of the targets, in the same order.
+        robot: that is commanded.
         refuted: whether the recordings of the model refute it.
+        scope: which errors of the load were applied at the targets and which not.
     """
-    summary = _largest(corrections, translations)
-    more = len(sequence) - MOST_LINES
-    lines = [*([f"({more} smaller corrections are in the file)"] if more > 0 else []), summary, *scope]
-    tables = [_table(corrections, sequence, translations)]
-    return Said(summary, lines, [REFUTED] if refuted else [], tables=tables)
+
+    compensation: Compensation
+    corrections: Corrections
+    sequence: list[int]
+    robot: Robot
+    refuted: bool = False
+    scope: list[str] = field(default_factory=list)
+
+    @property
+    def said(self) -> Said:
+        translations = self.robot.coordinates.translations
+        summary = _largest(self.corrections, translations)
+        more = len(self.sequence) - _MOST_LINES
+        lines = [*([f"({more} smaller corrections are in the file)"] if more > 0 else []), summary, *self.scope]
+        tables = [_table(self.corrections, self.sequence, translations)]
+        return Said(summary, lines, [REFUTED] if self.refuted else [], tables=tables)
 
 
 def tabulated(
@@ -101,7 +116,7 @@ def beyond_text(extrapolated: Sequence[OutsideRange]) -> str:
 
 def _table(corrections: Corrections, sequence: list[int], translations: int) -> DataTable:
     """The corrections in the order of the targets; of many targets the largest."""
-    largest = np.argsort(-corrections.translation, kind="stable")[:MOST_LINES]
+    largest = np.argsort(-corrections.translation, kind="stable")[:_MOST_LINES]
     rows = []
     for row in np.sort(largest):
         size, known = _sizes(corrections, translations, [int(row)])

@@ -1,16 +1,24 @@
-"""The page of `expdesign run`: the front, and for each design its plan, the robot and the accuracy to expect."""
+"""What `run` returns and its page: the front, and for each design its plan, the robot and the accuracy to expect."""
 
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import pandas as pd
 
 from expdesign.assurance.acceptance.decision import Decision
-from expdesign.assurance.acceptance.planned import planned_decisions
-from expdesign.io.output import csv_text
+from expdesign.assurance.acceptance.planned import planned_decisions, recommended_acceptance
+from expdesign.assurance.model_error.unseen import Unseen
+from expdesign.counted import counted
+from expdesign.errors import ArgumentError
+from expdesign.io.output import csv_text, output_folder, write_file
 from expdesign.planning.accuracy_map import AccuracyMap, accuracy_maps
 from expdesign.planning.front import Front
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.result import design_minutes, pareto_frame
+from expdesign.planning.result import design_minutes, pareto_frame, plan_of, planned, plans_frame, protocol_frame
 from expdesign.report import error_maps, words
+from expdesign.report.acceptance_texts import sentences
 from expdesign.report.blocks import (
     Block,
     Buttons,
@@ -42,14 +50,17 @@ from expdesign.report.design_figures import (
 )
 from expdesign.report.design_texts import (
     about_run,
+    lower_bound_sentences,
     planned_count,
     poses_text,
+    recommendation,
     steps_after,
     vocabulary,
 )
 from expdesign.report.error_budget import EXPLAINED, acceptance_figure, headings
 from expdesign.report.hidden_physics import hidden_section
 from expdesign.report.page import Page
+from expdesign.report.result import PAGE, FolderResult, PathLike
 from expdesign.report.robot_view import view_figure
 from expdesign.report.said import Said
 
@@ -66,50 +77,129 @@ _BUDGET_CAPTION = (
 )
 
 
-def design_report(problem: DesignProblem, front: Front, run: Mapping[str, Any], said: Said) -> Page:
-    """The report of a finished search.
+@dataclass(frozen=True, repr=False)
+class RunResult(FolderResult):
+    """A finished search.
 
-    Args:
+    Attributes:
         problem: what was searched.
         front: what was found.
-        run: the content of `run.json` (file-formats.md, run.json).
-        said: what is said of it (`run_said`).
+        written: the content of `run.json` (file-formats.md, run.json).
+        unseen: the physics of which the recommended plan hides most; None where all of it shows, or was not looked for.
     """
-    assessment = problem.assessed(front.decisions)
-    accepted = planned_decisions(problem, assessment)
-    maps = accuracy_maps(problem)
-    bound = run.get("duir_lower_bound")
-    data = design_data(problem, front, assessment, accepted, PlanDeviations(problem, front), maps, bound)
-    further = bool(further_criteria(front))
-    data["captions"] = {
-        "plan": _PLAN_CAPTION,
-        "budget-table": _BUDGET_CAPTION,
-        "ellipse-table": error_maps.ELLIPSE_CAPTION,
-        **({"criteria-table": CRITERIA_CAPTION} if further else {}),
+
+    FILES: ClassVar = {
+        "pareto.csv": "pareto",
+        "plans.csv": "plans",
+        "plan.csv": "plan",
+        "plan-checked.csv": "checked",
+        "poses.csv": "protocol",
+        "run.json": "record",
+        **PAGE,
     }
-    robot = problem.loaded.robot
-    sections = (
-        said.section("In short", _key_figures(problem, front, accepted[front.recommended]), id="summary"),
-        _design(problem, front, accepted[front.recommended], data),
-        _choice(problem, front, data),
-        _over_workspace(problem, front, data, maps),
-        hidden_section(problem, front),
-        steps_after(problem),
-        vocabulary(front),
-        about_run(problem, front, run),
-    )
-    versions = run.get("versions", {})
-    return Page(
-        title=f"Calibration plan for {robot.name}",
-        subtitle=(
-            f"{robot.kind}, {words.count(planned_count(problem, front), problem.loaded.regressor.measurement)}, "
-            f"accuracy wanted at {words.count(len(problem.targets.weights), 'target')}; configuration {problem.source}"
-        ),
-        sections=sections,
-        data=data,
-        scripts=("robot_view.js", "error_ellipses.js", "accuracy_map.js", "design_report.js"),
-        footer=f"Made by expdesign {versions.get('expdesign', '')}".rstrip() + ".",
-    )
+    problem: DesignProblem
+    front: Front
+    written: dict[str, Any]
+    unseen: Unseen | None = None
+
+    @property
+    def said(self) -> Said:
+        front, run = self.front, self.written
+        best = {name: float(values[front.recommended]) for name, values in front.criteria.items()}
+        summary = (
+            f"{counted(len(front), 'design')} on the front; recommended design {front.recommended + 1}: "
+            f"DUIR {best['duir']:.4g}, FEIR {best['feir']:.4g}, total {best['total']:.4g} tolerances."
+        )
+        texts = [summary, f"The search ended because {front.ended}.", *recommendation(front)]
+        texts += [run["plan_ended"]] if "plan_ended" in run else []
+        texts += sentences(recommended_acceptance(self.problem, front))
+        texts += [run[name]["sentence"] for name in ("accuracy", "unseen") if name in run]
+        return Said(summary, [*texts, *lower_bound_sentences(self.problem, front, run)], document=lambda: run)
+
+    def as_table(self) -> pd.DataFrame:
+        """The recommended plan."""
+        return self.plan
+
+    @property
+    def total(self) -> float:
+        """RMS error to expect after compensation with the recommended plan, in tolerances."""
+        return float(self.front.criteria["total"][self.front.recommended])
+
+    @property
+    def pareto(self) -> pd.DataFrame:
+        """Every criterion of every design of the front (`pareto.csv`)."""
+        return pareto_frame(self.front, design_minutes(self.problem, self.front))
+
+    @property
+    def plans(self) -> pd.DataFrame:
+        """The plans of all designs, one below the other (`plans.csv`)."""
+        return plans_frame(self.problem, self.front)
+
+    @property
+    def plan(self) -> pd.DataFrame:
+        """The recommended design's plan (`plan.csv`)."""
+        return self.plan_of(self.front.recommended)
+
+    @property
+    def checked(self) -> pd.DataFrame | None:
+        """The recommended plan with further rows that show what it hides (`plan-checked.csv`); None without any."""
+        checked = None if self.unseen is None else self.unseen.checked
+        return None if checked is None else plan_of(checked.problem, checked.decisions)
+
+    @property
+    def protocol(self) -> pd.DataFrame | None:
+        """The poses to measure for `plan` with a reference before each (`poses.csv`); None without a reference."""
+        return protocol_frame(self.problem, planned(self.problem, self.front.decisions[self.front.recommended]))
+
+    def plan_of(self, design: int) -> pd.DataFrame:
+        """The plan of a design by its row in `pareto`, from 0; the files number designs from 1."""
+        if not 0 <= design < len(self.front):
+            what = f"there is no design {design}"
+            raise ArgumentError(what, argument="design", remedy=f"Designs are 0 to {len(self.front) - 1}.")
+        return plan_of(self.problem, self.front.decisions[design])
+
+    def page(self) -> Page:
+        problem, front, run = self.problem, self.front, self.written
+        assessment = problem.assessed(front.decisions)
+        accepted = planned_decisions(problem, assessment)
+        maps = accuracy_maps(problem)
+        bound = run.get("duir_lower_bound")
+        data = design_data(problem, front, assessment, accepted, PlanDeviations(problem, front), maps, bound)
+        further = bool(further_criteria(front))
+        data["captions"] = {
+            "plan": _PLAN_CAPTION,
+            "budget-table": _BUDGET_CAPTION,
+            "ellipse-table": error_maps.ELLIPSE_CAPTION,
+            **({"criteria-table": CRITERIA_CAPTION} if further else {}),
+        }
+        robot, regressor = problem.loaded.robot, problem.loaded.regressor
+        sections = (
+            self.said.section("In short", _key_figures(problem, front, accepted[front.recommended]), id="summary"),
+            _design(problem, front, accepted[front.recommended], data),
+            _choice(problem, front, data),
+            _over_workspace(problem, front, data, maps),
+            hidden_section(problem, front),
+            steps_after(problem),
+            vocabulary(front),
+            about_run(problem, front, run),
+        )
+        return Page(
+            title=f"Calibration plan for {robot.name}",
+            subtitle=(
+                f"{robot.kind}, {words.count(planned_count(problem, front), regressor.measurement)}, accuracy wanted "
+                f"at {words.count(len(problem.targets.weights), 'target')}; configuration {problem.source}"
+            ),
+            sections=sections,
+            data=data,
+            scripts=("robot_view.js", "error_ellipses.js", "accuracy_map.js", "design_report.js"),
+            footer=f"Made by expdesign {run.get('versions', {}).get('expdesign', '')}".rstrip() + ".",
+        )
+
+    def save_plan(self, folder: PathLike, *, force: bool = False) -> None:
+        """Write the plans alone, without what takes longer."""
+        with output_folder(Path(folder), self.purpose, force=force) as scratch:
+            write_file(scratch / "plan.csv", csv_text(self.plan))
+            write_file(scratch / "pareto.csv", csv_text(self.pareto))
 
 
 def _key_figures(problem: DesignProblem, front: Front, accepted: Decision) -> KeyFigures:

@@ -1,23 +1,34 @@
-"""Sentences about plans: what `run`, `evaluate` and `next` say, and the texts of the page of `run`."""
+"""What is said of plans: what `evaluate` and `next` return, and the texts of the page of `run`."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.decision import Decision
+from expdesign.assurance.acceptance.planned import planned_decisions
+from expdesign.assurance.model_error.meir import meir_of_problem
+from expdesign.assurance.model_error.statement import AccuracyStatement, WhatIsHidden, hidden_by_plan
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.counted import counted
+from expdesign.errors import ExpdesignError
 from expdesign.estimation.goodness import StatementOfFit
-from expdesign.planning.criteria.criterion import Criterion
+from expdesign.planning.criteria.assessment import Assessment
+from expdesign.planning.criteria.record import evaluation_record
 from expdesign.planning.front import Front
+from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
-from expdesign.report.acceptance_texts import beside_the_plan, sentences
+from expdesign.report.acceptance_texts import acceptance_record, beside_the_plan, sentences
 from expdesign.report.blocks import Definitions, PageSection, table_of
 from expdesign.report.design_data import criteria_table, further_criteria
 from expdesign.report.glossary import words_section
 from expdesign.report.next_steps import next_steps
+from expdesign.report.result import Result, TableResult
 from expdesign.report.said import Said
 
 
@@ -41,7 +52,7 @@ def vocabulary(front: Front) -> PageSection:
     return words_section(*names, "Front", "Recommended", "Knee", "Hypervolume")
 
 
-def _lower_bound(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> list[str]:
+def lower_bound_sentences(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> list[str]:
     """How near the designs come to what no plan can surpass, or why that was not computed."""
     bound = run["duir_lower_bound"]
     if bound is None:
@@ -129,97 +140,137 @@ def recommendation(front: Front) -> list[str]:
     ]
 
 
-def next_said(
-    totals: FloatArray,
-    decisions: Sequence[Decision],
-    fit: StatementOfFit | None,
-    undetermined: str | None,
-    accuracy: float | None,
-) -> Said:
-    """What `next` says: the error to expect now and with each further measurement, and whether that is enough.
+@dataclass(frozen=True, repr=False)
+class EvaluationResult(Result):
+    """A plan as the criteria see it.
 
-    Args:
-        totals: expected total error now and with each of k further measurements, in tolerances, shape (k + 1,).
-        decisions: whether the robot is expected to pass with each of these.
-        fit: whether the base model accounts for the recordings, or None where that is not tested.
+    Attributes:
+        problem: by which it is judged.
+        plan: what is judged.
+        assessment: the pieces of every criterion, for a batch of this one design.
+        remarks: what is doubtful about the plan, in words.
+        unidentified: the error that says what the plan cannot identify, or None.
+    """
+
+    problem: DesignProblem
+    plan: Plan
+    assessment: Assessment
+    remarks: tuple[str, ...]
+    unidentified: ExpdesignError | None = None
+
+    @property
+    def said(self) -> Said:
+        record = evaluation_record(self.assessment, self.problem.further)
+        record["acceptance"] = acceptance_record(self.acceptance)
+        if meir_of_problem(self.problem) is not None:
+            record["hidden"] = None if self.hidden is None else self.hidden.record
+            record["accuracy"] = None if self.accuracy is None else self.accuracy.record
+        rows = [
+            [
+                criterion.title,
+                "not identifiable" if record[name] is None else f"{record[name]:.6g}",
+                criterion.unit,
+                "larger" if criterion.maximise else "smaller",
+            ]
+            for name, criterion in self.problem.criteria.items()
+        ]
+        table = table_of("criteria", "Criteria of the plan.", ["Criterion", "Value", "Unit", "Better"], rows)
+        accuracy = record.get("accuracy")
+        lines = [*sentences(self.acceptance), *([accuracy["sentence"]] if accuracy else [])]
+        values = [
+            f"{name} {np.nan if record[name] is None else record[name]:.4g}" for name in ("duir", "feir", "total")
+        ]
+        notes = [f"expdesign: {remark}" for remark in self.remarks]
+        return Said(f"{', '.join(values)} tolerances", lines, notes, lambda: record, [table])
+
+    @property
+    def acceptance(self) -> Decision:
+        """Expanded uncertainty, tolerance and pass or fail of every axis of every target."""
+        return planned_decisions(self.problem, self.assessment)[0]
+
+    @cached_property
+    def hidden(self) -> WhatIsHidden | None:
+        """What the plan hides; None where MEIR is not asked for, or the targets are not identified."""
+        return hidden_by_plan(self.problem, self.assessment, "this plan")
+
+    @property
+    def accuracy(self) -> AccuracyStatement | None:
+        """Noise, load errors and what may be hidden; None where MEIR is not asked for, or nothing is determined."""
+        return AccuracyStatement.of(self.assessment, self.hidden)
+
+    @property
+    def total(self) -> float:
+        """RMS error to expect after compensation, in tolerances; NaN where the targets are not identified."""
+        return float(self.criteria["value"]["total"])
+
+    @property
+    def criteria(self) -> pd.DataFrame:
+        """Value, unit and sense of every criterion, by its name; NaN where it cannot be identified."""
+        known = self.problem.criteria
+        columns = {
+            "value": [float(criterion.values(self.assessment)[0]) for criterion in known.values()],
+            "unit": [criterion.unit for criterion in known.values()],
+            "better": ["larger" if criterion.maximise else "smaller" for criterion in known.values()],
+        }
+        return pd.DataFrame(columns, index=pd.Index(list(known), name="criterion"))
+
+
+@dataclass(frozen=True, repr=False)
+class NextResult(TableResult):
+    """The next measurements, and what they are expected to achieve.
+
+    Attributes:
+        text: the plan of the next measurements, numbered on from the recordings.
+        recordings: what was measured so far.
+        before: expected total error now, in tolerances; infinite where the recordings do not determine it.
+        after: the same with each further measurement, shape (k,).
+        fit: whether the base model accounts for the recordings, or None where that is not tested, as for a robot whose
+            diagnosis found more than the base model.
         undetermined: what the recordings alone do not determine, in words, or None.
+        decisions: whether the robot is expected to pass now and with each further measurement, k + 1 of them.
         accuracy: expected error, in tolerances, at which it was to stop, or None.
     """
-    lines, count = [], len(totals) - 1
-    refuted, decided = fit is not None and fit.refuted, decisions[0].decided
-    if fit is not None and refuted:
-        lines += [
-            f"{fit.sentence()} More of them will not help until `expdesign diagnose` has found why.",
-            "What follows assumes that the base model is right.",
-        ]
-    if undetermined is not None:
-        lines.append(f"so far: {undetermined}")
-    enough = next((index for index, decision in enumerate(decisions) if decision.robot_passes), None)
-    verdict = sentences(decisions[0])[0]
-    if enough == 0 and decided and not refuted:
-        verdict = f"{verdict} No further measurement is needed."
-    lines.append(verdict)
-    if accuracy is not None and totals[0] <= accuracy and decided and not refuted:
-        lines.append(f"already within {accuracy:g} tolerances, the accuracy that was asked for")
-    for index, total in enumerate(totals):
-        when = f"with {index} more" if index else "expected total error now"
-        lines.append(f"{when}: {f'{total:.4g} tolerances' if np.isfinite(total) else 'not determined'}")
-    lines += beside_the_plan(decisions[0].budget)
-    if accuracy is not None and totals[-1] > accuracy:
-        lines.append(f"{count} more {'is' if count == 1 else 'are'} not enough for {accuracy:g} tolerances")
-    if not decided:
+
+    recordings: Recordings
+    before: float
+    after: FloatArray
+    fit: StatementOfFit | None
+    undetermined: str | None
+    decisions: tuple[Decision, ...]
+    accuracy: float | None = None
+
+    @property
+    def said(self) -> Said:
+        totals, decisions, accuracy, fit = self.totals, self.decisions, self.accuracy, self.fit
+        lines, count = [], len(self.after)
+        refuted, decided = fit is not None and fit.refuted, decisions[0].decided
+        if fit is not None and refuted:
+            lines += [
+                f"{fit.sentence()} More of them will not help until `expdesign diagnose` has found why.",
+                "What follows assumes that the base model is right.",
+            ]
+        if self.undetermined is not None:
+            lines.append(f"so far: {self.undetermined}")
+        enough = next((index for index, decision in enumerate(decisions) if decision.robot_passes), None)
+        verdict = sentences(decisions[0])[0]
+        if enough == 0 and decided and not refuted:
+            verdict = f"{verdict} No further measurement is needed."
+        lines.append(verdict)
+        if accuracy is not None and totals[0] <= accuracy and decided and not refuted:
+            lines.append(f"already within {accuracy:g} tolerances, the accuracy that was asked for")
+        for index, total in enumerate(totals):
+            when = f"with {index} more" if index else "expected total error now"
+            lines.append(f"{when}: {f'{total:.4g} tolerances' if np.isfinite(total) else 'not determined'}")
+        lines += beside_the_plan(decisions[0].budget)
+        if accuracy is not None and totals[-1] > accuracy:
+            lines.append(f"{count} more {'is' if count == 1 else 'are'} not enough for {accuracy:g} tolerances")
+        if decided and enough:
+            lines.append(f"with {enough} more the robot is expected to pass")
+        elif decided and enough is None:
+            lines.append(f"with {count} more the robot is still not expected to pass")
         return Said(counted(count, "further measurement"), lines)
-    if enough:
-        lines.append(f"with {enough} more the robot is expected to pass")
-    elif enough is None:
-        lines.append(f"with {count} more the robot is still not expected to pass")
-    return Said(counted(count, "further measurement"), lines)
 
-
-def run_said(problem: DesignProblem, front: Front, run: Mapping[str, Any], accepted: Decision) -> Said:
-    """What `run` says: the front, why the search ended, acceptance of the recommended design, and what is not known.
-
-    Args:
-        problem: what was searched.
-        front: what was found.
-        run: the content of `run.json` (file-formats.md, run.json).
-        accepted: the decision about the recommended design.
-    """
-    best = {name: float(values[front.recommended]) for name, values in front.criteria.items()}
-    summary = (
-        f"{counted(len(front), 'design')} on the front; recommended design {front.recommended + 1}: "
-        f"DUIR {best['duir']:.4g}, FEIR {best['feir']:.4g}, total {best['total']:.4g} tolerances."
-    )
-    texts = [summary, f"The search ended because {front.ended}.", *recommendation(front)]
-    texts += [run["plan_ended"]] if "plan_ended" in run else []
-    texts += sentences(accepted)
-    texts += [run[name]["sentence"] for name in ("accuracy", "unseen") if name in run]
-    return Said(summary, [*texts, *_lower_bound(problem, front, run)], document=lambda: run)
-
-
-def evaluated(
-    criteria: Mapping[str, Criterion], record: Mapping[str, Any], accepted: Decision, remarks: Sequence[str]
-) -> Said:
-    """What `evaluate` says: every criterion, and what is accepted.
-
-    Args:
-        criteria: by their names.
-        record: the document of `evaluate --json` (file-formats.md, evaluate --json).
-        accepted: the decision about the plan.
-        remarks: what is doubtful about it, in words.
-    """
-    rows = [
-        [
-            criterion.title,
-            "not identifiable" if record[name] is None else f"{record[name]:.6g}",
-            criterion.unit,
-            "larger" if criterion.maximise else "smaller",
-        ]
-        for name, criterion in criteria.items()
-    ]
-    table = table_of("criteria", "Criteria of the plan.", ["Criterion", "Value", "Unit", "Better"], rows)
-    accuracy = record.get("accuracy")
-    lines = [*sentences(accepted), *([accuracy["sentence"]] if accuracy else [])]
-    values = [f"{name} {np.nan if record[name] is None else record[name]:.4g}" for name in ("duir", "feir", "total")]
-    notes = [f"expdesign: {remark}" for remark in remarks]
-    return Said(f"{', '.join(values)} tolerances", lines, notes, lambda: record, [table])
+    @property
+    def totals(self) -> FloatArray:
+        """Expected total error now and with each further measurement, shape (k + 1,)."""
+        return np.concatenate([[self.before], self.after])

@@ -1,11 +1,13 @@
-"""The page of `expdesign diagnose`: what is wrong, where, how sure that is, and how much better the model is now."""
+"""What `diagnose` returns and its page: what is wrong, where, how sure that is, and how much better the model is."""
 
-from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
 
+from expdesign.diagnosis.law_findings import curves
+from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.probabilities import probability_text
@@ -24,63 +26,173 @@ from expdesign.report.blocks import (
     table_of,
 )
 from expdesign.report.diagnosis_figures import added, axis_figure, error_figure, law_blocks, residual_figures
-from expdesign.report.diagnosis_texts import MEASURE_NEXT, in_prose, located, next_recording
+from expdesign.report.diagnosis_texts import (
+    IN_DOUBT,
+    VERDICTS,
+    diagnosis_record,
+    ended_sentences,
+    finding_sentence,
+    held_out_sentences,
+    in_prose,
+    located,
+    mismatch,
+    next_recording,
+)
+from expdesign.report.fit_texts import diagnosed_fit_sentences
 from expdesign.report.glossary import words_section
 from expdesign.report.next_steps import next_steps
 from expdesign.report.page import Page
 from expdesign.report.physics_words import effect_words, physics_words
+from expdesign.report.remark_texts import sentences
+from expdesign.report.result import PAGE, RecordedResult
 from expdesign.report.robot_section import SCRIPTS, picture
 from expdesign.report.robot_view import at_rest
 from expdesign.report.said import Said
+from expdesign.report.stiffness import added_physics, diagnosed_stiffness, stiffness_table
 
 _MODELS = 60
 """In the table of what was considered."""
 
 
-def diagnosis_report(
-    result: Diagnosis,
-    said: Said,
-    at_targets: Sequence[PageSection] = (),
-    configuration: str = "",
-    acceptance: KeyFigure | None = None,
-) -> Page:
-    """The report of a diagnosis.
+NEXT_PLAN = "plan-next.csv"
+_MEASURE_NEXT = "Measure plan-next.csv: it separates the two remaining explanations."
 
-    Args:
-        result: what was found.
-        said: what is said of it (`diagnosed`).
-        at_targets: sections about the targets.
-        configuration: path of the run configuration that has them.
-        acceptance: the verdict there.
+
+@dataclass(frozen=True, repr=False)
+class DiagnosisResult(RecordedResult):
+    """A diagnosis; `model` has the effects that were found, `at_targets` what may be hidden where all is consistent.
+
+    Attributes:
+        result: everything that the diagnosis found.
+        series: number of series of a plan that separates two explanations.
     """
-    drawn, data = _picture(result)
-    consistent = result.verdict == "consistent"
-    found = [_effects_table(result)] if any(finding.parameters for finding in result.findings) else []
-    first = next_recording(result)
-    first += [MEASURE_NEXT] if result.rival is not None else []
-    recordings = result.recordings.source
-    errors = SideBySide([error_figure(result)], [axis_figure(result)])
-    sections = (
-        said.section("Result", _key_figures(result, acceptance)),
-        PageSection("physics", "What was left out", [*found, *said.tables]),
-        PageSection("laws", "Laws at ports", law_blocks(result)),
-        PageSection("where", "Where the mismatch is", [] if consistent else [*drawn, *_where(result)]),
-        *at_targets,
-        PageSection("errors", "Before and after" if added(result) else "Errors", [errors]),
-        PageSection("residuals", "Residuals", residual_figures(result)),
-        PageSection("machine", "The robot", drawn if consistent else []),
-        PageSection("considered", "What was considered", _considered(result)),
-        next_steps(*first, "predict", "compensate", "verify", config=configuration, recordings=recordings),
-        words_section("Base model", "Standard deviation", "Held out", "Probability"),
-    )
-    rows = len(result.recordings)
-    return Page(
-        title=f"Diagnosis of {result.robot.name}",
-        subtitle=f"{result.robot.kind}, {words.count(rows, 'row')}; recordings {recordings}",
-        sections=sections,
-        data=data,
-        scripts=SCRIPTS if data else (),
-    )
+
+    FILES: ClassVar = {
+        "model.yaml": "model",
+        "diagnosis.json": "record",
+        NEXT_PLAN: "next_plan",
+        "law-*.csv": "laws",
+        **PAGE,
+    }
+    result: Diagnosis
+    series: int
+
+    @property
+    def refused(self) -> bool:
+        """Whether what was diagnosed is no robot: the recordings fit only if they are read otherwise."""
+        return any(doubt.otherwise for doubt in self.result.doubts)
+
+    @property
+    def said(self) -> Said:
+        result, plan = self.result, None if self.result.rival is None else NEXT_PLAN
+        further = Said("", []) if self.at_targets is None else self.at_targets.said
+        verdict = IN_DOUBT if result.doubts and result.verdict == "unexplained" else VERDICTS[result.verdict]
+        texts = [*ended_sentences(result), f"Verdict: {result.verdict}. {verdict}"]
+        texts += sentences(result.doubts)
+        texts += [finding_sentence(one) for one in result.findings]
+        texts += [mismatch(result)] if result.verdict != "consistent" else []
+        texts += next_recording(result)
+        texts += [*diagnosed_fit_sentences(result), *held_out_sentences(result), *sentences(result.caveats)]
+        if not result.noise.known:
+            texts.append("The recordings state no standard deviations: the verdict rests on held-out error.")
+        texts += [*further.sentences, *self._measure_next]
+        there = [f"{each.physics} at {each.component}" for each in result.findings]
+        about = "with this physics in the model, with 95 % intervals, and of the base model (springs alone)."
+        frame = diagnosed_stiffness(result) if added_physics(result) else None
+        return Said(
+            ", ".join([*(["ended by hand"] if result.ended else []), result.verdict, *there]),
+            texts,
+            ["interrupted: the best model so far is written"] if result.ended else [],
+            lambda: diagnosis_record(result, plan) | dict(further.document()),
+            [] if frame is None else [stiffness_table(frame, result.robot, about)],
+        )
+
+    @property
+    def _measure_next(self) -> list[str]:
+        """What separates two explanations that remain."""
+        return [] if self.result.rival is None else [_MEASURE_NEXT]
+
+    @property
+    def verdict(self) -> str:
+        """`consistent`, `explained`, `modelled` or `unexplained`."""
+        return self.result.verdict
+
+    @property
+    def chi2(self) -> float | None:
+        """χ² of the base model; None where the noise was estimated from the recordings."""
+        return self.result.before.chi2
+
+    @property
+    def p_value(self) -> float | None:
+        """Probability of a χ² as large as this if the base model is right; None where there is no test."""
+        return self.result.before.p_value
+
+    @property
+    def effects(self) -> pd.DataFrame:
+        """The effects that are present together: physics, component, probability and what it does."""
+        columns = ("physics", "component", "variant", "probability", "sentence")
+        rows = [[getattr(finding, name) for name in columns] for finding in self.result.findings]
+        return pd.DataFrame(rows, columns=list(columns))
+
+    @property
+    def next_plan(self) -> pd.DataFrame | None:
+        """A plan that separates two explanations, where two remain; else None."""
+        rival = self.result.rival
+        if rival is None:
+            return None
+        return discriminating_series(self.result.names, self.result.model, rival, self.series)
+
+    @property
+    def laws(self) -> dict[str, pd.DataFrame]:
+        """The curves of the laws that were found, by the names of their files."""
+        return {
+            f"law-{number}.csv": finding.curve.frame(list(finding.columns))
+            for number, finding in enumerate(curves(self.result.findings), start=1)
+            if finding.curve is not None
+        }
+
+    def page(self) -> Page:
+        result, said, at = self.result, self.said, self.at_targets
+        drawn, data = _picture(result)
+        consistent = result.verdict == "consistent"
+        found = [_effects_table(result)] if any(finding.parameters for finding in result.findings) else []
+        first = [*next_recording(result), *self._measure_next]
+        files = {"config": "" if at is None else at.configuration, "recordings": result.recordings.source}
+        errors = SideBySide([error_figure(result)], [axis_figure(result)])
+        sections = (
+            said.section("Result", self._key_figures()),
+            PageSection("physics", "What was left out", [*found, *said.tables]),
+            PageSection("laws", "Laws at ports", law_blocks(result)),
+            PageSection("where", "Where the mismatch is", [] if consistent else [*drawn, *_where(result)]),
+            *([] if at is None else at.sections("the diagnosed model")),
+            PageSection("errors", "Before and after" if added(result) else "Errors", [errors]),
+            PageSection("residuals", "Residuals", residual_figures(result)),
+            PageSection("machine", "The robot", drawn if consistent else []),
+            PageSection("considered", "What was considered", _considered(result)),
+            next_steps(*first, "predict", "compensate", "verify", **files),
+            words_section("Base model", "Standard deviation", "Held out", "Probability"),
+        )
+        rows = words.count(len(result.recordings), "row")
+        return Page(
+            title=f"Diagnosis of {result.robot.name}",
+            subtitle=f"{result.robot.kind}, {rows}; recordings {result.recordings.source}",
+            sections=sections,
+            data=data,
+            scripts=SCRIPTS if data else (),
+        )
+
+    def _key_figures(self) -> KeyFigures:
+        result, at = self.result, self.at_targets
+        errors, unit, note = result.errors, "standard deviations", "RMS; 1 is the noise"
+        items = [
+            KeyFigure("Verdict", result.verdict),
+            *([] if at is None else [at.figure]),
+            KeyFigure("Held out, base model", words.number(errors.test_before), unit, note),
+            KeyFigure("Models tried", str(len(result.names.tried))),
+        ]
+        if added(result):
+            items.insert(-1, KeyFigure("Held out, now", words.number(errors.test_after), unit, note))
+        return KeyFigures(items)
 
 
 def _picture(result: Diagnosis) -> tuple[list[Block], dict[str, object]]:
@@ -91,19 +203,6 @@ def _picture(result: Diagnosis) -> tuple[list[Block], dict[str, object]]:
     if concerned:
         note += f" The mismatch points to {words.listed(concerned)}."
     return picture(result.robot, at_rest(result.robot, middle), concerned, note)
-
-
-def _key_figures(result: Diagnosis, acceptance: KeyFigure | None) -> KeyFigures:
-    errors, unit, note = result.errors, "standard deviations", "RMS; 1 is the noise"
-    items = [
-        KeyFigure("Verdict", result.verdict),
-        *([] if acceptance is None else [acceptance]),
-        KeyFigure("Held out, base model", words.number(errors.test_before), unit, note),
-        KeyFigure("Models tried", str(len(result.names.tried))),
-    ]
-    if added(result):
-        items.insert(-1, KeyFigure("Held out, now", words.number(errors.test_after), unit, note))
-    return KeyFigures(items)
 
 
 def _effects_table(result: Diagnosis) -> DataTable:

@@ -16,11 +16,9 @@ from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.probabilities import SMALLEST, probability_text
 from expdesign.report import words
-from expdesign.report.fit_texts import coverage_sentence, diagnosed_fit_sentences
+from expdesign.report.fit_texts import coverage_sentence
 from expdesign.report.physics_words import physics_words
 from expdesign.report.remark_texts import sentences
-from expdesign.report.said import Said
-from expdesign.report.stiffness import added_physics, diagnosed_stiffness, stiffness_table
 
 _RECORDED = 0.001
 """Probability from which `diagnosis.json` lists a place of a law."""
@@ -163,40 +161,8 @@ VERDICTS = {
     "unexplained": "The model lacks physics that the library does not have. The mismatch is located below.",
 }
 IN_DOUBT = "No known physics explains these recordings as they are. Check the recordings first."
-MEASURE_NEXT = "Measure plan-next.csv: it separates the two remaining explanations."
 _COLUMN = re.compile(r"\b([a-z]+\d*)_(?:m|rad|N|Nm)\b")
 """A column of a pose, a load or a deflection, which prose names without its unit."""
-
-
-def diagnosed(result: Diagnosis, plan: str | None, at_targets: Said | None = None) -> Said:
-    """What `diagnose` says: verdict, findings, how well the models fit, stiffnesses, and what to do next.
-
-    Args:
-        result: the diagnosis.
-        plan: file of a plan that separates two explanations, or None.
-        at_targets: what is said at the targets of a configuration.
-    """
-    further = at_targets or Said("", [])
-    verdict = IN_DOUBT if result.doubts and result.verdict == "unexplained" else VERDICTS[result.verdict]
-    texts = [*ended_sentences(result), f"Verdict: {result.verdict}. {verdict}"]
-    texts += sentences(result.doubts)
-    texts += [_finding(one) for one in result.findings]
-    texts += [mismatch(result)] if result.verdict != "consistent" else []
-    texts += next_recording(result)
-    texts += [*diagnosed_fit_sentences(result), *_held_out(result), *sentences(result.caveats)]
-    if not result.noise.known:
-        texts.append("The recordings state no standard deviations: the verdict rests on held-out error.")
-    texts += [*further.sentences, *([MEASURE_NEXT] if result.rival is not None else [])]
-    there = [f"{each.physics} at {each.component}" for each in result.findings]
-    about = "with this physics in the model, with 95 % intervals, and of the base model (springs alone)."
-    frame = diagnosed_stiffness(result) if added_physics(result) else None
-    return Said(
-        ", ".join([*(["ended by hand"] if result.ended else []), result.verdict, *there]),
-        texts,
-        ["interrupted: the best model so far is written"] if result.ended else [],
-        lambda: diagnosis_record(result, plan) | dict(further.document()),
-        [] if frame is None else [stiffness_table(frame, result.robot, about)],
-    )
 
 
 def ended_sentences(result: Diagnosis) -> list[str]:
@@ -209,7 +175,7 @@ def ended_sentences(result: Diagnosis) -> list[str]:
     ]
 
 
-def _held_out(result: Diagnosis) -> list[str]:
+def held_out_sentences(result: Diagnosis) -> list[str]:
     """How well rows that were not fitted are predicted, and how often refits to fewer rows name the same."""
     texts, errors, stable = [], result.errors, result.stability
     if result.findings:
@@ -227,7 +193,8 @@ def _held_out(result: Diagnosis) -> list[str]:
     return texts
 
 
-def _finding(finding: Finding) -> str:
+def finding_sentence(finding: Finding) -> str:
+    """What was found, how probable it is, and what it may be instead."""
     probable = _how_probable(finding)
     text = f"{finding.sentence} {probable[0].upper()}{probable[1:]}{_instead(finding)}."
     if finding.named_by is not None:

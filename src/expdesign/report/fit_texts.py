@@ -5,18 +5,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
-from expdesign.counted import counted
 from expdesign.estimation.goodness import StatementOfFit
 from expdesign.estimation.identify import Identification
-from expdesign.estimation.remarks import BeyondManufacture, IdleActuators, Implausible
+from expdesign.estimation.remarks import IdleActuators
 from expdesign.estimation.weighed import WeighedLoads
 from expdesign.probabilities import p_text
 from expdesign.report import words
-from expdesign.report.arm_section import accuracy_table, arm_sentences
-from expdesign.report.identification_tables import identification_record, rms
-from expdesign.report.remark_texts import sentences
-from expdesign.report.said import Said
-from expdesign.report.stiffness import identified_stiffness, stiffness_table
+from expdesign.report.arm_section import arm_sentences
+from expdesign.report.identification_tables import rms
 
 if TYPE_CHECKING:  # an identification needs neither diagnosis nor planning
     from expdesign.diagnosis.result import Diagnosis
@@ -155,31 +151,3 @@ def _geometry(result: Identification) -> list[str]:
     size = float(np.sqrt((result.geometry.estimate**2).mean()))
     known = f"standard deviation {words.size(float(np.median(deviation)), 'm')} (median)"
     return [f"{len(deviation)} errors of joints and lengths: {words.size(size, 'm')} RMS, {known}."]
-
-
-def identified(result: Identification, at_targets: Said | None = None) -> Said:
-    """What `identify` says: what was identified, with 95 % intervals, how well it fits, and what is doubtful.
-
-    Args:
-        result: the identification.
-        at_targets: what is said at the targets of a configuration.
-    """
-    goodness, further = result.goodness, at_targets or Said("", [])
-    summary = f"{counted(len(result.robot.actuators), 'actuator')} of {result.robot.name}"
-    if goodness.chi2 is not None and goodness.p_value is not None:
-        summary += f", chi2 {goodness.chi2:.4g} for {goodness.dof}, p = {goodness.p_value:.3g}"
-    first = sentences(each for each in result.suspicions if isinstance(each, BeyondManufacture))
-    doubts = [each for each in result.suspicions if not isinstance(each, BeyondManufacture)]
-    # What is said of the recordings where they are read is not said again.
-    notes = [f"warning: {text}" for text in sentences(each for each in doubts if not isinstance(each, Implausible))]
-    tables = [] if result.arm is None else [accuracy_table(result.arm)]
-    if result.robot.actuators and result.calibration != "geometric":
-        about = "with 95 % intervals; compliance is its inverse."
-        tables.append(stiffness_table(identified_stiffness(result), result.robot, about))
-    return Said(
-        summary,
-        [*first, *identified_sentences(result), *further.sentences],
-        notes,
-        lambda: identification_record(result) | dict(further.document()),
-        tables,
-    )

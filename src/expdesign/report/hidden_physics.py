@@ -10,7 +10,6 @@ from expdesign.assurance.model_error.meir import Meir, meir_of_problem
 from expdesign.assurance.model_error.statement import (
     AccuracyStatement,
     HiddenPhysics,
-    WhatIsHidden,
     hidden_by_plan,
 )
 from expdesign.planning.front import Front, non_dominated
@@ -34,7 +33,7 @@ def hidden_section(problem: DesignProblem, front: Front) -> PageSection:
         physics, stated = hidden.physics, AccuracyStatement.of(assessment, hidden)
         texts = [(stated or hidden).sentence, *cheapest_sentences(front)]
         noticing = noticed_by(problem, front, meir, physics)
-        blocks = [Sentences(texts), hidden_figure(physics), hidden_table(physics, noticing)]
+        blocks = [Sentences(texts), *hidden_blocks(physics, noticing)]
     return PageSection("hidden", "What the plan would not notice", blocks)
 
 
@@ -55,13 +54,6 @@ def noticed_by(
             text = f"design {best + 1}, +{_dearer(front, best)} %"
         found[name] = "this plan" if each.error <= 1.0 else text
     return found
-
-
-def recordings_section(found: WhatIsHidden) -> PageSection:
-    """The section about recordings that the model explains."""
-    return PageSection(
-        "hidden", "What may still be hidden", [hidden_figure(found.physics), hidden_table(found.physics)]
-    )
 
 
 def cheapest_sentences(front: Front) -> list[str]:
@@ -99,7 +91,14 @@ def by_component(physics: tuple[HiddenPhysics, ...]) -> list[HiddenPhysics]:
     return list(worst.values())
 
 
-def hidden_figure(physics: tuple[HiddenPhysics, ...]) -> Figure:
+def hidden_blocks(
+    physics: tuple[HiddenPhysics, ...], noticing: dict[tuple[str, str, str], str] | None = None
+) -> list[Block]:
+    """The figure and the table; see `_table`."""
+    return [_figure(physics), _table(physics, noticing)]
+
+
+def _figure(physics: tuple[HiddenPhysics, ...]) -> Figure:
     """A bar per physics and component: the error that stays hidden."""
     shown = by_component(physics)[:_BARS]
     traces = []
@@ -144,9 +143,7 @@ def _growth(each: HiddenPhysics) -> str:
     return f"{noticed}, tolerance used up at {words.number(each.tolerable)} times it"
 
 
-def hidden_table(
-    physics: tuple[HiddenPhysics, ...], noticing: dict[tuple[str, str, str], str] | None = None
-) -> DataTable:
+def _table(physics: tuple[HiddenPhysics, ...], noticing: dict[tuple[str, str, str], str] | None) -> DataTable:
     """Hidden error, the size at which an effect is noticed, and that at which it uses up the tolerance.
 
     Args:

@@ -4,13 +4,19 @@ import math
 import re
 import shlex
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, ClassVar
 
 import pandas as pd
 from jinja2 import Environment, FileSystemLoader
 
+from expdesign.io.excel import workbook
+from expdesign.io.output import csv_text
+from expdesign.io.tables_in_units import in_units
 from expdesign.io.units import measured_column
 from expdesign.planning.laboratory_sheet import Steps
+from expdesign.report.result import FolderResult, PathLike, RowsResult
 from expdesign.report.said import Said
 
 DECIMALS = {"length": 6, "angle": 6, "mass": 6, "force": 6, "moment": 6}
@@ -21,28 +27,75 @@ _LOAD = re.compile("mass|com|[fm][xyz]")
 _BLANKS = ("Date", "Operator", "Instrument", "Temperature")
 
 
-def sheet_said(steps: Steps, minutes: float | None, in_plan_order: float | None) -> Said:
-    """What `sheet` says: what is measured, and how long it takes, in the order of the steps and in that of the plan."""
-    readings, references = len(steps.rows), int(steps.reference.sum())
-    text = f"{readings} readings, {references} of them without load; {steps.pose_changes} poses to set, "
-    text += f"{steps.load_changes} changes of the load{' (no order needs less)' if steps.exact else ''}."
-    if minutes is not None:
-        text += f" Time: {minutes:.4g} min; row by row as planned {in_plan_order:.4g} min."
-    return Said(text)
+_INSTRUCTIONS = (
+    "Readings: what the instrument shows, from any zero that stays the same within a series; a loaded row is "
+    "counted from the unloaded row before it in its series. Rows left empty are ignored.",
+    "Columns s...: standard deviation of a deflection, as planned; correct them where the instrument says "
+    "otherwise. Columns time and temperature may stay empty.",
+)
+_FILL = "FFF8DC"
 
 
-def sheet_instructions(robot_file: str) -> list[str]:
-    """What to do with the sheet of a robot, whose file may be unknown (empty)."""
-    return [
-        "Readings: what the instrument shows, from any zero that stays the same within a series; a loaded row is "
-        "counted from the unloaded row before it in its series. Rows left empty are ignored.",
-        "Columns s...: standard deviation of a deflection, as planned; correct them where the instrument says "
-        "otherwise. Columns time and temperature may stay empty.",
-        f"Afterwards: expdesign identify {shlex.quote(robot_file or 'ROBOT.yaml')} sheet.xlsx --out results",
-    ]
+@dataclass(frozen=True, repr=False)
+class SheetResult(RowsResult, FolderResult):
+    """What is done in the laboratory, with room for what is read.
+
+    Attributes:
+        text: one row per step, in order: set-points, load, what to do, and empty cells to be filled in.
+        steps: the order and what it takes.
+        minutes: time of the steps, or None where the configuration states no costs.
+        minutes_in_plan_order: the same for the plan row by row.
+        title: of the page.
+        shared: whether rows of a series share their reference.
+        robot_file: path of the robot's file, for the command that follows; empty where it is not known.
+    """
+
+    FILES: ClassVar = dict.fromkeys(("sheet.html", "sheet.csv", "sheet.xlsx"), "files")
+    FIRST: ClassVar = "sheet.html"
+    steps: Steps
+    minutes: float | None
+    minutes_in_plan_order: float | None
+    title: str
+    shared: bool
+    robot_file: str = ""
+
+    @property
+    def said(self) -> Said:
+        steps = self.steps
+        readings, references = len(steps.rows), int(steps.reference.sum())
+        text = f"{readings} readings, {references} of them without load; {steps.pose_changes} poses to set, "
+        text += f"{steps.load_changes} changes of the load{' (no order needs less)' if steps.exact else ''}."
+        if self.minutes is not None:
+            text += f" Time: {self.minutes:.4g} min; row by row as planned {self.minutes_in_plan_order:.4g} min."
+        return Said(text)
+
+    def files(self, folder: Path = Path(), units: str | None = None) -> dict[str, Any]:
+        """The sheet as a table, as a workbook and as a page for printing."""
+        frame = _rounded(in_units(self.text, units))
+        robot, filled_in = (shlex.quote(str(path)) for path in (self.robot_file or "ROBOT.yaml", folder / "sheet.xlsx"))
+        lines = [*_INSTRUCTIONS, f"Afterwards: expdesign identify {robot} {filled_in} --out results"]
+        notes = [self.title, self.summary, *lines]
+        return {
+            "sheet.csv": csv_text(frame),
+            "sheet.xlsx": workbook(frame, notes=notes, blank=_FILL),
+            "sheet.html": _page(frame, self.title, self.summary, lines),
+        }
+
+    def save(self, folder: PathLike, units: str | None = None, *, force: bool = False) -> Path:
+        """Write the sheet and return the path of its page.
+
+        Args:
+            folder: folder for the results.
+            units: units to write, by what they measure, e.g. `mm,mrad`; SI if left out.
+            force: replace files that are there for another purpose. A sheet with readings never is.
+
+        Raises:
+            InputError: a unit is unknown, or the folder cannot be written.
+        """
+        return self._write(Path(folder), self.files(Path(folder), units), force=force)
 
 
-def sheet_page(frame: pd.DataFrame, title: str, summary: str, notes: Sequence[str]) -> str:
+def _page(frame: pd.DataFrame, title: str, summary: str, notes: Sequence[str]) -> str:
     """The page.
 
     Args:
@@ -96,7 +149,7 @@ def _headed(name: str) -> str:
     return f"{called.replace('_', ' ')} ({unit})"
 
 
-def rounded(frame: pd.DataFrame) -> pd.DataFrame:
+def _rounded(frame: pd.DataFrame) -> pd.DataFrame:
     """A sheet with set-points and loads rounded to what the page shows, so that what is set is what the file says."""
     columns = {str(name): frame[name] for name in frame.columns}
     for name, cells in columns.items():

@@ -1,7 +1,8 @@
-"""The page of `expdesign montecarlo`: does the plan attain what the criteria predict?"""
+"""What `montecarlo` returns and its page: does the plan attain what the criteria predict?"""
 
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -23,50 +24,63 @@ from expdesign.report.glossary import words_section
 from expdesign.report.montecarlo_figures import CAUSE_NAMES, agreement_figure, density_figure
 from expdesign.report.next_steps import next_steps
 from expdesign.report.page import Page
+from expdesign.report.result import PAGE, FolderResult
 from expdesign.report.said import Said
 
 CRITERIA = {"duir": "DUIR (measurement noise)", "feir": "FEIR (load errors)", "total": "Total expected error"}
 
 
-def montecarlo_report(result: Repeated, said: Said) -> Page:
-    """The report of a repeated plan, of which something is `said`."""
-    robot = result.problem.loaded.robot
-    targets = range(len(result.problem.targets.configurations))
-    densities: list[Block] = [density_figure(result, target) for target in targets]
-    sections = (
-        said.section("Result", _key_figures(result), *said.tables),
-        PageSection("agreement", "Axis by axis", [agreement_figure(result), _deviation_table(result)]),
-        PageSection("densities", "Densities", densities),
-        PageSection("run", "How it was done", [Definitions(_settings(result))]),
-        words_section("Repetition", "z", "Tolerance", "Mean error"),
-        next_steps("run", config=result.problem.source),
-    )
-    return Page(
-        title=f"Monte-Carlo of a calibration plan for {robot.name}",
-        subtitle=(
-            f"{robot.kind}, {words.count(len(result.plan), 'measurement')}, {result.samples} repetitions; "
-            f"configuration {result.problem.source}"
-        ),
-        sections=sections,
-    )
+@dataclass(frozen=True, repr=False)
+class MonteCarloResult(FolderResult):
+    """Repetitions of a plan.
 
-
-def montecarlo_said(result: Repeated, remarks: Sequence[str]) -> Said:
-    """What `montecarlo` says: the criteria as they came out and as predicted, and whether the prediction holds.
-
-    Args:
-        result: the repetitions.
+    Attributes:
+        result: the samples and what is compared.
         remarks: what is doubtful about the plan, in words.
     """
-    found, predicted = result.criteria["total"]
-    error = (
-        f"In {result.samples} repetitions of experiment, identification and compensation the RMS error at the targets "
-        f"is {words.with_error(float(found.value), float(found.standard_error))} tolerances; the criteria predict "
-        f"{words.number(predicted, 4)}."
-    )
-    agreement = _agreement(result)
-    notes = [f"expdesign: {remark}" for remark in remarks]
-    return Said(agreement, [error, agreement], notes, result.record, [_criteria_table(result)])
+
+    FILES: ClassVar = {"montecarlo.json": "record", **PAGE}
+    result: Repeated
+    remarks: tuple[str, ...]
+
+    @property
+    def criteria(self) -> pd.DataFrame:
+        """DUIR, FEIR and total as they came out (tolerances) and as predicted."""
+        return _criteria(self.result, self.result.causes).set_index("criterion")
+
+    @property
+    def said(self) -> Said:
+        found, predicted = self.result.criteria["total"]
+        error = (
+            f"In {self.result.samples} repetitions of experiment, identification and compensation the RMS error at the "
+            f"targets is {words.with_error(float(found.value), float(found.standard_error))} tolerances; the criteria "
+            f"predict {words.number(predicted, 4)}."
+        )
+        agreement = _agreement(self.result)
+        notes = [f"expdesign: {remark}" for remark in self.remarks]
+        return Said(agreement, [error, agreement], notes, self.result.record, [_criteria_table(self.result)])
+
+    def page(self) -> Page:
+        result, said = self.result, self.said
+        robot = result.problem.loaded.robot
+        targets = range(len(result.problem.targets.configurations))
+        densities: list[Block] = [density_figure(result, target) for target in targets]
+        sections = (
+            said.section("Result", _key_figures(result), *said.tables),
+            PageSection("agreement", "Axis by axis", [agreement_figure(result), _deviation_table(result)]),
+            PageSection("densities", "Densities", densities),
+            PageSection("run", "How it was done", [Definitions(_settings(result))]),
+            words_section("Repetition", "z", "Tolerance", "Mean error"),
+            next_steps("run", config=result.problem.source),
+        )
+        return Page(
+            title=f"Monte-Carlo of a calibration plan for {robot.name}",
+            subtitle=(
+                f"{robot.kind}, {words.count(len(result.plan), 'measurement')}, {result.samples} repetitions; "
+                f"configuration {result.problem.source}"
+            ),
+            sections=sections,
+        )
 
 
 def _agreement(result: Repeated) -> str:
@@ -112,10 +126,10 @@ def _criteria_table(result: Repeated) -> DataTable:
         "Predicted": number_of("predicted", digits=4),
         "z": lambda row: _score(row.z),
     }
-    return framed("criteria", caption, criteria_frame(result, result.drawn), shown)
+    return framed("criteria", caption, _criteria(result, result.drawn), shown)
 
 
-def criteria_frame(result: Repeated, causes: Iterable[str]) -> pd.DataFrame:
+def _criteria(result: Repeated, causes: Iterable[str]) -> pd.DataFrame:
     """RMS error at the targets for each cause as it came out (tolerances) and as predicted."""
     rows = []
     for cause in causes:

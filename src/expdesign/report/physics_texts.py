@@ -1,33 +1,54 @@
 """What a robot can have beside its base model, in words: places, forms, parameters and usual sizes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
+
+import pandas as pd
 
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.models.effect_entry import Offered, unit_of_parameter
 from expdesign.counted import counted
+from expdesign.report.result import Result
 from expdesign.report.said import Said
 
 MOST = 3
 """Names of parameters of one size that are all listed."""
 
 
-def offered_physics(robot: str, offered: Sequence[Offered]) -> Said:
-    """What `physics` says: every physics with where it can be, its forms, and the usual sizes of its parameters.
+@dataclass(frozen=True, repr=False)
+class PhysicsResult(Result):
+    """What can be there.
 
-    Args:
+    Attributes:
         robot: its name.
         offered: one entry per physics and set of parameters.
     """
-    entries = [_entry(each) for each in offered]
-    lines: list[str] = []
-    for physics, alike in groupby(entries, lambda entry: entry["physics"]):
-        for number, entry in enumerate(alike):
-            lines += [*([] if number else _about(physics, entry)), *_at(entry)]
-    kinds = {entry["physics"] for entry in entries}
-    record = {"robot": robot, "physics": entries}
-    return Said(f"{counted(len(kinds), 'physics', 'physics')} of {robot}", lines, document=lambda: record)
+
+    robot: str
+    offered: tuple[Offered, ...]
+
+    @property
+    def said(self) -> Said:
+        entries = [_entry(each) for each in self.offered]
+        lines: list[str] = []
+        for physics, alike in groupby(entries, lambda entry: entry["physics"]):
+            for number, entry in enumerate(alike):
+                lines += [*([] if number else _about(physics, entry)), *_at(entry)]
+        kinds = {entry["physics"] for entry in entries}
+        record = {"robot": self.robot, "physics": entries}
+        return Said(f"{counted(len(kinds), 'physics', 'physics')} of {self.robot}", lines, document=lambda: record)
+
+    @property
+    def frame(self) -> pd.DataFrame:
+        """One row per parameter."""
+        rows = [
+            {key: entry[key] for key in ("physics", "identifier", "components", "variants")} | parameter
+            for entry in self.record["physics"]
+            for parameter in entry["parameters"]
+        ]
+        return pd.DataFrame(rows)
 
 
 def _about(physics: str, entry: Mapping[str, Any]) -> list[str]:

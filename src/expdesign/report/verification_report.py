@@ -1,17 +1,19 @@
-"""The certificate of `expdesign verify`: what was attained, against prediction and tolerance, and who signs for it."""
+"""What `verify` returns and its page, the certificate: what is attained against prediction and tolerance, who signs."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from dataclasses import dataclass
 from importlib.metadata import version
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
 
-from expdesign.assurance.acceptance.certificate import About
+from expdesign.assurance.acceptance.certificate import About, certificate_number
 from expdesign.assurance.acceptance.check_measurement import CheckMeasurement
-from expdesign.assurance.acceptance.verification import RULE, Verification
+from expdesign.assurance.acceptance.verification import RULE, Verification, verification_record
 from expdesign.chain.models.model_file import Model
+from expdesign.estimation.compensation.arm_targets import base_as_drawn
 from expdesign.probabilities import probability_text
 from expdesign.report import words
 from expdesign.report.blocks import (
@@ -27,6 +29,7 @@ from expdesign.report.blocks import (
     number_of,
 )
 from expdesign.report.page import Page
+from expdesign.report.result import PAGE, FolderResult
 from expdesign.report.said import Said
 
 _BLANK = "_" * 40
@@ -42,55 +45,74 @@ _IN_BASE = (
 )
 
 
-def verified(
-    result: Verification, robot: str, about: About, record: Mapping[str, Any], *, base_as_drawn: bool = False
-) -> Said:
-    """What `verify` says: the verdict, what it rests on, and texts of the certificate that nobody has given.
+@dataclass(frozen=True, repr=False)
+class VerificationResult(FolderResult):
+    """A verified robot.
 
-    Args:
-        result: what was found.
-        robot: its name.
-        about: texts of the certificate.
-        record: the content of `verification.json`.
-        base_as_drawn: whether the poses are in a base frame whose turn no reading shows.
-    """
-    stated = ("remarks", "robot", "load")  # known from the model and the recordings otherwise
-    empty = [name for name, text in about.model_dump().items() if not text and name not in stated]
-    lines = [f"verdict: {result.verdict}", *statement(result)]
-    notes = [f"left to be filled in by hand: {', '.join(empty)}"] if empty else []
-    if base_as_drawn and not result.consistent:
-        notes.append(_IN_BASE)
-    return Said(f"verdict {result.verdict} for {robot}", lines, notes, lambda: record)
-
-
-def verification_report(
-    result: Verification, model: Model, check: CheckMeasurement, about: About, files: Mapping[str, str], number: str
-) -> Page:
-    """The certificate, to be printed and signed.
-
-    Args:
-        result: what was found.
+    Attributes:
         model: of the robot.
         check: what was measured.
-        about: who measured what, with what, where and when.
-        files: SHA-256 of every file, by its name.
-        number: of the certificate.
+        result: what it says.
+        about: texts of the certificate.
+        hashes: SHA-256 of every file, by its name.
     """
-    robot = model.chain.robot
-    listed = list(files.items()) or [("none", "–")]
-    sections = (
-        PageSection("statement", "Statement", (_figures(result), Sentences(statement(result)))),
-        PageSection("subject", "Subject", (Definitions([("Certificate", number), *_subject(model, check, about)]),)),
-        PageSection("results", "Results", (_table(result, model), Paragraph(_rule(result)))),
-        PageSection("files", "Files", (Paragraph(_RESTS), Definitions(listed))),
-        PageSection("signature", "Signature", (Definitions((("Date", _BLANK), ("Name and signature", _BLANK))),)),
-    )
-    return Page(
-        title=f"Certificate of verification: {about.robot or robot.name}",
-        subtitle=f"Accuracy under load after compensation, {words.count(len(check), 'check measurement')}",
-        sections=sections,
-        footer=f"Certificate {number}, made by expdesign {version('expdesign')}",
-    )
+
+    FILES: ClassVar = {"verification.json": "record", **PAGE}
+    model: Model
+    check: CheckMeasurement
+    result: Verification
+    about: About
+    hashes: dict[str, str]
+
+    @property
+    def chi2(self) -> float | None:
+        """χ² of attained against predicted; None where it is not tested."""
+        return self.result.statement.chi2
+
+    @property
+    def p_value(self) -> float | None:
+        """Probability of a χ² as large as this if the model predicts what is attained; None where it is not tested."""
+        return self.result.statement.p_value
+
+    @property
+    def said(self) -> Said:
+        robot = self.model.chain.robot
+        axes = tuple(robot.coordinates.deflection[axis] for axis in self.check.axes)
+        record = verification_record(self.result, robot, axes, self.about, self.hashes)
+        record |= {"frame": self.check.frame} if self.check.frame == "instrument" else {}
+        record = {"certificate": certificate_number(record)} | record
+        stated = ("remarks", "robot", "load")  # known from the model and the recordings otherwise
+        empty = [name for name, text in self.about.model_dump().items() if not text and name not in stated]
+        notes = [f"left to be filled in by hand: {', '.join(empty)}"] if empty else []
+        if base_as_drawn(self.model, self.check.frame) and not self.result.consistent:
+            notes.append(_IN_BASE)
+        lines = [f"verdict: {self.result.verdict}", *statement(self.result)]
+        return Said(f"verdict {self.result.verdict} for {robot.name}", lines, notes, lambda: record)
+
+    @property
+    def refused(self) -> bool:
+        """Whether the robot fails."""
+        return self.result.verdict == "fail"
+
+    def page(self) -> Page:
+        """The certificate, to be printed and signed."""
+        result, number, robot = self.result, self.record["certificate"], self.model.chain.robot
+        subject = [("Certificate", number), *_subject(self.model, self.check, self.about)]
+        listed = list(self.hashes.items()) or [("none", "–")]
+        signature = (("Date", _BLANK), ("Name and signature", _BLANK))
+        sections = (
+            PageSection("statement", "Statement", (_figures(result), Sentences(statement(result)))),
+            PageSection("subject", "Subject", (Definitions(subject),)),
+            PageSection("results", "Results", (_table(result, self.model), Paragraph(_rule(result)))),
+            PageSection("files", "Files", (Paragraph(_RESTS), Definitions(listed))),
+            PageSection("signature", "Signature", (Definitions(signature),)),
+        )
+        return Page(
+            title=f"Certificate of verification: {self.about.robot or robot.name}",
+            subtitle=f"Accuracy under load after compensation, {words.count(len(self.check), 'check measurement')}",
+            sections=sections,
+            footer=f"Certificate {number}, made by expdesign {version('expdesign')}",
+        )
 
 
 def statement(result: Verification) -> list[str]:

@@ -3,9 +3,8 @@
 Most recordings are identified without targets, and need not wait for planning.
 """
 
-from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,52 +19,10 @@ from expdesign.estimation.load_errors import load_columns
 from expdesign.estimation.remarks import Implausible
 from expdesign.planning.criteria.targets import GivenVariances
 from expdesign.planning.problem import DesignProblem
-from expdesign.report.acceptance_texts import acceptance_record, sentences
-from expdesign.report.blocks import KeyFigure, PageSection
-from expdesign.report.error_budget import acceptance_figure, acceptance_section
-from expdesign.report.hidden_physics import recordings_section
-from expdesign.report.said import Said
+from expdesign.report.error_budget import StatedAtTargets
 
 if TYPE_CHECKING:
     from expdesign.diagnosis.result import Diagnosis
-
-
-@dataclass(frozen=True)
-class StatedAtTargets:
-    """What is said of the targets of a configuration.
-
-    Attributes:
-        configuration: its path.
-        acceptance: whether the robot is accepted.
-        hidden: what the recordings may hide; None where that is not asked, or the model does not explain them.
-        accuracy: the same beside noise and load errors.
-    """
-
-    configuration: str
-    acceptance: Decision
-    hidden: WhatIsHidden | None = None
-    accuracy: AccuracyStatement | None = None
-
-    @property
-    def said(self) -> Said:
-        """The decision, and what may still be hidden: a line for each sentence."""
-        record: dict[str, Any] = {"acceptance": acceptance_record(self.acceptance)}
-        if self.hidden is not None:
-            record["hidden"] = self.hidden.record
-            record["accuracy"] = None if self.accuracy is None else self.accuracy.record
-        stated = self.accuracy or self.hidden
-        hidden = [] if stated is None else [stated.sentence]
-        return Said("", [*sentences(self.acceptance), *hidden], document=lambda: record)
-
-    @property
-    def figure(self) -> KeyFigure:
-        """The verdict, for the first section of a page."""
-        return acceptance_figure(self.acceptance)
-
-    def sections(self, of: str) -> list[PageSection]:
-        """The sections of a page about the model that `of` names."""
-        hidden = [] if self.hidden is None else [recordings_section(self.hidden)]
-        return [acceptance_section(self.acceptance, of), *hidden]
 
 
 class AtTargets:

@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import ClassVar
 
 from expdesign.app.api.configuration import checked_problem, problem_of
-from expdesign.app.api.inputs import RobotFile, RobotInput, load_robot, named_arguments, purpose_of
+from expdesign.app.api.inputs import RobotInput, load_robot, named_arguments, purpose_of
 from expdesign.app.api.load import read_document
 from expdesign.app.api.points_said import say_unknown_columns
 from expdesign.app.api.recorded import referenced
-from expdesign.app.api.result import PAGE, FolderResult, PathLike, Result
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.assurance.plausibility.robot import robot_findings
@@ -32,12 +31,14 @@ from expdesign.io.table import is_table_name, read_table
 from expdesign.io.written import Purpose
 from expdesign.io.yaml_reader import read_yaml
 from expdesign.mechanics.robots.robot import Robot, RobotSection
+from expdesign.mechanics.robots.robot_file import RobotFile
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import require_regular
 from expdesign.planning.sampling import Feasibility, feasibility
 from expdesign.planning.schema import RunSection
 from expdesign.report.check_texts import problem_doubts, problem_said, recordings_said, robot_said, sweep_said
 from expdesign.report.page import Page
+from expdesign.report.result import PAGE, FolderResult, PathLike, Result
 from expdesign.report.robot_section import problem_report, robot_report
 from expdesign.report.said import Said
 

@@ -3,102 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import ClassVar
-
-import numpy as np
-import pandas as pd
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.configuration import Config, plan_of, problem_of
 from expdesign.app.api.inputs import TableInput, purpose_of
-from expdesign.app.api.result import PAGE, FolderResult
 from expdesign.app.parallel import Executors, each_of
 from expdesign.assurance.comparison.comparable import require_comparable
 from expdesign.assurance.comparison.contenders import Contender, drawn, optimised
-from expdesign.assurance.comparison.correlation import RankCorrelation, rank_correlations
-from expdesign.assurance.comparison.judgement import Judgement, judge
+from expdesign.assurance.comparison.correlation import rank_correlations
+from expdesign.assurance.comparison.judgement import judge
 from expdesign.assurance.model_error.meir import Meir
 from expdesign.errors import ArgumentError, InputError
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.optimality.certificate import Certificate, LowerBound
-from expdesign.planning.plan import plan_frame, without_validation
+from expdesign.planning.optimality.certificate import Certificate
+from expdesign.planning.plan import without_validation
 from expdesign.planning.problem import DesignProblem
-from expdesign.report.comparison_report import compared, comparison_report
-from expdesign.report.page import Page
-from expdesign.report.said import Said
+from expdesign.report.comparison_report import ComparisonResult
 
 SAMPLES, RANDOM = 4000, 40
 """Repetitions and random designs where nothing is said."""
-
-
-@dataclass(frozen=True, repr=False)
-class ComparisonResult(FolderResult):
-    """A finished comparison.
-
-    Attributes:
-        names: of the configurations.
-        judgements: one per configuration.
-        correlations: of each configuration.
-        bounds: on the criterion `total` of every plan of each configuration's number of measurements.
-        together: whether their accuracies mean the same, so that they are laid over each other.
-        settings: how it was made: names and values in words.
-    """
-
-    FILES: ClassVar = {"comparison.csv": "frame", "correlation.csv": "correlation", "plan-*.csv": "optimised", **PAGE}
-    names: tuple[str, ...]
-    judgements: tuple[Judgement, ...]
-    correlations: tuple[list[RankCorrelation], ...]
-    bounds: tuple[LowerBound, ...]
-    together: bool
-    settings: Mapping[str, str]
-
-    @property
-    def said(self) -> Said:
-        return compared(self.names, self.judgements, self.correlations, self.bounds)
-
-    @property
-    def frame(self) -> pd.DataFrame:
-        """One row per configuration and design (`comparison.csv`): values, accuracy, and ratios to the best."""
-        frames = []
-        for name, judgement, bound in zip(self.names, self.judgements, self.bounds, strict=True):
-            frame = judgement.frame()
-            frame.insert(0, "configuration", name)
-            frame.insert(1, "robot", judgement.problem.loaded.robot.name)
-            value = bound.value if bound.value is not None else float("nan")
-            frame["total_lower_bound"] = np.where(judgement.longer, np.nan, value)
-            frames.append(frame)
-        return pd.concat(frames, ignore_index=True)
-
-    @property
-    def correlation(self) -> pd.DataFrame:
-        """Rank correlation of every criterion with the attained accuracy (`correlation.csv`)."""
-        pairs = zip(self.names, self.correlations, strict=True)
-        return pd.DataFrame([{"configuration": name} | asdict(one) for name, found in pairs for one in found])
-
-    def plan(self, configuration: str, design: str) -> pd.DataFrame:
-        """The plan of a design by the names in `frame`."""
-        for name, judgement in zip(self.names, self.judgements, strict=True):
-            for contender in judgement.contenders:
-                if (name, contender.name) == (configuration, design):
-                    return plan_frame(contender.plan, judgement.problem.loaded, judgement.problem.space.tilts)
-        remedy = "The columns `configuration` and `design` of the frame have the names."
-        raise InputError(f"there is no design `{design}` of `{configuration}`", remedy=remedy)
-
-    @property
-    def optimised(self) -> dict[str, pd.DataFrame]:
-        """The plans that are best by a criterion, by the names of their files."""
-        return {
-            f"plan-{_file_name(name)}-{contender.name}.csv": self.plan(name, contender.name)
-            for name, judgement in zip(self.names, self.judgements, strict=True)
-            for contender in judgement.contenders
-            if contender.origin == "optimised"
-        }
-
-    def page(self) -> Page:
-        found = (self.judgements, self.correlations, self.said)
-        return comparison_report(self.names, *found, self.together, self.settings)
 
 
 @shows_progress("comparing")
@@ -214,7 +138,3 @@ def _given(problem: DesignProblem, plans: Mapping[str, TableInput]) -> list[Cont
         read = plan_of(plan, problem, name)
         found.append(Contender(name, "given", without_validation(read.plan, read.table)))
     return found
-
-
-def _file_name(name: str) -> str:
-    return "".join(character if character.isalnum() or character in "-_." else "-" for character in name)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -19,7 +19,6 @@ from expdesign.app.api.inputs import (
     table_of,
 )
 from expdesign.app.api.points_said import say_unknown_columns
-from expdesign.app.api.result import Result, TableResult
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.targets import correction_findings, pose_findings, target_findings
@@ -37,39 +36,12 @@ from expdesign.estimation.compensation.prediction import after_campaign, in_file
 from expdesign.estimation.compensation.target_loads import TargetLoads, said_of_loads
 from expdesign.io.table import Table
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.report.compensation_texts import BASE_AS_DRAWN, compensated, tip_as_drawn
-from expdesign.report.said import Said
+from expdesign.report.compensation_texts import BASE_AS_DRAWN, CompensationResult, tip_as_drawn
+from expdesign.report.result import Result
 
 if TYPE_CHECKING:  # most commands are found without a configuration, and need not wait for planning
     from expdesign.app.api.configuration import Config
     from expdesign.planning.problem import DesignProblem
-
-
-@dataclass(frozen=True, repr=False)
-class CompensationResult(TableResult):
-    """What to command.
-
-    Attributes:
-        text: the targets as they stand in a file, with the command in the pose columns.
-        compensation: the same as arrays, rows in the order of their sequence, and how the commands were found.
-        corrections: how large they are, and how well the attained pose is known, in the same order.
-        sequence: numbers of the targets, in the same order.
-        robot: that is commanded.
-        refuted: whether the recordings of the model refute it.
-        scope: which errors of the load were applied at the targets and which not.
-    """
-
-    compensation: Compensation
-    corrections: Corrections
-    sequence: list[int]
-    robot: Robot
-    refuted: bool = False
-    scope: list[str] = field(default_factory=list)
-
-    @property
-    def said(self) -> Said:
-        translations = self.robot.coordinates.translations
-        return compensated(self.corrections, self.sequence, translations, self.scope, refuted=self.refuted)
 
 
 @named_arguments

@@ -8,7 +8,6 @@ import numpy as np
 
 from expdesign.app.api.inputs import TableInput, document_of, table_of
 from expdesign.app.api.points_said import say_limits, say_unknown_columns
-from expdesign.app.api.result import PathLike
 from expdesign.assurance.plausibility.configured import bound_findings, plan_findings
 from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.problem import problem_findings
@@ -25,6 +24,7 @@ from expdesign.planning.plan import Plan, completed, read_plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
 from expdesign.planning.schema import RunSection
+from expdesign.report.result import PathLike
 
 Config = PathLike | Mapping[str, Any] | RunSection | DesignProblem
 

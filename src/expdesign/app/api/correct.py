@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pandas as pd
 
 from expdesign.app.api.inputs import RobotInput, TableInput, load_robot, named_arguments, purpose_of, table_of
 from expdesign.app.api.points_said import say_unknown_columns
-from expdesign.app.api.result import RecordedTable, filled
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.commanded import commanded_findings
 from expdesign.chain.recordings.columns import REFERENCE
@@ -20,7 +17,6 @@ from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.estimation.identify import identify
 from expdesign.estimation.preparation.thermal_correction import (
     CorrectedDeflections,
-    Repeatability,
     correct_poses,
     deflections,
     measured_poses,
@@ -28,39 +24,8 @@ from expdesign.estimation.preparation.thermal_correction import (
 )
 from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.report.recording_texts import corrected
-from expdesign.report.said import Said
-
-
-@dataclass(frozen=True, repr=False)
-class CorrectionResult(RecordedTable):
-    """What the correction made.
-
-    Attributes:
-        text: recordings (file-formats.md, Recordings), as they stand in a file; empty where no row has a load.
-        poses: every measured pose with its corrected one in `corrected_x_m …`, as it stands in a file.
-        deflections: the same as arrays.
-        repeatability: scatter of repeated poses, or None.
-        residuals: RMS residual of the identified base model per axis (m, rad) before and after, or None.
-        axes: names of the axes.
-        unidentified: why there are no `residuals`, where deflections are.
-    """
-
-    poses: pd.DataFrame
-    deflections: CorrectedDeflections
-    repeatability: Repeatability | None
-    residuals: tuple[FloatArray, FloatArray] | None
-    axes: tuple[str, ...]
-    unidentified: str = ""
-
-    def as_table(self) -> pd.DataFrame:
-        """The recordings, or the corrected poses where nothing has a load."""
-        return self.text if len(self.text) else self.poses
-
-    @property
-    def said(self) -> Said:
-        counts = len(self.text), len(self.poses)
-        return corrected(counts, self.deflections, self.repeatability, self.residuals, self.axes, self.unidentified)
+from expdesign.report.recording_texts import CorrectionResult
+from expdesign.report.result import filled
 
 
 @named_arguments

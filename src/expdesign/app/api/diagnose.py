@@ -3,36 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
-
-import pandas as pd
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.inputs import RobotInput, purpose_of
-from expdesign.app.api.recorded import RecordedResult, RecordingsInput, recorded_at, recorded_model
-from expdesign.app.api.result import PAGE
+from expdesign.app.api.recorded import RecordingsInput, recorded_at, recorded_model
 from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.recordings import doubts
 from expdesign.chain.models.model_file import Model, model_from_document, model_text
 from expdesign.chain.recordings.recordings import Recordings, complete_positions
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
-from expdesign.diagnosis.law_findings import curves
-from expdesign.diagnosis.next_experiment import discriminating_series
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.diagnosis.stages import Stage
 from expdesign.errors import ArgumentError, InputError
 from expdesign.estimation.load_errors import declared_load_errors
 from expdesign.io.yaml_reader import parse_yaml
-from expdesign.report.diagnosis_report import diagnosis_report
-from expdesign.report.diagnosis_texts import diagnosed
-from expdesign.report.page import Page
-from expdesign.report.said import Said
+from expdesign.report.diagnosis_report import DiagnosisResult
 
 if TYPE_CHECKING:  # most recordings are diagnosed without targets, and need not wait for planning
     from expdesign.app.api.configuration import Config
-
-NEXT_PLAN = "plan-next.csv"
 
 
 def _read_here(recordings: Recordings) -> Recordings:
@@ -63,81 +53,6 @@ def _read_again(result: Diagnosis, model: Model) -> Diagnosis:
     except InputError:
         return result.written_otherwise(float("inf"))
     return result.read_again(again.chain, again.values)
-
-
-@dataclass(frozen=True, repr=False)
-class DiagnosisResult(RecordedResult):
-    """A diagnosis; `model` has the effects that were found, `at_targets` what may be hidden where all is consistent.
-
-    Attributes:
-        result: everything that the diagnosis found.
-        series: number of series of a plan that separates two explanations.
-    """
-
-    FILES: ClassVar = {
-        "model.yaml": "model",
-        "diagnosis.json": "record",
-        NEXT_PLAN: "next_plan",
-        "law-*.csv": "laws",
-        **PAGE,
-    }
-    result: Diagnosis
-    series: int
-
-    @property
-    def refused(self) -> bool:
-        """Whether what was diagnosed is no robot: the recordings fit only if they are read otherwise."""
-        return any(doubt.otherwise for doubt in self.result.doubts)
-
-    @property
-    def said(self) -> Said:
-        plan = None if self.result.rival is None else NEXT_PLAN
-        return diagnosed(self.result, plan, None if self.at_targets is None else self.at_targets.said)
-
-    @property
-    def verdict(self) -> str:
-        """`consistent`, `explained`, `modelled` or `unexplained`."""
-        return self.result.verdict
-
-    @property
-    def chi2(self) -> float | None:
-        """χ² of the base model; None where the noise was estimated from the recordings."""
-        return self.result.before.chi2
-
-    @property
-    def p_value(self) -> float | None:
-        """Probability of a χ² as large as this if the base model is right; None where there is no test."""
-        return self.result.before.p_value
-
-    @property
-    def effects(self) -> pd.DataFrame:
-        """The effects that are present together: physics, component, probability and what it does."""
-        columns = ("physics", "component", "variant", "probability", "sentence")
-        rows = [[getattr(finding, name) for name in columns] for finding in self.result.findings]
-        return pd.DataFrame(rows, columns=list(columns))
-
-    @property
-    def next_plan(self) -> pd.DataFrame | None:
-        """A plan that separates two explanations, where two remain; else None."""
-        rival = self.result.rival
-        if rival is None:
-            return None
-        return discriminating_series(self.result.names, self.result.model, rival, self.series)
-
-    @property
-    def laws(self) -> dict[str, pd.DataFrame]:
-        """The curves of the laws that were found, by the names of their files."""
-        return {
-            f"law-{number}.csv": finding.curve.frame(list(finding.columns))
-            for number, finding in enumerate(curves(self.result.findings), start=1)
-            if finding.curve is not None
-        }
-
-    def page(self) -> Page:
-        at = self.at_targets
-        sections = [] if at is None else at.sections("the diagnosed model")
-        configuration, acceptance = ("", None) if at is None else (at.configuration, at.figure)
-        return diagnosis_report(self.result, self.said, sections, configuration, acceptance)
 
 
 @shows_progress("diagnosing")

@@ -3,29 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, Literal, get_args
-
-import pandas as pd
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal, get_args
 
 from expdesign.app.api.inputs import RobotInput, named_arguments, purpose_of, require_known
-from expdesign.app.api.recorded import RecordedResult, RecordingsInput, recorded_at, recorded_model
-from expdesign.app.api.result import PAGE
-from expdesign.arrays import FloatArray
+from expdesign.app.api.recorded import RecordingsInput, recorded_at, recorded_model
 from expdesign.assurance.plausibility.recordings import doubts
 from expdesign.errors import ArgumentError
 from expdesign.estimation.arm_options import ArmOptions, Further, Held, Loss
-from expdesign.estimation.arm_outcome import calibrated_urdf
 from expdesign.estimation.identify import Identification
 from expdesign.estimation.identify import identify as identify_recordings
-from expdesign.estimation.intervals import Intervals
-from expdesign.estimation.remarks import BeyondManufacture, Implausible
 from expdesign.mechanics.elastostatics.calibration import Calibration
-from expdesign.report.fit_texts import identified
-from expdesign.report.identification_report import identification_report
-from expdesign.report.page import Page
-from expdesign.report.said import Said
-from expdesign.report.stiffness import stiffness_unit
+from expdesign.report.identification_report import IdentificationResult
 
 if TYPE_CHECKING:  # most recordings are identified without targets, and need not wait for planning
     from expdesign.app.api.configuration import Config
@@ -34,82 +23,6 @@ SMALLEST_PRIOR = 1e-6
 """%; a smaller deviation would say that nothing has to be identified."""
 
 Frames = Literal["known", "unknown"]
-
-
-@dataclass(frozen=True, repr=False)
-class IdentificationResult(RecordedResult):
-    """An identified robot; `at_targets` says what may be hidden where the configuration asks for MEIR.
-
-    Attributes:
-        result: everything that the identification found.
-        accepted: whether corrections beyond manufacture are.
-    """
-
-    FILES: ClassVar = {"model.yaml": "model", "identification.json": "record", **PAGE, "robot.urdf": "urdf"}
-    result: Identification
-    accepted: bool = False
-
-    @property
-    def said(self) -> Said:
-        return identified(self.result, None if self.at_targets is None else self.at_targets.said)
-
-    @property
-    def refused(self) -> bool:
-        """Whether the recordings fit only if they are read otherwise, or not at all; or corrections are unaccepted."""
-        read = any(isinstance(each, Implausible) and each.otherwise for each in self.result.suspicions)
-        return read or not self._written
-
-    @property
-    def _written(self) -> bool:
-        """Whether no correction is beyond manufacture, or somebody accepts them."""
-        return self.accepted or not any(isinstance(each, BeyondManufacture) for each in self.result.suspicions)
-
-    @property
-    def chi2(self) -> float | None:
-        """χ² of the fit; None where the noise was estimated from the recordings."""
-        return self.result.goodness.chi2
-
-    @property
-    def p_value(self) -> float | None:
-        """Probability of a χ² as large as this if the model is right; None where there is no test."""
-        return self.result.goodness.p_value
-
-    @property
-    def covariance(self) -> FloatArray:
-        """Covariance of the compliances ((m/N)², or (rad/(N·m))²), in the order of `stiffness`."""
-        return self.result.covariance
-
-    @property
-    def stiffness(self) -> pd.DataFrame:
-        """Estimate and 95 % interval of every actuator's stiffness, by its name."""
-        frame = _frame(self.result.stiffness, "actuator", self.result.robot.actuators)
-        return frame.assign(unit=stiffness_unit(self.result.robot))
-
-    @property
-    def geometry(self) -> pd.DataFrame | None:
-        """Estimate and 95 % interval of every error of the geometry (m or rad), or None where it is nominal."""
-        interval = self.result.geometry
-        return None if interval is None else _frame(interval, "parameter", self.result.geometry_names)
-
-    @property
-    def urdf(self) -> str | None:
-        """The corrected URDF of an arm whose geometry was identified, else None; none with unaccepted corrections."""
-        if self.result.arm is None or self.result.geometry is None or not self._written:
-            return None
-        return calibrated_urdf(self.result.arm, self.result.recordings)
-
-    def page(self) -> Page:
-        at = self.at_targets
-        further = [] if at is None else at.sections("the identified robot")
-        configuration, acceptance = ("", None) if at is None else (at.configuration, at.figure)
-        source = self.robot.document.source
-        return identification_report(self.result, self.said, source, configuration, further, acceptance)
-
-
-def _frame(interval: Intervals, name: str, names: tuple[str, ...]) -> pd.DataFrame:
-    """Estimates with their intervals, by names."""
-    columns = {"estimate": interval.estimate, "low": interval.low, "high": interval.high}
-    return pd.DataFrame(columns, index=pd.Index(names, name=name))
 
 
 def with_doubts(result: Identification) -> Identification:

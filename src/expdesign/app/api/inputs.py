@@ -4,7 +4,6 @@ import hashlib
 import inspect
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import wraps
 from numbers import Integral, Real
 from pathlib import Path
@@ -12,7 +11,6 @@ from typing import Any, ParamSpec, TypeVar
 
 import pandas as pd
 
-from expdesign.app.api.result import PathLike, Result
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.robot import robot_findings
 from expdesign.chain.models.model_file import Model, model_from_document, model_of_robot, read_model
@@ -26,27 +24,12 @@ from expdesign.io.schema import Section
 from expdesign.io.table import Table, parse_table, read_table
 from expdesign.io.written import Purpose
 from expdesign.io.yaml_reader import YamlDocument, document_from_mapping, read_yaml
-from expdesign.mechanics.robots.robot import Robot, RobotSection
-from expdesign.mechanics.robots.robot_file import robot_from_document
+from expdesign.mechanics.robots.robot import RobotSection
+from expdesign.mechanics.robots.robot_file import RobotFile, robot_from_document
+from expdesign.report.result import PathLike, Result
 
 P = ParamSpec("P")
 R = TypeVar("R")
-
-
-@dataclass(frozen=True)
-class RobotFile:
-    """A robot with the file that describes it.
-
-    Attributes:
-        robot: for computing.
-        document: the content of its file.
-    """
-
-    robot: Robot
-    document: YamlDocument
-
-    def __repr__(self) -> str:
-        return f"<RobotFile: {self.robot.kind} {self.robot.name} ({self.document.source})>"
 
 
 RobotInput = PathLike | Mapping[str, Any] | RobotSection | RobotFile

@@ -8,9 +8,8 @@ from typing import Any
 
 import pandas as pd
 
-from expdesign.app.api.inputs import RobotFile, RobotInput
+from expdesign.app.api.inputs import RobotInput
 from expdesign.app.api.recorded import read_recordings
-from expdesign.app.api.result import PathLike, Result, numeric
 from expdesign.chain.models.model_file import Model, model_from_document, read_model
 from expdesign.chain.recordings.columns import COLUMNS
 from expdesign.chain.recordings.recordings import Recordings
@@ -19,9 +18,10 @@ from expdesign.io.kinds import kind_of
 from expdesign.io.table import is_table_name, read_table
 from expdesign.io.written import RECORD, Purpose, entries
 from expdesign.io.yaml_reader import YamlDocument, read_text, read_yaml
-from expdesign.mechanics.robots.robot_file import robot_from_document
+from expdesign.mechanics.robots.robot_file import RobotFile, robot_from_document
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
+from expdesign.report.result import PathLike, Result, numeric
 from expdesign.report.said import Said
 
 Loaded = RobotFile | DesignProblem | Model | Recordings | pd.DataFrame

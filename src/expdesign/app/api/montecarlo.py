@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass, replace
-from typing import ClassVar, get_args
-
-import pandas as pd
+from dataclasses import replace
+from typing import get_args
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.configuration import Config
 from expdesign.app.api.evaluate import evaluate
 from expdesign.app.api.inputs import TableInput, TruthInput, purpose_of, require_known, require_seed, truth_of
-from expdesign.app.api.result import PAGE, FolderResult
 from expdesign.app.parallel import Executors, each_of
-from expdesign.assurance.validation.repeated import Drawn, Elsewhere, Repeated, repeat
+from expdesign.assurance.validation.repeated import Drawn, Elsewhere, repeat
 from expdesign.assurance.validation.simulation import Repetitions, VirtualExperiment
 from expdesign.chain.models.model_file import Model
 from expdesign.errors import ArgumentError, InputError
@@ -22,40 +19,12 @@ from expdesign.mechanics.elastostatics.measurements import Distribution, LoadedR
 from expdesign.mechanics.robots.robot_file import require_same_robot
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
-from expdesign.report.montecarlo_report import criteria_frame, montecarlo_report, montecarlo_said
-from expdesign.report.page import Page
-from expdesign.report.said import Said
+from expdesign.report.montecarlo_report import MonteCarloResult
 
 MOST_SAMPLES = 5_000_000
 """Repetitions at most, whose samples are all kept in memory."""
 Common = tuple[Plan, int, Distribution]
 """What all batches share: plan, seed and distribution."""
-
-
-@dataclass(frozen=True, repr=False)
-class MonteCarloResult(FolderResult):
-    """Repetitions of a plan.
-
-    Attributes:
-        result: the samples and what is compared.
-        remarks: what is doubtful about the plan, in words.
-    """
-
-    FILES: ClassVar = {"montecarlo.json": "record", **PAGE}
-    result: Repeated
-    remarks: tuple[str, ...]
-
-    @property
-    def criteria(self) -> pd.DataFrame:
-        """DUIR, FEIR and total as they came out (tolerances) and as predicted."""
-        return criteria_frame(self.result, self.result.causes).set_index("criterion")
-
-    @property
-    def said(self) -> Said:
-        return montecarlo_said(self.result, self.remarks)
-
-    def page(self) -> Page:
-        return montecarlo_report(self.result, self.said)
 
 
 @shows_progress("repeating")

@@ -18,7 +18,6 @@ from typing import Any, Literal, Self
 
 from pydantic import Field
 
-from expdesign.app.api.result import PathLike
 from expdesign.io.schema import validate
 from expdesign.io.yaml_reader import read_yaml
 from expdesign.mechanics.robots.bipod import BipodSection
@@ -27,6 +26,7 @@ from expdesign.mechanics.robots.hexapod import HexapodSection
 from expdesign.mechanics.robots.robot import RobotSection
 from expdesign.mechanics.robots.serial import SerialSection
 from expdesign.planning import schema
+from expdesign.report.result import PathLike
 
 Acceptance = schema.AcceptanceSection
 Budget = schema.BudgetSection

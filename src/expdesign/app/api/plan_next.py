@@ -5,8 +5,6 @@ Named so because `next` is a builtin function of Python.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pandas as pd
 
@@ -14,9 +12,8 @@ from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of, require_seed, table_of
 from expdesign.app.api.points_said import say_unknown_columns
 from expdesign.app.api.recorded import correlated, referenced
-from expdesign.app.api.result import TableResult
 from expdesign.arrays import FloatArray
-from expdesign.assurance.acceptance.decision import Decision, undecided
+from expdesign.assurance.acceptance.decision import undecided
 from expdesign.assurance.acceptance.planned import informed_decision
 from expdesign.assurance.plausibility.configured import recorded_findings
 from expdesign.assurance.plausibility.finding import say
@@ -32,45 +29,10 @@ from expdesign.io.table import Table
 from expdesign.planning.plan import Plan, plan_frame, read_plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sequential import identified_so_far, next_measurements, recorded_knowledge, require_readings_of
-from expdesign.report.design_texts import next_said
-from expdesign.report.said import Said
+from expdesign.report.design_texts import NextResult
 
 MOST = 24
 """Measurements that are added at most in order to reach an accuracy."""
-
-
-@dataclass(frozen=True, repr=False)
-class NextResult(TableResult):
-    """The next measurements, and what they are expected to achieve.
-
-    Attributes:
-        text: the plan of the next measurements, numbered on from the recordings.
-        recordings: what was measured so far.
-        before: expected total error now, in tolerances; infinite where the recordings do not determine it.
-        after: the same with each further measurement, shape (k,).
-        fit: whether the base model accounts for the recordings, or None where that is not tested, as for a robot whose
-            diagnosis found more than the base model.
-        undetermined: what the recordings alone do not determine, in words, or None.
-        decisions: whether the robot is expected to pass now and with each further measurement, k + 1 of them.
-        accuracy: expected error, in tolerances, at which it was to stop, or None.
-    """
-
-    recordings: Recordings
-    before: float
-    after: FloatArray
-    fit: StatementOfFit | None
-    undetermined: str | None
-    decisions: tuple[Decision, ...]
-    accuracy: float | None = None
-
-    @property
-    def said(self) -> Said:
-        return next_said(self.totals, self.decisions, self.fit, self.undetermined, self.accuracy)
-
-    @property
-    def totals(self) -> FloatArray:
-        """Expected total error now and with each further measurement, shape (k + 1,)."""
-        return np.concatenate([[self.before], self.after])
 
 
 @named_arguments

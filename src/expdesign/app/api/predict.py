@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
 from expdesign.app.api.inputs import TableInput, TruthInput, named_arguments, purpose_of, table_of, truth_of
 from expdesign.app.api.points_said import say_limits, say_unknown_columns
-from expdesign.app.api.result import TableResult
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.targets import target_findings
-from expdesign.chain.models.estimable import OutsideRange
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.measured import TARGET
 from expdesign.chain.recordings.points import points_from_table
@@ -36,39 +33,7 @@ from expdesign.estimation.compensation.prediction import predict as predict_poin
 from expdesign.estimation.compensation.target_loads import loads_of_targets
 from expdesign.io.table import Table
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.report.recording_texts import predicted
-from expdesign.report.said import Said
-
-
-@dataclass(frozen=True, repr=False)
-class PredictionResult(TableResult):
-    """Points with their deflections.
-
-    Attributes:
-        text: the points as they stand in a file, with `dx_m …` (`measured_x_m …` of measured poses) and `sx_m …` filled
-            in.
-        prediction: the same as arrays, rows in the order of their sequence.
-        birge_ratio: by which the standard deviations are widened, because the recordings of the model ask for it.
-        readings: whether they are of readings (else of the model alone).
-        extrapolated: commands and loads outside of those of the model's recordings, by the row of the file.
-        refuted: whether the recordings of the model refute it.
-    """
-
-    prediction: Prediction
-    birge_ratio: float = 1.0
-    readings: bool = False
-    extrapolated: Mapping[int, tuple[OutsideRange, ...]] = field(default_factory=dict)
-    refuted: bool = False
-
-    @property
-    def beyond(self) -> int:
-        """Rows at which the model extrapolates."""
-        return len(self.extrapolated)
-
-    @property
-    def said(self) -> Said:
-        rows, ratio = len(self.text), self.birge_ratio
-        return predicted(rows, self.extrapolated, ratio, readings=self.readings, refuted=self.refuted)
+from expdesign.report.recording_texts import PredictionResult
 
 
 @named_arguments

@@ -1,15 +1,14 @@
 """Recordings of a robot, as functions take them, with their references and targets, and the model of a fit to them."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from expdesign.app.api.inputs import RobotFile, RobotInput, load_robot, table_of
+from expdesign.app.api.inputs import RobotInput, load_robot, table_of
 from expdesign.app.api.points_said import say_unknown_columns
-from expdesign.app.api.result import FolderResult, PathLike, Result
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.recordings import recordings_findings
@@ -21,38 +20,14 @@ from expdesign.chain.recordings.references import Points, Sharing, with_referenc
 from expdesign.errors import InputError
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.weighed import WeighedLoads
+from expdesign.mechanics.robots.robot_file import RobotFile
+from expdesign.report.result import PathLike, Result
 
 if TYPE_CHECKING:  # most recordings have no targets, and need not wait for planning
-    from expdesign.app.api.at_targets import StatedAtTargets
     from expdesign.app.api.configuration import Config
-    from expdesign.assurance.acceptance.decision import Decision
     from expdesign.planning.problem import DesignProblem
 
 RecordingsInput = PathLike | Sequence[PathLike] | pd.DataFrame | Recordings | Result
-
-
-@dataclass(frozen=True, repr=False)
-class RecordedResult(FolderResult):
-    """What recordings of a robot say.
-
-    Attributes:
-        robot: with its file.
-        model: what prediction and compensation need.
-        at_targets: what it says at the targets of a configuration; None where none was given.
-    """
-
-    robot: RobotFile
-    model: Model
-    at_targets: "StatedAtTargets | None" = field(default=None, kw_only=True)
-
-    def as_model(self) -> Model:
-        """The model that was found."""
-        return self.model
-
-    @property
-    def acceptance(self) -> "Decision | None":
-        """Whether the robot is accepted at the targets; None where none were named."""
-        return None if self.at_targets is None else self.at_targets.acceptance
 
 
 def read_recordings(recordings: RecordingsInput, robot: RobotInput) -> Recordings:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,6 @@ import numpy as np
 import pandas as pd
 
 from expdesign.app.api.inputs import RobotInput, TableInput, load_robot, named_arguments, purpose_of, table_of
-from expdesign.app.api.result import PathLike, RecordedTable, filled
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.filled_in import unloaded_rows
@@ -31,35 +29,8 @@ from expdesign.io.table import Table
 from expdesign.io.units import Unit, unit_of
 from expdesign.mechanics.robots.orientation import rotation_matrix
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.report.recording_texts import registered
-from expdesign.report.said import Said
-
-
-@dataclass(frozen=True, repr=False)
-class RegistrationResult(RecordedTable):
-    """Recordings from points.
-
-    Attributes:
-        text: recordings (file-formats.md, Recordings), as they stand in a file: deflections, with the unloaded set of
-            each row as its `reference`, or positions of markers.
-        found: what registration found for every deflection, in the order of the rows; empty for positions.
-        covariance: of the deflections (m², m·rad, rad²), shape (N, 6, 6); N = 0 for positions.
-        estimated: standard deviation of one coordinate of a point (m), estimated from the residuals, or None where the
-            lists or the caller state it.
-        suspicions: points that moved differently from the others, in words.
-        unmeasured: sequence numbers of loaded rows for which there are no points.
-    """
-
-    found: tuple[RegisteredDeflection, ...]
-    covariance: FloatArray
-    estimated: float | None
-    suspicions: tuple[str, ...]
-    unmeasured: tuple[int, ...] = ()
-
-    @property
-    def said(self) -> Said:
-        parts = (self.found, self.covariance, self.estimated, self.suspicions, self.unmeasured)
-        return registered(len(self.text), *parts)
+from expdesign.report.recording_texts import RegistrationResult
+from expdesign.report.result import PathLike, filled
 
 
 @named_arguments

@@ -4,123 +4,24 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any, ClassVar
-
-import pandas as pd
+from dataclasses import replace
 
 from expdesign.app.api.callbacks import Callback, never, shows_progress, silent
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import purpose_of
-from expdesign.app.api.result import PAGE, FolderResult, PathLike
 from expdesign.assurance.acceptance.planned import recommended_acceptance, with_recommended
 from expdesign.assurance.model_error.statement import AccuracyStatement, hidden_by_plan
-from expdesign.assurance.model_error.unseen import Unseen, unseen_by
+from expdesign.assurance.model_error.unseen import unseen_by
 from expdesign.errors import ArgumentError, InputError
-from expdesign.io.output import csv_text, output_folder, write_file
 from expdesign.planning.front import Front
 from expdesign.planning.optimality.bounds import lower_bound
 from expdesign.planning.optimality.certificate import LowerBound
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.result import (
-    design_minutes,
-    pareto_frame,
-    plan_of,
-    planned,
-    plans_frame,
-    protocol_frame,
-    run_record,
-)
+from expdesign.planning.result import design_minutes, run_record
 from expdesign.planning.search import BY_HAND, Progress, search
 from expdesign.planning.spending import spent, what_ends
 from expdesign.report.acceptance_texts import acceptance_record
-from expdesign.report.design_report import design_report
-from expdesign.report.design_texts import run_said
-from expdesign.report.page import Page
-from expdesign.report.said import Said
-
-
-@dataclass(frozen=True, repr=False)
-class RunResult(FolderResult):
-    """A finished search.
-
-    Attributes:
-        problem: what was searched.
-        front: what was found.
-        written: the content of `run.json` (file-formats.md, run.json).
-        unseen: the physics of which the recommended plan hides most; None where all of it shows, or was not looked for.
-    """
-
-    FILES: ClassVar = {
-        "pareto.csv": "pareto",
-        "plans.csv": "plans",
-        "plan.csv": "plan",
-        "plan-checked.csv": "checked",
-        "poses.csv": "protocol",
-        "run.json": "record",
-        **PAGE,
-    }
-    problem: DesignProblem
-    front: Front
-    written: dict[str, Any]
-    unseen: Unseen | None = None
-
-    @property
-    def said(self) -> Said:
-        accepted = recommended_acceptance(self.problem, self.front)
-        return run_said(self.problem, self.front, self.written, accepted)
-
-    def as_table(self) -> pd.DataFrame:
-        """The recommended plan."""
-        return self.plan
-
-    @property
-    def total(self) -> float:
-        """RMS error to expect after compensation with the recommended plan, in tolerances."""
-        return float(self.front.criteria["total"][self.front.recommended])
-
-    @property
-    def pareto(self) -> pd.DataFrame:
-        """Every criterion of every design of the front (`pareto.csv`)."""
-        return pareto_frame(self.front, design_minutes(self.problem, self.front))
-
-    @property
-    def plans(self) -> pd.DataFrame:
-        """The plans of all designs, one below the other (`plans.csv`)."""
-        return plans_frame(self.problem, self.front)
-
-    @property
-    def plan(self) -> pd.DataFrame:
-        """The recommended design's plan (`plan.csv`)."""
-        return self.plan_of(self.front.recommended)
-
-    @property
-    def checked(self) -> pd.DataFrame | None:
-        """The recommended plan with further rows that show what it hides (`plan-checked.csv`); None without any."""
-        checked = None if self.unseen is None else self.unseen.checked
-        return None if checked is None else plan_of(checked.problem, checked.decisions)
-
-    @property
-    def protocol(self) -> pd.DataFrame | None:
-        """The poses to measure for `plan` with a reference before each (`poses.csv`); None without a reference."""
-        return protocol_frame(self.problem, planned(self.problem, self.front.decisions[self.front.recommended]))
-
-    def plan_of(self, design: int) -> pd.DataFrame:
-        """The plan of a design by its row in `pareto`, from 0; the files number designs from 1."""
-        if not 0 <= design < len(self.front):
-            what = f"there is no design {design}"
-            raise ArgumentError(what, argument="design", remedy=f"Designs are 0 to {len(self.front) - 1}.")
-        return plan_of(self.problem, self.front.decisions[design])
-
-    def page(self) -> Page:
-        return design_report(self.problem, self.front, self.written, self.said)
-
-    def save_plan(self, folder: PathLike, *, force: bool = False) -> None:
-        """Write the plans alone, without what takes longer."""
-        with output_folder(Path(folder), self.purpose, force=force) as scratch:
-            write_file(scratch / "plan.csv", csv_text(self.plan))
-            write_file(scratch / "pareto.csv", csv_text(self.pareto))
+from expdesign.report.design_report import RunResult
 
 
 @shows_progress("searching", "bounding")

@@ -2,91 +2,24 @@
 
 from __future__ import annotations
 
-import shlex
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from expdesign.app.api.configuration import Config, plan_of, problem_of
 from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of
-from expdesign.app.api.result import FolderResult, PathLike, RowsResult
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.recordings import reading_names
 from expdesign.errors import InputError
-from expdesign.io.excel import workbook
-from expdesign.io.output import csv_text
-from expdesign.io.tables_in_units import in_units
 from expdesign.mechanics.loads.load import tilts_of
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.deflection_noise import ReferencedNoise
 from expdesign.planning.laboratory_sheet import Costs, Steps, in_plan_order, ordered
 from expdesign.planning.plan import Plan, as_set, plan_columns
 from expdesign.planning.problem import DesignProblem
-from expdesign.report.laboratory_sheet import rounded, sheet_instructions, sheet_page, sheet_said
-from expdesign.report.said import Said
-
-_FILL = "FFF8DC"
-
-
-@dataclass(frozen=True, repr=False)
-class SheetResult(RowsResult, FolderResult):
-    """What is done in the laboratory, with room for what is read.
-
-    Attributes:
-        text: one row per step, in order: set-points, load, what to do, and empty cells to be filled in.
-        steps: the order and what it takes.
-        minutes: time of the steps, or None where the configuration states no costs.
-        minutes_in_plan_order: the same for the plan row by row.
-        title: of the page.
-        shared: whether rows of a series share their reference.
-        robot_file: path of the robot's file, for the command that follows; empty where it is not known.
-    """
-
-    FILES: ClassVar = dict.fromkeys(("sheet.html", "sheet.csv", "sheet.xlsx"), "files")
-    FIRST: ClassVar = "sheet.html"
-    steps: Steps
-    minutes: float | None
-    minutes_in_plan_order: float | None
-    title: str
-    shared: bool
-    robot_file: str = ""
-
-    @property
-    def said(self) -> Said:
-        return sheet_said(self.steps, self.minutes, self.minutes_in_plan_order)
-
-    @property
-    def instructions(self) -> list[str]:
-        """What to do with the sheet."""
-        return sheet_instructions(self.robot_file)
-
-    def files(self, folder: Path = Path(), units: str | None = None) -> dict[str, Any]:
-        """The sheet as a table, as a workbook and as a page for printing."""
-        frame = rounded(in_units(self.text, units))
-        path = shlex.quote(str(folder / "sheet.xlsx"))
-        lines = [line.replace(" sheet.xlsx ", f" {path} ") for line in self.instructions]
-        notes = [self.title, self.summary, *lines]
-        return {
-            "sheet.csv": csv_text(frame),
-            "sheet.xlsx": workbook(frame, notes=notes, blank=_FILL),
-            "sheet.html": sheet_page(frame, self.title, self.summary, lines),
-        }
-
-    def save(self, folder: PathLike, units: str | None = None, *, force: bool = False) -> Path:
-        """Write the sheet and return the path of its page.
-
-        Args:
-            folder: folder for the results.
-            units: units to write, by what they measure, e.g. `mm,mrad`; SI if left out.
-            force: replace files that are there for another purpose. A sheet with readings never is.
-
-        Raises:
-            InputError: a unit is unknown, or the folder cannot be written.
-        """
-        return self._write(Path(folder), self.files(Path(folder), units), force=force)
+from expdesign.report.laboratory_sheet import SheetResult
 
 
 @named_arguments

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +23,6 @@ from expdesign.app.api.inputs import (
     require_seed,
     truth_of,
 )
-from expdesign.app.api.result import TableResult, filled
 from expdesign.arrays import FloatArray
 from expdesign.assurance.model_error.physics import sizes_at_targets
 from expdesign.chain.chain import Chain
@@ -45,26 +43,8 @@ from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import require_same_robot
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.synthetic import simulated_deflections, simulated_poses
-from expdesign.report.recording_texts import simulated
-from expdesign.report.said import Said
-
-
-@dataclass(frozen=True, repr=False)
-class SimulationResult(TableResult):
-    """Recordings that were not measured.
-
-    Attributes:
-        text: the rows as they stand in a file.
-        seed: seed of the noise and the load errors.
-        noise: whether there is noise.
-    """
-
-    seed: int
-    noise: bool
-
-    @property
-    def said(self) -> Said:
-        return simulated(len(self.text), self.seed, noise=self.noise)
+from expdesign.report.recording_texts import SimulationResult
+from expdesign.report.result import filled
 
 
 @named_arguments

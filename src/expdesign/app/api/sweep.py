@@ -12,7 +12,6 @@ import pandas as pd
 
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.inputs import document_of, purpose_of
-from expdesign.app.api.result import PathLike, Result, numeric
 from expdesign.app.api.run import run
 from expdesign.app.parallel import Executors, results
 from expdesign.app.sweeps.runs import computed_by, sweep_runs
@@ -23,6 +22,7 @@ from expdesign.io.output import json_text, require_writable
 from expdesign.io.written import claim, require_free_names
 from expdesign.io.yaml_reader import YamlDocument, yaml_text
 from expdesign.planning.problem_file import problem_from_document
+from expdesign.report.result import PathLike, Result, numeric
 from expdesign.report.said import Said
 
 _LOG = logging.getLogger(__name__)

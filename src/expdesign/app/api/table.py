@@ -14,7 +14,6 @@ import numpy as np
 import pandas as pd
 
 from expdesign.app.api.inputs import ModelInput, load_model, named_arguments, purpose_of, require_seed
-from expdesign.app.api.result import FolderResult
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.targets import correction_findings, target_findings
@@ -33,6 +32,7 @@ from expdesign.io.table import Table
 from expdesign.io.units import measured_column
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.report.compensation_texts import beyond_text, tabulated
+from expdesign.report.result import FolderResult
 from expdesign.report.said import Said
 
 MOST_NODES = 50_000

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar, get_args
+from typing import get_args
 
 import numpy as np
 
@@ -21,13 +21,12 @@ from expdesign.app.api.inputs import (
     table_of,
 )
 from expdesign.app.api.recorded import referenced
-from expdesign.app.api.result import PAGE, FolderResult, PathLike
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.attained import attained_at, compare
-from expdesign.assurance.acceptance.certificate import About, about_of, certificate_number, read_about
+from expdesign.assurance.acceptance.certificate import About, about_of, read_about
 from expdesign.assurance.acceptance.check_measurement import CheckMeasurement, read_check_measurement
 from expdesign.assurance.acceptance.conformity import judge
-from expdesign.assurance.acceptance.verification import Verification, verification_record
+from expdesign.assurance.acceptance.verification import Verification
 from expdesign.assurance.plausibility.evidence import MistakeOptions
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.recordings import recordings_findings
@@ -35,69 +34,18 @@ from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import Frame
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import ArgumentError, InputError
-from expdesign.estimation.compensation.arm_targets import base_as_drawn, instrument_of
+from expdesign.estimation.compensation.arm_targets import instrument_of
 from expdesign.estimation.compensation.prediction import after_campaign, require_history, require_regular_points
 from expdesign.estimation.compensation.target_loads import TargetLoads
 from expdesign.estimation.coverage import STANDARD, Coverage
 from expdesign.planning.problem import DesignProblem
-from expdesign.report.page import Page
-from expdesign.report.said import Said
-from expdesign.report.verification_report import verification_report, verified
+from expdesign.report.result import PathLike
+from expdesign.report.verification_report import VerificationResult
 
 SAME = 1e-6
 """Relative difference below which standard deviations are those that `compensate` wrote."""
 MISTAKES = MistakeOptions(gain=100.0)
 """Of few readings, of a robot that may be off by as much as it deflects."""
-
-
-@dataclass(frozen=True, repr=False)
-class VerificationResult(FolderResult):
-    """A verified robot.
-
-    Attributes:
-        model: of the robot.
-        check: what was measured.
-        result: what it says.
-        about: texts of the certificate.
-        hashes: SHA-256 of every file, by its name.
-    """
-
-    FILES: ClassVar = {"verification.json": "record", **PAGE}
-    model: Model
-    check: CheckMeasurement
-    result: Verification
-    about: About
-    hashes: dict[str, str]
-
-    @property
-    def chi2(self) -> float | None:
-        """χ² of attained against predicted; None where it is not tested."""
-        return self.result.statement.chi2
-
-    @property
-    def p_value(self) -> float | None:
-        """Probability of a χ² as large as this if the model predicts what is attained; None where it is not tested."""
-        return self.result.statement.p_value
-
-    @property
-    def said(self) -> Said:
-        robot = self.model.chain.robot
-        axes = tuple(robot.coordinates.deflection[axis] for axis in self.check.axes)
-        record = verification_record(self.result, robot, axes, self.about, self.hashes)
-        record |= {"frame": self.check.frame} if self.check.frame == "instrument" else {}
-        record = {"certificate": certificate_number(record)} | record
-        drawn = base_as_drawn(self.model, self.check.frame)
-        return verified(self.result, robot.name, self.about, record, base_as_drawn=drawn)
-
-    @property
-    def refused(self) -> bool:
-        """Whether the robot fails."""
-        return self.result.verdict == "fail"
-
-    def page(self) -> Page:
-        """The certificate."""
-        number = self.record["certificate"]
-        return verification_report(self.result, self.model, self.check, self.about, self.hashes, number)
 
 
 @named_arguments

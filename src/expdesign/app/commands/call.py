@@ -11,19 +11,19 @@ import typer
 
 import expdesign as xd
 from expdesign.app.api.inputs import purpose_of
-from expdesign.app.api.result import FolderResult, Result
 from expdesign.app.commands.spelling import Spelling
 from expdesign.app.commands.terminal import printable
 from expdesign.errors import ExpdesignError
 from expdesign.io.output import json_text, require_writable
 from expdesign.io.written import is_stream, require_free, require_free_names
+from expdesign.report.result import FolderResult, Result
 
 Force = Annotated[bool, typer.Option("--force", help="Replace files that are there for another purpose.")]
 
 
-def _place(text: str) -> Path:
+def _place(text: str | Path) -> Path:
     """A path to write to; an empty text (an unset variable of a shell) would be the working folder."""
-    if not text.strip():
+    if not str(text).strip():  # a default is a path already
         raise typer.BadParameter("it is empty: name a place, or `.` for this folder")
     return Path(text)
 

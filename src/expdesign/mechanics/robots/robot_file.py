@@ -7,6 +7,7 @@ turned, so that places of joints, home, and axes of a chain all show. Identified
 """
 
 import difflib
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,22 @@ from expdesign.io.kinds import require_kind
 from expdesign.io.yaml_reader import YamlDocument, read_yaml
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.plugins import implementations
+
+
+@dataclass(frozen=True)
+class RobotFile:
+    """A robot with the file that describes it.
+
+    Attributes:
+        robot: for computing.
+        document: the content of its file.
+    """
+
+    robot: Robot
+    document: YamlDocument
+
+    def __repr__(self) -> str:
+        return f"<RobotFile: {self.robot.kind} {self.robot.name} ({self.document.source})>"
 
 
 def read_robot(path: Path) -> Robot:

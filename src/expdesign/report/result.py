@@ -19,9 +19,12 @@ from expdesign.io.excel import is_excel_name, workbook
 from expdesign.io.output import csv_text, encoded, json_text, output_file, output_folder, write_bytes, write_file
 from expdesign.io.tables_in_units import in_units
 from expdesign.io.written import Purpose
+from expdesign.mechanics.robots.robot_file import RobotFile
 from expdesign.report.said import Said
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # most results have no targets, and no page is drawn unless it is saved
+    from expdesign.assurance.acceptance.decision import Decision
+    from expdesign.report.error_budget import StatedAtTargets
     from expdesign.report.page import Page
 
 PathLike = str | Path
@@ -141,6 +144,30 @@ class FolderResult(Result):
 
                 write_file(scratch / "report.html", render(page, folder))
         return folder / self.FIRST
+
+
+@dataclass(frozen=True, repr=False)
+class RecordedResult(FolderResult):
+    """What recordings of a robot say.
+
+    Attributes:
+        robot: with its file.
+        model: what prediction and compensation need.
+        at_targets: what it says at the targets of a configuration; None where none was given.
+    """
+
+    robot: RobotFile
+    model: Model
+    at_targets: "StatedAtTargets | None" = field(default=None, kw_only=True)
+
+    def as_model(self) -> Model:
+        """The model that was found."""
+        return self.model
+
+    @property
+    def acceptance(self) -> "Decision | None":
+        """Whether the robot is accepted at the targets; None where none were named."""
+        return None if self.at_targets is None else self.at_targets.acceptance
 
 
 @dataclass(frozen=True, repr=False)
