@@ -173,7 +173,7 @@ def weightless(frame: pd.DataFrame) -> pd.DataFrame:
     [
         (lambda f: f.drop(columns=[n for n in f if n.startswith("target_")]), "no targets"),
         (lambda f: f.drop(columns=list(STD)), "no measured column"),
-        (lambda f: f.assign(measured_x_m=0.0), "both"),
+        (lambda f: f.assign(measured_x_m=0.0), "together with"),
         (lambda f: f.assign(tolerance_dz_m=-1.0), "row 2, column tolerance_dz_m"),
         (lambda f: f.drop(columns=list(STD)).assign(measured_x_m=20.0), "from its target"),
         (lambda f: f.assign(dx_m=12.0), "cannot be a deflection"),

@@ -350,7 +350,7 @@ RECORDINGS = [
         Wrong((CHECKED, IDENTIFIED, DIAGNOSED, NEXT), ("recordings.csv", word), columns("recordings.csv", **cells))
         for cells, word in (
             ({"sx_m": "1e-200"}, "row 2, column sx_m"),
-            ({"px_m": "0", "py_m": "0", "pz_m": "0", "marker": "a"}, "marker positions together with deflections"),
+            ({"px_m": "0", "py_m": "0", "pz_m": "0", "marker": "a"}, "`dx_m` together with positions of markers"),
             (dict.fromkeys(("dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad"), "0"), "every deflection is 0"),
         )
     ),

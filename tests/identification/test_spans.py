@@ -75,7 +75,7 @@ def test_what_distances_cannot_be_is_named() -> None:
     frame = measured(40)
     for changes, part in (
         ({"distance_m": -0.3}, "cannot be a distance in m"),
-        ({"sdistance_m": 0.0}, "standard deviation of a distance .m. is positive"),
+        ({"sdistance_m": 0.0}, "standard deviation of a distance in m: it must be positive"),
         ({"along_z": 1.0}, "a distance and the direction of a gauge"),
     ):
         with pytest.raises(InputError, match=part):

@@ -74,7 +74,7 @@ FAULTS: list[tuple[Callable[[pd.DataFrame], pd.DataFrame], str, str]] = [
     (_shifted("measured_rz_rad", 0.03), "all rows are off by 0.03", "measured_rz_rad"),
     (_shifted("measured_y_m", -0.02), "all rows are off by -0.02", "measured_y_m"),
     (_kind, "`zero` is neither `reference` nor `pose`", "row 5, column kind"),
-    (lambda frame: frame.assign(dx_m=0.0), "`dx_m` together with the measured poses", "dx_m"),
+    (lambda frame: frame.assign(dx_m=0.0), "`dx_m` together with poses measured_x_m", "dx_m"),
     (lambda frame: frame.drop(columns=MEASURED), "there is no measured column", "poses"),
     (lambda frame: frame.assign(measured_x_m="x"), "measured_x_m", "row 2"),
 ]

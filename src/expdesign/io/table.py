@@ -128,14 +128,18 @@ class Table:
         remedy = "Write numbers with a point instead of a comma." if "," in text else "Correct it, or remove the row."
         return self.fault(f"`{text[:40]}` is not a finite number", row, column, remedy=remedy)
 
+    def rows(self, chosen: BoolArray | IntArray) -> "Table":
+        """The table of some of its rows, or of all in another order."""
+        place = np.arange(len(self))[chosen]
+        return replace(self, frame=self.frame.iloc[place].reset_index(drop=True), lines=self.lines[place])
+
     def numbers_where_filled(self, columns: tuple[str, ...]) -> FloatArray:
         """`numbers` with NaN in empty cells and for columns that are missing."""
         values = np.full((len(self), len(columns)), np.nan)
         for index, column in enumerate(columns):
             if self.has(column):
                 filled = np.flatnonzero(self.text(column) != "")
-                part = replace(self, frame=self.frame.iloc[filled], lines=self.lines[filled])
-                values[filled, index] = part.numbers((column,))[:, 0]
+                values[filled, index] = self.rows(filled).numbers((column,))[:, 0]
         return values
 
     def refuse(
@@ -144,7 +148,6 @@ class Table:
         columns: Sequence[str],
         what: str,
         remedy: str,
-        order: IntArray | None = None,
         values: FloatArray | IntArray | TextArray | None = None,
     ) -> None:
         """Raise an `InputError` at the first cell that is wrong.
@@ -154,7 +157,6 @@ class Table:
             columns: names of its columns.
             what: what is wrong with the cell; `{}` stands for its value.
             remedy: what to do.
-            order: row of the table that each row of `wrong` is; else they are in the order of the table.
             values: of the cells, in the shape of `wrong`.
         """
         if not wrong.any():
@@ -162,17 +164,16 @@ class Table:
         place = np.argwhere(wrong)[0]
         row, column = int(place[0]), int(place[1]) if wrong.ndim > 1 else 0
         said = what if values is None else what.format(values[tuple(place)])
-        raise self.fault(said, row if order is None else int(order[row]), columns[column], remedy=remedy)
+        raise self.fault(said, row, columns[column], remedy=remedy)
 
-    def words(self, column: str, allowed: Sequence[str], what: str, order: IntArray | None = None) -> TextArray:
+    def words(self, column: str, allowed: Sequence[str], what: str) -> TextArray:
         """The cells of `column` without blanks around them, shape (rows,).
 
         Raises:
             InputError: one of them is not `allowed`; `what` says so of it, e.g. "`{}` is neither `a` nor `b`".
         """
         cells: TextArray = self.text(column).astype(str)
-        cells = cells if order is None else cells[order]
-        self.refuse(~np.isin(cells, list(allowed)), (column,), what, "Correct it.", order, cells)
+        self.refuse(~np.isin(cells, list(allowed)), (column,), what, "Correct it.", cells)
         return cells
 
     def integers(self, column: str) -> IntArray:

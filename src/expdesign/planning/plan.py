@@ -95,7 +95,7 @@ def without_validation(plan: Plan, table: Table) -> Plan:
     """The rows of a plan that are fitted: those that its table does not mark `split: test`."""
     if not table.has("split"):
         return plan
-    fitted = ~read_test_rows(table, np.arange(len(table)))
+    fitted = ~read_test_rows(table)
     if not fitted.any():
         raise table.fault("every row is kept for validation", 0, "split", remedy="Fit some of them.")
     return Plan(plan.configurations[fitted], plan.loads[fitted], plan.series[fitted])

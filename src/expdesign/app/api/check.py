@@ -196,7 +196,7 @@ def _recordings(
             recordings_said(str(file), check_structure(table), None, robot=False), None, (), purpose=purpose
         )
     machine = load_robot(robot).robot
-    table = with_targets(with_joint_columns(table, machine), machine)
+    table = with_targets(with_joint_columns(table, machine), jointed=machine.jointed)
     structure = check_structure(table, commanded=machine.actuated)
     recordings = referenced(recordings_from_table(table, machine), shared_reference)
     require_measured(recordings, machine)

@@ -10,8 +10,9 @@ from expdesign.app.api.points_said import say_unknown_columns
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.commanded import commanded_findings
 from expdesign.chain.recordings.columns import REFERENCE
-from expdesign.chain.recordings.points import order_in_time, require_load
+from expdesign.chain.recordings.points import require_load
 from expdesign.chain.recordings.reader import recordings_from_table
+from expdesign.chain.recordings.recordings import in_order
 from expdesign.chain.recordings.references import reference_names
 from expdesign.errors import InputError, NotIdentifiableError
 from expdesign.estimation.identify import identify
@@ -59,8 +60,7 @@ def correct(robot: RobotInput, poses: TableInput, *, interpolate: bool = False) 
     found = deflections(measured, corrected)
     if len(found.index):
         require_load(table, here.coordinates)
-    rows = table.frame.iloc[order_in_time(table)].reset_index(drop=True)
-    kept = rows.iloc[corrected.rows].reset_index(drop=True)
+    kept = in_order(table).rows(corrected.rows).frame
     kept = filled(kept, (f"corrected_{name}" for name in names), corrected.after)
     dropped = [*columns, *(f"corrected_{name}" for name in names), "kind"]
     text = kept.iloc[found.index].reset_index(drop=True).drop(columns=dropped)

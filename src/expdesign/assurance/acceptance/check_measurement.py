@@ -13,9 +13,9 @@ from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.readings.position import Frame
-from expdesign.chain.recordings.measured import read_deflections, read_deviations
-from expdesign.chain.recordings.points import order_in_time, points_from_table
-from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.measured import read_measured
+from expdesign.chain.recordings.points import points_from_table
+from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES, LoadedPoints, in_order, measured_names
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import ArgumentError, InputError
 from expdesign.estimation.compensation.prediction import moved
@@ -74,9 +74,9 @@ def read_check_measurement(table: Table, robot: Robot, frame: Frame = "base") ->
         what = "there are no targets: these are no recordings at compensated commands"
         remedy = "Measure at the commands that `expdesign compensate` writes, and keep its columns `target_...`."
         raise table.fault(what, column=names[0], remedy=remedy)
-    order = order_in_time(table)
-    targets = table.numbers(names)[order]
-    commands = table.numbers(robot.configuration)[order]
+    table = in_order(table)
+    targets = table.numbers(names)
+    commands = table.numbers(robot.configuration)
     # Loads are stated where the platform shall be, as they were for the command.
     there = table.frame.copy()
     for name, target in zip(robot.configuration, names, strict=True):
@@ -84,22 +84,16 @@ def read_check_measurement(table: Table, robot: Robot, frame: Frame = "base") ->
     if robot.jointed:  # what was measured is read below, and is no reading of a marker
         there = there.drop(columns=[name for name in there if str(name).startswith("measured_")])
     points = moved(points_from_table(replace(table, frame=there), robot), commands, robot)
-    axes, readings, absolute = _readings(table, robot, targets, order)
-    wanted = _wanted(table, robot, order) if absolute and robot.jointed else None
+    axes, readings, deviations, absolute = _readings(table, robot, targets)
+    wanted = _wanted(table, robot) if absolute and robot.jointed else None
     if frame == "instrument":
         _require_in_space(table, axes, wanted)
     tolerance_names = tuple(f"tolerance_{name}" for name in robot.coordinates.deflection)
-    tolerance = None
-    if any(table.has(name) for name in tolerance_names):
-        tolerance = np.full((len(targets), robot.coordinates.n), np.nan)
-        for axis, name in enumerate(tolerance_names):
-            if table.has(name):
-                tolerance[:, axis] = table.numbers((name,))[order, 0]
-        wrong = np.argwhere(tolerance <= 0.0)
-        if len(wrong):
-            where = table.where(int(order[wrong[0, 0]]), tolerance_names[wrong[0, 1]])
-            raise InputError("a tolerance must be positive", where=where, remedy="Correct it.")
-    deviations = read_deviations(table, robot.coordinates, axes, order)
+    stated = tuple(name for name in tolerance_names if table.has(name))
+    table.numbers(stated)
+    tolerance = table.numbers_where_filled(tolerance_names) if stated else None
+    if tolerance is not None:
+        table.refuse(tolerance <= 0.0, tolerance_names, "a tolerance must be positive", "Correct it.")
     return CheckMeasurement(points, targets, axes, readings, absolute, deviations, tolerance, wanted, frame)
 
 
@@ -115,34 +109,30 @@ def _require_in_space(table: Table, axes: IntArray, wanted: FloatArray | None) -
         raise InputError(what, where=where, remedy="Fill in measured_x_m, measured_y_m and measured_z_m.")
 
 
-def _readings(table: Table, robot: Robot, targets: FloatArray, order: IntArray) -> tuple[IntArray, FloatArray, bool]:
+def _readings(table: Table, robot: Robot, targets: FloatArray) -> tuple[IntArray, FloatArray, FloatArray | None, bool]:
     coordinates = robot.coordinates
-    measured = [f"measured_{name}" for name in coordinates.pose]
-    deflected = any(table.has(name) for name in coordinates.deflection)
+    measured = measured_names(coordinates)
     if not any(table.has(name) for name in measured):
-        return (*read_deflections(table, coordinates, order), False)
-    if deflected:
-        raise table.fault("there are both deflections and measured poses", remedy="Take one of the two out.")
-    axes = np.array([axis for axis, name in enumerate(measured) if table.has(name)], dtype=np.int64)
-    poses = table.numbers(tuple(measured[axis] for axis in axes))[order]
-    errors = poses - targets[:, axes] if not robot.jointed else _of_tip(table, robot, poses, axes, order)
+        return (*read_measured(table, DEFLECTIONS, coordinates), False)
+    axes, poses, deviations = read_measured(table, POSES, coordinates)
+    errors = poses - targets[:, axes] if not robot.jointed else _of_tip(table, robot, poses, axes)
     far: BoolArray = np.abs(errors) > FARTHEST
     if far.any():
         row, column = (int(i) for i in np.argwhere(far)[0])
         what = f"the measured pose is {abs(errors[row, column]):.3g} m or rad from its target"
-        where = table.where(int(order[row]), measured[axes[column]])
+        where = table.where(row, measured[axes[column]])
         raise InputError(what, where=where, remedy="Check the unit (m, rad) and the frame.")
-    return axes, errors, True
+    return axes, errors, deviations, True
 
 
-def _wanted(table: Table, robot: Robot, order: IntArray) -> FloatArray:
+def _wanted(table: Table, robot: Robot) -> FloatArray:
     """Poses (N, 6) that the tip of an arm should have."""
-    return table.numbers(tuple(f"target_{name}" for name in robot.coordinates.pose))[order]
+    return table.numbers(tuple(f"target_{name}" for name in robot.coordinates.pose))
 
 
-def _of_tip(table: Table, robot: Robot, poses: FloatArray, axes: IntArray, order: IntArray) -> FloatArray:
+def _of_tip(table: Table, robot: Robot, poses: FloatArray, axes: IntArray) -> FloatArray:
     """Errors (N, k) of measured poses of a tip: shifts, and the rotation vectors of R·R_targetᵀ."""
-    wanted = _wanted(table, robot, order)
+    wanted = _wanted(table, robot)
     errors = poses - wanted[:, axes]
     turned = axes >= robot.coordinates.translations
     if turned.any():

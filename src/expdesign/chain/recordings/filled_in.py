@@ -15,10 +15,9 @@ from dataclasses import replace
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, TextArray
-from expdesign.chain.recordings.columns import REFERENCE
-from expdesign.chain.recordings.measured import read_deflections, read_deviations, read_positions, read_test_rows
+from expdesign.chain.recordings.columns import REFERENCE, whole_load
+from expdesign.chain.recordings.measured import read_measured, read_test_rows, with_targets
 from expdesign.chain.recordings.points import (
-    order_in_time,
     read_markers,
     read_payload,
     read_sequence,
@@ -26,7 +25,17 @@ from expdesign.chain.recordings.points import (
     require_load,
     require_one_command,
 )
-from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, SPANS, measured_names, reading_names
+from expdesign.chain.recordings.recordings import (
+    DEFLECTIONS,
+    POSES,
+    POSITION,
+    POSITION_DEVIATION,
+    POSITIONS,
+    SPANS,
+    in_order,
+    measured_names,
+    reading_names,
+)
 from expdesign.chain.recordings.references import first_disagreement, read_references
 from expdesign.coordinates import PLANAR, PLANE, SPATIAL, Coordinates
 from expdesign.counted import counted
@@ -37,7 +46,7 @@ _HISTORY = ("time_s", "temperature_degC")
 
 
 def filled_in(table: Table, coordinates: Coordinates) -> tuple[Table, list[str]]:
-    """The rows and columns of a table that were filled in, with deflections; and notes on what was left out.
+    """The rows and columns of a table in order that were filled in, with deflections; and notes on what was left out.
 
     Raises:
         InputError: nothing is filled in, or a loaded row has no reference.
@@ -68,8 +77,7 @@ def _without_empty(table: Table, coordinates: Coordinates) -> tuple[Table, list[
         lines = ", ".join(str(line) for line in table.lines[blank][:8]) + (" ..." if blank.sum() > 8 else "")
         left = counted(int(blank.sum()), "row")
         notes.append(f"{left} left out: no measured value (row {lines})")
-        kept = np.flatnonzero(~blank)
-        table = replace(table, frame=table.frame.iloc[kept].reset_index(drop=True), lines=table.lines[kept])
+        table = table.rows(~blank)
     optional = [*values, *coordinates.deviation, *POSITION_DEVIATION, *_HISTORY, "split"]
     optional += [name for name in table.columns if name.startswith("leg") and name.endswith("_degC")]
     unused = [n for n in optional if table.has(n) and (table.text(n) == "").all()]
@@ -81,15 +89,14 @@ def _without_empty(table: Table, coordinates: Coordinates) -> tuple[Table, list[
 
 def _with_deflections(table: Table, names: list[str], coordinates: Coordinates) -> tuple[Table, str]:
     """Readings as deflections from the last unloaded row before each; references that are used up are left out."""
-    order = order_in_time(table)
     series = table.integers("series")
     readings = table.numbers(tuple(names))
     unloaded = unloaded_rows(table, coordinates)
     deflections = np.zeros_like(readings)
     references = np.full(len(table), "", dtype=object)
     keep = np.zeros(len(table), dtype=bool)
-    for number in dict.fromkeys(series[order].tolist()):
-        rows = order[series[order] == number]
+    for number in dict.fromkeys(series.tolist()):
+        rows = np.flatnonzero(series == number)
         loaded = np.flatnonzero(~unloaded[rows])
         if not unloaded[rows[0]]:
             what = f"series {number} does not begin with a row without load, from which its readings could be counted"
@@ -113,9 +120,7 @@ def _with_deflections(table: Table, names: list[str], coordinates: Coordinates) 
         frame[deflection] = [repr(float(value)) for value in deflections[:, column]]
     _require_agreement(table, references, keep)
     frame[REFERENCE] = references
-    kept = replace(
-        table, frame=frame.iloc[np.flatnonzero(keep)].reset_index(drop=True), lines=table.lines[keep], written=written
-    )
+    kept = replace(table, frame=frame, written=written).rows(keep)
     sizes = np.unique(references[references != ""].astype(str), return_counts=True)[1]
     text = f"readings of {counted(int(sizes.sum()), 'row')} counted from {counted(len(sizes), 'reference row')}"
     if (sizes > 1).any():
@@ -125,7 +130,7 @@ def _with_deflections(table: Table, names: list[str], coordinates: Coordinates) 
 
 def _require_agreement(table: Table, counted: TextArray, kept: BoolArray) -> None:
     """Raise an `InputError` where a column `reference` says otherwise than the rows from which readings are counted."""
-    stated = read_references(table, np.arange(len(table)))
+    stated = read_references(table)
     pair = None if stated is None else first_disagreement(np.where(kept, stated, ""), counted)
     if pair is not None:
         own = " and ".join(f"row {table.lines[row]} is counted from {counted[row]}" for row in pair)
@@ -165,42 +170,34 @@ def check_structure(table: Table, *, commanded: bool = True) -> str:
     """
     table.require(("sequence", "series"))
     coordinates, names = _kind(table)
-    table, _ = filled_in(table, coordinates)
+    table, _ = filled_in(in_order(table), coordinates)
     read_sequence(table)
-    order = order_in_time(table)
-    configurations = table.numbers(names)[order]
-    series = table.integers("series")[order]
-    read_time(table, order)
-    arm = names != coordinates.pose
-    poses = tuple(name for name in measured_names(coordinates) if table.has(name))
-    loads = ("mass_kg", *coordinates.wrench)
-    absolute = bool(poses) or table.has("marker") or any(table.has(name) for name in POSITION)
-    if not absolute or any(table.has(name) for name in loads):
+    read_time(table)
+    configurations, series = table.numbers(names), table.integers("series")
+    shown = [name for name in (*coordinates.deflection, *measured_names(coordinates)) if table.has(name)]
+    table = with_targets(table, jointed=names != coordinates.pose)
+    posed = any(table.has(name) for name in measured_names(coordinates))
+    measurand = POSES if posed and names == coordinates.pose else DEFLECTIONS
+    if table.has("marker") or any(table.has(name) for name in POSITION):
+        table.require(("marker",))
+        read_markers(table)
+        measurand = POSITIONS
+        shown += [measurand.name]
+    if not measurand.absolute or any(table.has(name) for name in ("mass_kg", *coordinates.wrench)):
         require_load(table, coordinates)
         if table.has("mass_kg"):
             read_payload(table, coordinates)
         if any(table.has(name) for name in coordinates.wrench):
             table.numbers(coordinates.wrench)
-    for name in ("temperature_degC", *coordinates.gravity, *(f"abs_{n}" for n in coordinates.wrench)):
-        if table.has(name):
-            table.numbers((name,))
-    test = read_test_rows(table, order)
-    if poses:
-        table.numbers_where_filled(poses) if arm else table.numbers(poses)
-        measured = ", ".join(poses) + (" and positions" if any(table.has(name) for name in POSITION) else "")
-    elif absolute:
-        table.require(("marker",))
-        read_markers(table, order)
-        read_positions(table, coordinates, order)
-        measured = "marker positions"
-    else:
-        if commanded:
-            require_one_command(table, names, configurations, series, order)
-        axes, _ = read_deflections(table, coordinates, order)
-        stated = read_deviations(table, coordinates, axes, order) is not None
-        measured = ", ".join(coordinates.deflection[i] for i in axes)
-        measured += " with standard deviations" if stated else " without standard deviations"
+    plain = ("temperature_degC", *coordinates.gravity, *whole_load(coordinates))
+    table.numbers(tuple(name for name in plain if table.has(name)))
+    if commanded and not measurand.absolute:
+        require_one_command(table, names, configurations, series)
+    spans = any(table.has(name) for name in SPANS)
+    stated = read_measured(table, measurand, coordinates, spans=spans)[2] is not None
+    test = read_test_rows(table)
     held_out = f", {int(test.sum())} of them for testing" if test.any() else ""
+    measured = f"{', '.join(shown)} {'with' if stated else 'without'} standard deviations"
     return f"{counted(len(table), 'row')} in {len(np.unique(series))} series{held_out}; measured: {measured}."
 
 

@@ -6,7 +6,7 @@ one unknown error, and so have all rows where that column is missing.
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray, TextArray
+from expdesign.arrays import BoolArray, FloatArray, TextArray
 from expdesign.coordinates import Coordinates
 from expdesign.io.table import Table
 
@@ -27,16 +27,15 @@ def error_columns(coordinates: Coordinates) -> tuple[str, ...]:
 
 
 def read_load_errors(
-    table: Table, coordinates: Coordinates, order: IntArray, wrenches: FloatArray, payload: FloatArray | None
+    table: Table, coordinates: Coordinates, wrenches: FloatArray, payload: FloatArray | None
 ) -> tuple[FloatArray | None, TextArray | None]:
-    """Standard deviations in the order of `error_columns` (N, q), NaN where none is declared, and weights (N,).
+    """Standard deviations by `error_columns` (N, q), NaN where none is declared, and weights (N,).
 
     Args:
         table: the recordings.
         coordinates: of the robot.
-        order: row of the table that each row is.
-        wrenches: recorded loads, in that order, shape (N, n).
-        payload: mass and centre of mass in that order; None where wrenches are recorded.
+        wrenches: recorded loads, shape (N, n).
+        payload: mass and centre of mass; None where wrenches are recorded.
 
     Raises:
         InputError: an error is 0, missing or larger than its load, weights have two errors, or a payload's error is
@@ -51,7 +50,7 @@ def read_load_errors(
         what = "the error is that of a payload, and the recordings have wrenches"
         remedy = "Add mass_kg and the centre of mass, or declare error_fx_N ... of the wrench."
         raise table.fault(what, column=of_payload[0], remedy=remedy)
-    errors = table.numbers_where_filled(names)[order]
+    errors = table.numbers_where_filled(names)
     loaded = (wrenches != 0.0).any(axis=1)
     split = coordinates.translations
     force = np.linalg.norm(wrenches[:, :split], axis=1)
@@ -61,17 +60,17 @@ def read_load_errors(
         if name not in declared:
             continue
         values = errors[:, index]
-        table.refuse(loaded & np.isnan(values), (name,), "the cell is empty", "State it in every loaded row.", order)
+        table.refuse(loaded & np.isnan(values), (name,), "the cell is empty", "State it in every loaded row.")
         what = "{:g} is not a standard deviation"
         remedy = "State how well the load is known, or leave the column out where it is exact."
-        table.refuse(loaded & (values <= 0.0), (name,), what, remedy, order, values)
+        table.refuse(loaded & (values <= 0.0), (name,), what, remedy, values)
         limit = _limit(index, payload, force, moment, first, split)
         if limit is not None:
             what = "the error ({:g}) is larger than the load itself"
-            table.refuse(loaded & (values > limit), (name,), what, "Is it in SI units?", order, values)
+            table.refuse(loaded & (values > limit), (name,), what, "Is it in SI units?", values)
         errors[~loaded, index] = 0.0
-    weight = table.text(WEIGHT).astype(str)[order] if table.has(WEIGHT) else None
-    _require_one_each(table, names, errors, loaded, weight, order)
+    weight = table.text(WEIGHT).astype(str) if table.has(WEIGHT) else None
+    _require_one_each(table, names, errors, loaded, weight)
     return errors, weight
 
 
@@ -92,7 +91,6 @@ def _require_one_each(
     errors: FloatArray,
     loaded: BoolArray,
     weight: TextArray | None,
-    order: IntArray,
 ) -> None:
     """Raise where rows that share an error state two standard deviations of it."""
     labels = np.full(len(errors), "") if weight is None else weight
@@ -105,4 +103,4 @@ def _require_one_each(
             said = "all rows share it" if weight is None else f"weight `{label}` has it"
             what = f"the error is {own[row, column]:g} here and {own[0, column]:g} before, and {said}"
             remedy = f"Name the weights of every row in a column `{WEIGHT}`, or state one error for each."
-            raise table.fault(what, int(order[rows[row]]), names[column], remedy=remedy)
+            raise table.fault(what, int(rows[row]), names[column], remedy=remedy)

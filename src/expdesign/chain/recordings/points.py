@@ -3,8 +3,6 @@
 Faults name file, row and column (file-formats.md, Recordings).
 """
 
-from dataclasses import replace
-
 import numpy as np
 import pandas as pd
 
@@ -12,7 +10,7 @@ from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.recordings.columns import known_columns, leg_temperatures, require_mass, whole_load
 from expdesign.chain.recordings.joint_columns import with_joints
 from expdesign.chain.recordings.load_errors import read_load_errors
-from expdesign.chain.recordings.measured import KINDS, TURNS, read_aims, read_fixed, with_targets
+from expdesign.chain.recordings.measured import KINDS, read_aims, read_fixed, with_targets
 from expdesign.chain.recordings.recordings import (
     ALONG,
     POINT,
@@ -21,6 +19,7 @@ from expdesign.chain.recordings.recordings import (
     SPANS,
     STATION,
     LoadedPoints,
+    in_order,
     markers_in,
     measured_names,
 )
@@ -30,6 +29,7 @@ from expdesign.coordinates import Coordinates
 from expdesign.errors import InputError
 from expdesign.io.table import Table
 from expdesign.mechanics.loads.load import Payload
+from expdesign.mechanics.robots.orientation import rotations_of
 from expdesign.mechanics.robots.robot import Robot
 
 LARGEST_ANGLE = 2.0 * np.pi
@@ -44,47 +44,40 @@ LEVER = 0.05
 
 def points_from_table(table: Table, robot: Robot, *, measured: bool = False) -> LoadedPoints:
     """Points in a table. Where they are to be `measured`, rows of a series share one command."""
-    return points_of(
-        with_joints(with_targets(table, robot), robot), robot, order_in_time(table), measured=measured, recorded=False
-    )
+    table = with_joints(with_targets(in_order(table), jointed=robot.jointed), robot)
+    return points_of(table, robot, measured=measured, recorded=False)
 
 
-def points_of(table: Table, robot: Robot, order: IntArray, *, measured: bool, recorded: bool) -> LoadedPoints:
-    """Points of a table whose joints have their numbered names (`with_joints`) and whose measured poses of an arm stand
-    as positions (`with_targets`), its rows taken in an order (N,).
+def points_of(table: Table, robot: Robot, *, measured: bool, recorded: bool) -> LoadedPoints:
+    """Points of a table in order, whose joints have their numbered names (`with_joints`) and whose measured poses of an
+    arm stand as positions (`with_targets`).
 
     Where they are to be `measured` the rows of a series share one command; where they were `recorded` those of one
     unloaded reading do as well.
     """
     table = with_gravity(table, robot)
     coordinates, poses = robot.coordinates, _measures_poses(table, robot)
-    configurations = table.numbers(robot.configuration)[order]
-    _sensible_poses(table, robot, configurations, order)
-    sequence = read_sequence(table)[order]
-    series = table.integers("series")[order] if table.has("series") else sequence
-    time = read_time(table, order)
-    marker, markers, sites, stations = read_markers(table, order)
-    point, fixed, along = read_fixed(table, order) if markers and robot.jointed else (None, (), None)
+    configurations = table.numbers(robot.configuration)
+    _sensible_poses(table, robot, configurations)
+    sequence = read_sequence(table)
+    series = table.integers("series") if table.has("series") else sequence
+    time = read_time(table)
+    marker, markers, sites, stations = read_markers(table)
+    point, fixed, along = read_fixed(table) if markers and robot.jointed else (None, (), None)
     # A body has no actuators: its pose says where it is, and is not a command that a series shares.
     commanded = measured and robot.actuated and not markers and not poses
     if commanded:
-        require_one_command(table, robot.configuration, configurations, series, order)
-    gravity = np.broadcast_to(robot.gravity, (len(table), len(robot.gravity))).copy()
-    for i, name in enumerate(coordinates.gravity):
-        if table.has(name):
-            gravity[:, i] = table.numbers((name,))[order, 0]
-    payload = read_payload(table, coordinates)[order] if table.has("mass_kg") else None
+        require_one_command(table, robot.configuration, configurations, series)
+    gravity = _stated(table, coordinates.gravity, np.tile(robot.gravity, (len(table), 1)))
+    payload = read_payload(table, coordinates) if table.has("mass_kg") else None
     unloaded = payload is None and not any(table.has(name) for name in coordinates.wrench)
     # Deflections need a load; absolute readings show the weight of what is there.
     unloaded &= poses or bool(markers) or (robot.jointed and not measured)
-    load = (table, robot, configurations, payload, gravity, order)
+    load = (table, robot, configurations, payload, gravity)
     wrenches = np.zeros((len(table), coordinates.n)) if unloaded else _wrenches(*load)
-    absolute = wrenches.copy()
-    absolute_names = whole_load(coordinates)
-    if any(table.has(name) for name in absolute_names):
-        for i, name in enumerate(absolute_names):
-            absolute[:, i] = table.numbers((name,))[order, 0] if table.has(name) else 0.0
-    errors, weight = read_load_errors(table, coordinates, order, wrenches, payload) if recorded else (None, None)
+    whole = whole_load(coordinates)
+    given = any(table.has(name) for name in whole)
+    errors, weight = read_load_errors(table, coordinates, wrenches, payload) if recorded else (None, None)
     legs = leg_temperatures(robot)
     known = known_columns(robot) | ({"kind", SESSION} if poses or markers else set())
     known |= {POINT, *ALONG, *SPANS, *SPAN_DEVIATIONS} if point is not None else set()
@@ -92,37 +85,42 @@ def points_of(table: Table, robot: Robot, order: IntArray, *, measured: bool, re
     readings = dict(zip(coordinates.deviation, coordinates.deflection, strict=True))
     if measured and not poses and not markers:
         known -= {deviation for deviation, reading in readings.items() if not table.has(reading)}
-    aims = read_aims(table, order) if markers else None
-    extra = table.frame.iloc[order][[name for name in table.columns if name not in known]]
+    angles = read_aims(table) if markers else None
     return LoadedPoints(
         source=table.source,
-        lines=table.lines[order],
+        lines=table.lines,
         sequence=sequence,
         series=series,
         time=time,
         configurations=configurations,
         wrenches=wrenches,
-        absolute=absolute,
+        absolute=_stated(table, whole, np.zeros_like(wrenches)) if given else wrenches.copy(),
         payload=payload,
         gravity=gravity,
-        temperature=table.numbers(("temperature_degC",))[order, 0] if table.has("temperature_degC") else None,
-        leg_temperature=table.numbers(legs)[order] if any(table.has(name) for name in legs) else None,
-        extra=extra.reset_index(drop=True),
+        temperature=table.numbers(("temperature_degC",))[:, 0] if table.has("temperature_degC") else None,
+        leg_temperature=table.numbers(legs) if any(table.has(name) for name in legs) else None,
+        extra=table.frame[[name for name in table.columns if name not in known]],
         written=table.written,
         marker=marker,
         markers=markers,
         sites=sites,
         stations=stations,
-        aim=aims,
-        angles=None if aims is None else np.nan_to_num(table.numbers_where_filled(TURNS))[order],
+        aim=None if angles is None else rotations_of(angles),
+        angles=angles,
         point=point,
         fixed=fixed,
         along=along,
         poses=poses,
-        references=read_references(table, order, configurations if commanded and recorded else None),
+        references=read_references(table, configurations if commanded and recorded else None),
         errors=errors,
         weight=weight,
     )
+
+
+def _stated(table: Table, names: tuple[str, ...], otherwise: FloatArray) -> FloatArray:
+    """Numbers of the columns that are there (N, k), and what holds otherwise of the rest (N, k)."""
+    columns = [table.numbers((name,)) if table.has(name) else otherwise[:, [i]] for i, name in enumerate(names)]
+    return np.hstack(columns)
 
 
 def _measures_poses(table: Table, robot: Robot) -> bool:
@@ -134,21 +132,21 @@ def _measures_poses(table: Table, robot: Robot) -> bool:
     return table.has("kind") and bool(np.isin(table.text("kind"), KINDS).all())
 
 
-def _sensible_poses(table: Table, robot: Robot, configurations: FloatArray, order: IntArray) -> None:
+def _sensible_poses(table: Table, robot: Robot, configurations: FloatArray) -> None:
     """Raise where an angle must be in degrees or a position in mm."""
     if not robot.on_legs:
         return
     split = robot.coordinates.translations
     angles, what = configurations[:, split:], "{:g} cannot be an angle of the platform in rad"
     large = np.abs(angles) > LARGEST_ANGLE
-    table.refuse(large, robot.configuration[split:], what, "Check the unit.", order, angles)
+    table.refuse(large, robot.configuration[split:], what, "Check the unit.", angles)
     farthest = np.abs(configurations[:, :split])
     row, column = divmod(int(np.argmax(farthest)), split)
     closed_form = robot.inverse_kinematics
     reference = closed_form.lengths(robot.reference_configuration()).max()
     stretch = float(closed_form.lengths(configurations[row]).max() / reference)
     if stretch > LARGEST_STRETCH:
-        where = table.where(int(order[row]), robot.configuration[column])
+        where = table.where(row, robot.configuration[column])
         what = f"at {configurations[row, column]:g} m a leg would be {stretch:.3g} times as long as it is"
         raise InputError(what, where=where, remedy="Check the unit (m).")
 
@@ -159,7 +157,6 @@ def _wrenches(
     configurations: FloatArray,
     payload: FloatArray | None,
     gravity: FloatArray,
-    order: IntArray,
 ) -> FloatArray:
     coordinates = robot.coordinates
     require_load(table, coordinates)
@@ -169,13 +166,13 @@ def _wrenches(
         remedy = f"Take {', '.join(stated)} out, or take `mass_kg` out and add the other components."
         raise table.fault(what, column=stated[0], remedy=remedy)
     if payload is None or stated:
-        given = table.numbers(coordinates.wrench)[order]
+        given = table.numbers(coordinates.wrench)
     if payload is None:
         assert given is not None
         return given
     weights = hanging(robot, configurations, payload, gravity)
     if given is not None:
-        _no_contradiction(table, robot, given, weights, order)
+        _no_contradiction(table, robot, given, weights)
     return weights
 
 
@@ -193,7 +190,7 @@ def require_load(table: Table, coordinates: Coordinates) -> None:
         raise table.fault("there is no load", remedy=remedy)
 
 
-def _no_contradiction(table: Table, robot: Robot, given: FloatArray, weights: FloatArray, order: IntArray) -> None:
+def _no_contradiction(table: Table, robot: Robot, given: FloatArray, weights: FloatArray) -> None:
     split = robot.coordinates.translations
     force = np.maximum(np.linalg.norm(given[:, :split], axis=1), np.linalg.norm(weights[:, :split], axis=1))
     moment = np.maximum(np.linalg.norm(given[:, split:], axis=1), np.linalg.norm(weights[:, split:], axis=1))
@@ -205,15 +202,7 @@ def _no_contradiction(table: Table, robot: Robot, given: FloatArray, weights: Fl
         row, column = np.argwhere(differs)[0]
         what = f"the wrench ({given[row, column]:g}) contradicts the payload (which makes {weights[row, column]:g})"
         remedy = "They describe the same load; correct one of them, or leave one out."
-        raise table.fault(what, int(order[row]), robot.coordinates.wrench[column], remedy=remedy)
-
-
-def order_in_time(table: Table) -> IntArray:
-    """Rows in the order of their sequence numbers, or of the file where there are none, shape (N,)."""
-    if not table.has("sequence"):
-        return np.arange(len(table))
-    order: IntArray = np.argsort(table.integers("sequence"), kind="stable")
-    return order
+        raise table.fault(what, int(row), robot.coordinates.wrench[column], remedy=remedy)
 
 
 def read_sequence(table: Table) -> IntArray:
@@ -227,27 +216,25 @@ def read_sequence(table: Table) -> IntArray:
     return sequence
 
 
-def read_time(table: Table, order: IntArray) -> FloatArray | None:
-    """Times in the order of the sequence (s), shape (N,), or None where there are none."""
+def read_time(table: Table) -> FloatArray | None:
+    """Times (s), shape (N,), or None where there are none; rows in the order of their sequence."""
     if not table.has("time_s"):
         return None
-    time = table.numbers(("time_s",))[order, 0]
+    time = table.numbers(("time_s",))[:, 0]
     if np.any(np.diff(time) < 0.0):
-        row = int(order[int(np.argmax(np.diff(time) < 0.0)) + 1])
+        row = int(np.argmax(np.diff(time) < 0.0)) + 1
         what = "time runs backwards in the order of `sequence`"
         raise table.fault(what, row, "time_s", remedy="Correct `sequence` or `time_s`.")
     return time
 
 
-def require_one_command(
-    table: Table, names: tuple[str, ...], configurations: FloatArray, series: IntArray, order: IntArray
-) -> None:
-    """Raise where rows of one series have different commands (N, n_q), rows in the order of the sequence."""
+def require_one_command(table: Table, names: tuple[str, ...], configurations: FloatArray, series: IntArray) -> None:
+    """Raise where rows of one series have different commands (N, n_q)."""
     _, first, index = np.unique(series, return_index=True, return_inverse=True)
     differs = np.abs(configurations - configurations[first[index]]) > 1e-9
     what = "the command differs from that of the first row of series {:g}"
     remedy = "Rows of one series share one command; give the row a series of its own, or correct the command."
-    table.refuse(differs, names, what, remedy, order, np.broadcast_to(series[:, None], differs.shape))
+    table.refuse(differs, names, what, remedy, np.broadcast_to(series[:, None], differs.shape))
 
 
 def read_payload(table: Table, coordinates: Coordinates) -> FloatArray:
@@ -257,15 +244,12 @@ def read_payload(table: Table, coordinates: Coordinates) -> FloatArray:
     table.require(centre)
     stated = np.nan_to_num(table.numbers_where_filled(centre), nan=0.0)
     loaded = np.flatnonzero(mass[:, 0] != 0.0)
-    part = replace(table, frame=table.frame.iloc[loaded], lines=table.lines[loaded])
-    stated[loaded] = part.numbers(centre)
+    stated[loaded] = table.rows(loaded).numbers(centre)
     return np.concatenate([mass, stated], axis=1)
 
 
-def read_markers(
-    table: Table, order: IntArray
-) -> tuple[IntArray | None, tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
-    """Index of every row's marker in the order of the sequence (N,), or None, the markers' names, sites and stations.
+def read_markers(table: Table) -> tuple[IntArray | None, tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
+    """Index of every row's marker (N,), or None, the markers' names, sites and stations.
 
     A marker that is seated anew for each `session` and an instrument that is moved between each `station` make one of
     every combination; sites and stations are empty where there is one session or one station alone.
@@ -281,5 +265,4 @@ def read_markers(
     for column in (SESSION, STATION):
         own = table.text(column) if table.has(column) else np.full(len(names), "")
         groups[column] = own if len(np.unique(own.astype(str))) > 1 else np.full(len(names), "")
-    index, markers, sites, stations = markers_in(names, groups[SESSION], groups[STATION])
-    return index[order], markers, sites, stations
+    return markers_in(names, groups[SESSION], groups[STATION])

@@ -13,8 +13,8 @@ from expdesign.chain.recordings.columns import COLUMNS
 from expdesign.chain.recordings.filled_in import filled_in
 from expdesign.chain.recordings.joint_columns import with_joints
 from expdesign.chain.recordings.measured import with_readings, with_targets
-from expdesign.chain.recordings.points import order_in_time, points_of
-from expdesign.chain.recordings.recordings import Recordings
+from expdesign.chain.recordings.points import points_of
+from expdesign.chain.recordings.recordings import Recordings, in_order
 from expdesign.errors import InputError
 from expdesign.io.table import Table, read_table
 from expdesign.mechanics.robots.robot import Robot
@@ -60,13 +60,12 @@ def require_measured(recordings: Recordings, robot: Robot) -> None:
 def recordings_from_table(table: Table, robot: Robot) -> Recordings:
     """Recordings in a table; see `read_recordings`."""
     table.require(("sequence", "series"))
-    table, notes = filled_in(with_targets(table, robot), robot.coordinates)
+    table, notes = filled_in(with_targets(in_order(table), jointed=robot.jointed), robot.coordinates)
     if notes:
         _LOG.info("%s: %s", table.source, "; ".join(notes))
     table = with_joints(table, robot)
-    order = order_in_time(table)
-    points = points_of(table, robot, order, measured=True, recorded=True)
-    return with_readings(table, points, robot.coordinates, order)
+    points = points_of(table, robot, measured=True, recorded=True)
+    return with_readings(table, points, robot.coordinates)
 
 
 def join(parts: list[Recordings]) -> Recordings:

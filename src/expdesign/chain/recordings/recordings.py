@@ -15,6 +15,7 @@ import pandas as pd
 from expdesign.arrays import BoolArray, FloatArray, IntArray, TextArray
 from expdesign.coordinates import Coordinates
 from expdesign.errors import InputError
+from expdesign.io.table import Table
 
 POSITION = ("px_m", "py_m", "pz_m")
 POSITION_DEVIATION = ("spx_m", "spy_m", "spz_m")
@@ -202,6 +203,19 @@ def _indicators(index: IntArray | None, count: int, rows: int) -> FloatArray:
     if count and index is not None:
         indicators[np.arange(rows), index] = 1.0
     return indicators
+
+
+def order_in_time(table: Table) -> IntArray:
+    """Rows in the order of their sequence numbers, or of the file where there are none, shape (N,)."""
+    if not table.has("sequence"):
+        return np.arange(len(table))
+    order: IntArray = np.argsort(table.integers("sequence"), kind="stable")
+    return order
+
+
+def in_order(table: Table) -> Table:
+    """The table with its rows in the order of their sequence."""
+    return table.rows(order_in_time(table))
 
 
 def markers_in(

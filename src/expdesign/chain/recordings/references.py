@@ -60,30 +60,29 @@ def reference_names(series: Sequence[int] | IntArray) -> list[str]:
     return [f"unloaded-{number}" for number in series]
 
 
-def read_references(table: Table, order: IntArray, commands: FloatArray | None = None) -> TextArray | None:
-    """Name of the unloaded reading of every row in the order of the sequence, shape (N,); None without the column.
+def read_references(table: Table, commands: FloatArray | None = None) -> TextArray | None:
+    """Name of the unloaded reading of every row, shape (N,); None without the column.
 
     Args:
         table: the recordings.
-        order: of the rows, shape (N,).
-        commands: in this order, shape (N, n_q), where rows of one unloaded reading share one.
+        commands: of its rows, shape (N, n_q), where rows of one unloaded reading share one.
 
     Raises:
         InputError: rows that are counted from one unloaded reading have different commands.
     """
     if not table.has(REFERENCE):
         return None
-    names: TextArray = table.text(REFERENCE).astype(str)[order]
+    names: TextArray = table.text(REFERENCE).astype(str)
     if commands is None:
         return names
     _, first, index = np.unique(groups(names), return_index=True, return_inverse=True)
     differs = np.abs(commands - commands[first[index]]).max(axis=1) > 1e-9
     if differs.any():
         row = int(np.argmax(differs))
-        other = table.lines[order[first[index[row]]]]
+        other = table.lines[first[index[row]]]
         what = f"the command differs from that of row {other}, which has the same reference"
         remedy = "An unloaded reading is the reference of rows at its own command. Correct the name or the command."
-        raise table.fault(what, int(order[row]), REFERENCE, remedy=remedy)
+        raise table.fault(what, row, REFERENCE, remedy=remedy)
     return names
 
 

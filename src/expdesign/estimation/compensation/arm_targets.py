@@ -13,7 +13,7 @@ from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import Frame, MarkerPosition
 from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.chain.recordings.points import points_from_table
-from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.recordings import LoadedPoints, in_order
 from expdesign.coordinates import SPATIAL
 from expdesign.errors import ArgumentError, ConvergenceError
 from expdesign.io.table import Table
@@ -69,9 +69,9 @@ def arm_targets(table: Table, model: Model, frame: Frame) -> ArmTargets:
     posture = any(table.has(name) for name in joints)
     if not posture:
         table = _with_joints(table, robot, np.tile(robot.reference_configuration(), (len(table), 1)))
+    table = in_order(table)
     points = points_from_table(table, robot)
-    order = np.argsort(points.lines, kind="stable").argsort()
-    stated = table.numbers(SPATIAL.pose)[order]
+    stated = table.numbers(SPATIAL.pose)
     positions, rotations = stated[:, :3], rotations_of(stated[:, 3:])
     if frame == "instrument":
         place, turn = instrument_of(model)
@@ -80,7 +80,7 @@ def arm_targets(table: Table, model: Model, frame: Frame) -> ArmTargets:
     for row in range(len(points)):
         reached[row] = _nominal(robot, positions[row], rotations[row], reached[row], points.where(row))
     # Payloads hang on the tip as it is turned at the target.
-    turned = points_from_table(_with_joints(table, robot, reached[np.argsort(order)]), robot)
+    turned = points_from_table(_with_joints(table, robot, reached), robot)
     return ArmTargets(turned, positions, rotations, frame, stated)
 
 

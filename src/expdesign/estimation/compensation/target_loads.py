@@ -18,8 +18,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.models.acting import own_names
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import TipPose
-from expdesign.chain.recordings.points import order_in_time
-from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.recordings import LoadedPoints, in_order, order_in_time
 from expdesign.chain.row import row_data
 from expdesign.coordinates import Coordinates
 from expdesign.io.table import Table
@@ -66,28 +65,28 @@ class TargetLoads:
                 be of, or `same_as` names something else than the experiment.
         """
         found, names = cls.exact(len(table), coordinates), own_error_columns(coordinates)
-        order, carries, deviations = order_in_time(table), found.carries, found.deviations
+        table, carries, deviations = in_order(table), found.carries, found.deviations
         if table.has(SAME_AS):
-            stated = table.text(SAME_AS).astype(str)[order]
+            stated = table.text(SAME_AS).astype(str)
             what, remedy = (
                 "a target carries the weights of the `experiment`, or its own",
                 "Write `experiment` or nothing.",
             )
-            table.refuse(~np.isin(stated, ["", EXPERIMENT]), (SAME_AS,), what, remedy, order)
+            table.refuse(~np.isin(stated, ["", EXPERIMENT]), (SAME_AS,), what, remedy)
             carries = stated == EXPERIMENT
         if any(table.has(name) for name in names):
-            stated = table.numbers_where_filled(names)[order]
+            stated = table.numbers_where_filled(names)
             given, deviations = np.isfinite(stated), np.where(np.isfinite(stated), stated, 0.0)
             what = "a standard deviation of {:g} says nothing"
             remedy = "State how well the payload is known, or leave the cell empty where it is exact."
-            table.refuse(given & (stated <= 0.0), names, what, remedy, order, stated)
-            mass = table.numbers_where_filled(("mass_kg",))[order]
+            table.refuse(given & (stated <= 0.0), names, what, remedy, stated)
+            mass = table.numbers_where_filled(("mass_kg",))
             what = "the standard deviation {:g} is of a payload, and there is none or a smaller one"
             wrong = np.hstack([given[:, :1] & ~(stated[:, :1] <= mass), given[:, 1:] & ~(mass > 0.0)])
-            table.refuse(wrong, names, what, "State `mass_kg` of the target; in kg and m.", order, stated)
+            table.refuse(wrong, names, what, "State `mass_kg` of the target; in kg and m.", stated)
             what = "the target carries the weights of the experiment, whose errors the recordings state"
             remedy = "Leave out the errors, or `same_as`."
-            table.refuse(given & carries[:, None], names, what, remedy, order, stated)
+            table.refuse(given & carries[:, None], names, what, remedy, stated)
         return cls(carries, deviations)
 
     def motions(self, chain: Chain, model: Model, points: LoadedPoints) -> FloatArray:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import BoolArray
-from expdesign.chain.recordings.points import order_in_time
+from expdesign.chain.recordings.recordings import order_in_time
 from expdesign.errors import InputError
 from expdesign.estimation.preparation.point_lists import PointSet
 from expdesign.io.table import Table

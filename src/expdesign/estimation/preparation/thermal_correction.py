@@ -17,9 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.chain.recordings.measured import FARTHEST, KINDS, read_deviations
-from expdesign.chain.recordings.points import order_in_time, points_from_table, require_one_command
-from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.measured import FARTHEST, KINDS, read_measured
+from expdesign.chain.recordings.points import points_from_table, require_one_command
+from expdesign.chain.recordings.recordings import POSES, LoadedPoints, in_order
 from expdesign.errors import InputError
 from expdesign.io.table import Table
 from expdesign.mechanics.robots.forward_kinematics import forward_kinematics
@@ -52,18 +52,16 @@ def measured_poses(table: Table, robot: ParallelRobot) -> MeasuredPoses:
     """
     names = tuple(f"measured_{name}" for name in robot.coordinates.pose)
     table.require(("sequence", "series", "kind", *names))
-    points = points_from_table(table, robot)
-    order = order_in_time(table)
-    reference: BoolArray = table.words("kind", KINDS, "`{}` is neither `reference` nor `pose`", order) == "reference"
-    poses = table.numbers(names)[order]
+    table, points = in_order(table), points_from_table(table, robot)
+    reference: BoolArray = table.words("kind", KINDS, "`{}` is neither `reference` nor `pose`") == "reference"
+    _, poses, deviations = read_measured(table, POSES, robot.coordinates)
     what = f"{{:g}} is more than {FARTHEST:g} away from the commanded pose"
     remedy = "Check the unit (m, rad) and the frame: measured and commanded poses are in the same coordinates."
-    table.refuse(np.abs(poses - points.configurations) > FARTHEST, names, what, remedy, order, poses)
+    table.refuse(np.abs(poses - points.configurations) > FARTHEST, names, what, remedy, poses)
     _require_references(points, reference)
     rows = np.flatnonzero(~reference)
-    require_one_command(table, robot.configuration, points.configurations[rows], points.series[rows], order[rows])
-    axes = np.arange(robot.coordinates.n)
-    return MeasuredPoses(points, reference, poses, read_deviations(table, robot.coordinates, axes, order))
+    require_one_command(table.rows(rows), robot.configuration, points.configurations[rows], points.series[rows])
+    return MeasuredPoses(points, reference, poses, deviations)
 
 
 def _require_references(points: LoadedPoints, reference: BoolArray) -> None:
