@@ -8,8 +8,8 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.validation.compensation import CONVERGENCE, Attained
-from expdesign.assurance.validation.plants import ExplicitPlant, Plant
+from expdesign.assurance.validation.compensation import STEPS, TOLERANCE, Attained
+from expdesign.assurance.validation.simulation import ExplicitPlant
 from expdesign.errors import ConvergenceError
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.load import Load, Wrench
@@ -53,18 +53,18 @@ class Equilibrium:
         poses = start.copy()
         step = self.robot.jacobians(start).pose
         rows = np.arange(len(start))
-        for _ in range(CONVERGENCE.steps):
+        for _ in range(STEPS):
             (residual,) = self._residual(poses[rows], lengths[rows], loads[rows], added[rows])
             correction = (step[rows] @ residual[..., None])[..., 0]
             poses[rows] -= correction
-            rows = rows[~(np.abs(correction).max(axis=1) <= CONVERGENCE.tolerance)]
+            rows = rows[~(np.abs(correction).max(axis=1) <= TOLERANCE)]
             if not rows.size:
                 return poses
         what = f"{rows.size} of {len(start)} loaded poses do not come to rest"
         raise ConvergenceError(what, remedy="The load is beyond what the robot can bear.")
 
 
-class EquilibriumPlant(Plant):
+class EquilibriumPlant(ExplicitPlant):
     """P2: the exact equilibrium of the loaded robot. Its difference from P1 is an error that no criterion predicts."""
 
     def __init__(self, loaded: LoadedRobot, plan: Plan) -> None:
@@ -72,16 +72,15 @@ class EquilibriumPlant(Plant):
         closed_form = self._robot = loaded.robot.inverse_kinematics
         self._measured = Equilibrium(closed_form, loaded.load, self.true)
         self._used = Equilibrium(closed_form, Wrench(closed_form.coordinates), self.true)
-        self._explicit = ExplicitPlant(loaded, plan)
         self._lengths = closed_form.lengths(plan.configurations)
         nothing = np.zeros((1, *plan.configurations.shape))
-        self._nominal = self._solved(self._explicit.deflections(nothing), nothing)
+        self._nominal = self._solved(super().deflections(nothing), nothing)
 
     def deflections(self, added: FloatArray) -> FloatArray:
         if not added.any():
             return np.broadcast_to(self._nominal, added.shape).copy()
         nothing = np.zeros((1, *added.shape[1:]))
-        start = self._nominal + (self._explicit.deflections(added) - self._explicit.deflections(nothing))
+        start = self._nominal + (super().deflections(added) - super().deflections(nothing))
         return self._solved(start, added)
 
     def _solved(self, start: FloatArray, added: FloatArray) -> FloatArray:

@@ -6,10 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from expdesign.assurance.validation.compensation import CONVERGENCE, ExactCompensation
-from expdesign.assurance.validation.plants import ExplicitPlant
+from expdesign.assurance.validation.compensation import TOLERANCE, ExactCompensation
 from expdesign.assurance.validation.repeated import repeat, root_mean_square, standard_deviation
-from expdesign.assurance.validation.simulation import simulate
+from expdesign.assurance.validation.simulation import ExplicitPlant, simulate
 from expdesign.mechanics.elastostatics.maps import actuator_forces, cartesian_stiffness, geometric_stiffness
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.load import Payload, Wrench
@@ -79,7 +78,7 @@ def test_commands_solve_the_fixed_point_however_wrong_the_estimates(name: str) -
     attained = ExactCompensation(here.loaded, target, load, machine.compliance).attained(estimates)
     maps = oracle.observation(machine, attained.commands, load)
     off = attained.commands + np.einsum("sij,sj->si", maps, estimates) - target
-    assert attained.residual <= CONVERGENCE.tolerance
+    assert attained.residual <= TOLERANCE
     assert np.abs(off).max() < 3e-13
     errors = np.einsum("sij,sj->si", maps, machine.compliance - estimates)
     np.testing.assert_allclose(attained.errors, errors, atol=3e-13)  # the exact identity of theory.md 4.1

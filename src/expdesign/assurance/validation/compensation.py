@@ -24,24 +24,10 @@ from expdesign.mechanics.elastostatics.maps import actuator_forces
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.symbolic import BatchFunction
 
-
-@dataclass(frozen=True)
-class Convergence:
-    """When an iteration over poses has ended.
-
-    Attributes:
-        tolerance: largest remaining error or last change (m, rad), as in the command `compensate`.
-        steps: at most.
-        rounding: errors (m, rad) below this differ from a prediction of 0 by nothing.
-    """
-
-    tolerance: float = 1e-13
-    steps: int = 60
-    rounding: float = 1e-12
-
-
-CONVERGENCE = Convergence()
-"""Of every plant."""
+TOLERANCE, STEPS = 1e-13, 60
+"""m, rad: largest remaining error or last change at which an iteration over poses ends, as in the command `compensate`;
+steps at most.
+"""
 
 
 @dataclass(frozen=True)
@@ -125,11 +111,11 @@ class ExactCompensation:
         if self._at_target:
             return Attained(commands, self._actual(self.target, self.true) - predicted, 0.0)
         rows, residual = np.arange(len(estimates)), np.empty(len(estimates))
-        for _ in range(CONVERGENCE.steps):
+        for _ in range(STEPS):
             commands[rows] = self.target - predicted[rows]
             predicted[rows] = self._predicted(commands[rows], estimates[rows])
             residual[rows] = np.abs(commands[rows] + predicted[rows] - self.target).max(axis=1)
-            rows = np.flatnonzero(~(residual <= CONVERGENCE.tolerance))
+            rows = np.flatnonzero(~(residual <= TOLERANCE))
             if not rows.size:
                 commands = self.target - predicted  # a further step, which costs nothing
                 actual = self._actual(commands, self.true)

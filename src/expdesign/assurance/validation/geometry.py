@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.validation.compensation import CONVERGENCE
+from expdesign.assurance.validation.compensation import STEPS, TOLERANCE
 from expdesign.errors import ConvergenceError, InputError
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.symbolic import BatchFunction
@@ -53,33 +53,32 @@ class GeometricPlant:
         moved: FloatArray = np.einsum("mij,smj->smi", self._per_wrench, added)
         return moved
 
-    def attained(self, errors: FloatArray, target: FloatArray, wrench: FloatArray) -> tuple[FloatArray, float]:
-        """Attained minus wanted pose (s, n) of commands with errors π̂ − π (s, p), and the largest last step.
+    def attained(self, estimates: FloatArray, target: FloatArray, wrench: FloatArray) -> tuple[FloatArray, float]:
+        """Attained minus wanted pose (s, n) of commands by estimates (s, p), and the largest last step.
 
         Raises:
             ConvergenceError: a pose is not found.
         """
-        count, split = len(errors), len(self.nominal)
-        geometry = self.nominal + errors[:, :split]
-        lengths = errors[:, split : split + self.actuators]
-        compliance = np.tile(self.compliance, (count, 1))
-        if self.stiffness_too:
-            compliance = compliance + errors[:, split + self.actuators :]
+        count, split = len(estimates), len(self.nominal)
+        wrong, lengths, compliance = np.split(estimates, [split, split + self.actuators], axis=1)
+        geometry = self.nominal + wrong
+        if not self.stiffness_too:
+            compliance = np.tile(self.compliance, (count, 1))
         load = np.broadcast_to(wrench, (count, len(wrench)))
         wanted = np.broadcast_to(target, (count, len(target)))
         unloaded = wanted.copy()
-        for _ in range(CONVERGENCE.steps):
+        for _ in range(STEPS):
             before, unloaded = unloaded, wanted - self._deflection(unloaded, geometry, compliance, load)[0]
-            if np.abs(unloaded - before).max() < CONVERGENCE.tolerance:
+            if np.abs(unloaded - before).max() < TOLERANCE:
                 break
         command = self._lengths(unloaded, geometry)[0] - lengths
         true = np.broadcast_to(self.nominal, geometry.shape)
         pose, moved = unloaded.copy(), np.inf
-        for _ in range(CONVERGENCE.steps):
+        for _ in range(STEPS):
             found, rates = self._lengths(pose, true)
             step = np.linalg.solve(rates, (found - command)[..., None])[..., 0]
             pose, moved = pose - step, float(np.abs(step).max())
-            if moved < CONVERGENCE.tolerance:
+            if moved < TOLERANCE:
                 break
         else:
             remedy = "Check the plan: it hardly identifies the geometry."

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.validation.compensation import CONVERGENCE
 from expdesign.assurance.validation.simulation import BatchSize, Repetitions, Simulation, VirtualExperiment, batch_sizes
 from expdesign.mechanics.elastostatics.measurements import Distribution, LoadedRobot
 from expdesign.planning.criteria.criterion import known_criteria
@@ -57,6 +56,8 @@ def root_mean_square(samples: FloatArray) -> Estimate:
     return Estimate(value, error)
 
 
+_ROUNDING = 1e-12
+"""m, rad: errors below this differ from a prediction of 0 by nothing."""
 CAUSES = {"duir": (True, False), "feir": (False, True), "total": (True, True)}
 """Whether noise and load errors are drawn, by the criterion that predicts the result."""
 
@@ -139,13 +140,13 @@ class Repeated:
     def deviation_score(self, cause: str) -> FloatArray:
         """Z scores of the standard deviations, shape (t, n)."""
         estimate, predicted = self.deviations[cause]
-        return estimate.z_score(predicted, CONVERGENCE.rounding)
+        return estimate.z_score(predicted, _ROUNDING)
 
     def criterion_score(self, cause: str) -> float:
         """Z score of the criterion."""
         found, predicted = self.criteria[cause]
         finest = np.sqrt(self.problem.targets.importance.max())
-        return float(found.z_score(np.asarray(predicted), CONVERGENCE.rounding * finest))
+        return float(found.z_score(np.asarray(predicted), _ROUNDING * finest))
 
     def record(self) -> dict[str, Any]:
         """The content of `montecarlo.json`."""

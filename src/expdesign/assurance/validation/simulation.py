@@ -7,9 +7,8 @@ from functools import partial
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.validation.compensation import ExactCompensation
+from expdesign.assurance.validation.compensation import Attained, ExactCompensation
 from expdesign.assurance.validation.geometry import GeometricPlant
-from expdesign.assurance.validation.plants import ExplicitPlant, Plant
 from expdesign.errors import ArgumentError
 from expdesign.mechanics.elastostatics.measurements import Distribution, LoadedRobot
 from expdesign.planning.criteria.assessment import Assessment
@@ -74,6 +73,26 @@ class Simulation(Repetitions):
         return total
 
 
+class ExplicitPlant:
+    """P1: X_loaded = X_cmd + A(X_cmd, ΔF)·c, the mapping on which identification and compensation rest.
+
+    Args:
+        loaded: the robot with its true compliances.
+        plan: what is measured.
+    """
+
+    def __init__(self, loaded: LoadedRobot, plan: Plan) -> None:
+        self.loaded, self.plan, self.true = loaded, plan, loaded.robot.compliance
+
+    def deflections(self, added: FloatArray) -> FloatArray:
+        """Deflections (s, m, n) under the assumed loads and added wrenches (s, m, n)."""
+        return self.loaded.deflections(self.plan.configurations, self.plan.loads, added)
+
+    def errors(self, attained: Attained, target: FloatArray, wrench: FloatArray) -> FloatArray:
+        """Attained minus wanted pose (s, n) of commands at a target (n,) under a wrench (n,)."""
+        return attained.errors
+
+
 def simulate(
     problem: DesignProblem,
     plan: Plan,
@@ -82,7 +101,7 @@ def simulate(
     *,
     noise: bool = True,
     load_errors: bool = True,
-    plant: type[Plant] = ExplicitPlant,
+    plant: type[ExplicitPlant] = ExplicitPlant,
     distribution: Distribution = "normal",
 ) -> Simulation:
     """Repeat the experiment of a plan `samples` times, identify, and compensate at every target.
@@ -133,7 +152,7 @@ class VirtualExperiment:
         self,
         problem: DesignProblem,
         plan: Plan,
-        plant: type[Plant] = ExplicitPlant,
+        plant: type[ExplicitPlant] = ExplicitPlant,
         distribution: Distribution = "normal",
         truth: LoadedRobot | None = None,
     ) -> None:
@@ -144,10 +163,9 @@ class VirtualExperiment:
         error = problem.unidentified(self.assessment)
         if error is not None:
             raise error
-        # Estimates are corrections of known parameters; where the model is linear in them their value cancels.
-        self._known: FloatArray = np.zeros(self.assessment.parameters)
-        self._origin: FloatArray = np.zeros(len(plan) * problem.loaded.robot.coordinates.n)
-        self._offset: FloatArray = np.zeros_like(self._known)
+        # Estimates are corrections of known parameters, by readings less those that are expected of these.
+        self._known = problem.loaded.regressor.nominal(problem.loaded.robot)
+        self._expected = self._nothing = np.zeros((1, len(plan), problem.loaded.robot.coordinates.n))
         if problem.loaded.regressor.referenced:
             self._attain = self._elastic(plant, truth)
         else:
@@ -158,14 +176,12 @@ class VirtualExperiment:
     def _targets(self) -> list[tuple[FloatArray, FloatArray]]:
         return list(zip(self.problem.targets.configurations, self.problem.target_wrenches, strict=True))
 
-    def _elastic(self, plant: type[Plant], truth: LoadedRobot | None) -> list[Attain]:
+    def _elastic(self, plant: type[ExplicitPlant], truth: LoadedRobot | None) -> list[Attain]:
         """Set what is measured, and return what estimates of compliances attain at every target."""
         problem = self.problem
         robot = plant(truth or problem.loaded, self.plan)
         self._deflections = robot.deflections
-        if problem.loaded.under_load is not None:
-            model = robot if truth is None else plant(problem.loaded, self.plan)
-            self._known, self._origin = model.true, model.model().reshape(-1)
+        self._expected = problem.loaded.deflections(self.plan.configurations, self.plan.loads, self._nothing)
         own_physics = any(one is not None and one.under_load is not None for one in (problem.loaded, truth))
         at_targets = problem.target_loads if own_physics else ((problem.loaded, None),) * len(self._targets)
 
@@ -182,10 +198,9 @@ class VirtualExperiment:
         return [attaining(place, *known) for place, known in zip(self._targets, at_targets, strict=True)]
 
     def _geometric(self) -> list[Attain]:
-        """The same of estimates of the geometry, alone or with the stiffness, as corrections of the nominal one."""
+        """The same of estimates of the geometry, alone or with the stiffness; readings are what is wrong with poses."""
         machine = GeometricPlant(self.problem, self.plan)
         self._deflections = machine.deflections
-        self._offset = self.problem.loaded.regressor.nominal(self.problem.loaded.robot)
         return [partial(machine.attained, target=target, wrench=wrench) for target, wrench in self._targets]
 
     def batch(self, size: BatchSize, seed: int, noise: bool, load_errors: bool) -> Repetitions:
@@ -196,8 +211,8 @@ class VirtualExperiment:
         """
         number, count = size
         gain = self.assessment.gain[0].transpose(0, 2, 1).reshape(-1, self.assessment.parameters)
-        readings = self._readings(count, (seed, number), noise, load_errors).reshape(count, -1)
-        estimates = self._known + (readings - self._origin) @ gain
+        readings = self._readings(count, (seed, number), noise, load_errors) - self._expected
+        estimates = self._known + readings.reshape(count, -1) @ gain
         axes = self.problem.targets.axes
         errors = np.empty((count, *self.problem.targets.importance.shape))
         residual = 0.0
@@ -205,7 +220,7 @@ class VirtualExperiment:
             found, left = attain(estimates)
             errors[:, index] = found if axes is None else found @ axes[index].T
             residual = max(residual, left)
-        return Repetitions(errors, self._offset + estimates, residual)
+        return Repetitions(errors, estimates, residual)
 
     def joined(self, batches: Sequence[Repetitions], noise: bool, load_errors: bool) -> Simulation:
         """The simulation whose repetitions are those of `batches`, in this order."""
@@ -226,8 +241,7 @@ class VirtualExperiment:
             readings = self._deflections(added)
         else:
             # The deflections without errors are those of every repetition.
-            nothing = np.zeros((1, len(plan), problem.loaded.robot.coordinates.n))
-            readings = np.repeat(self._deflections(nothing), count, axis=0)
+            readings = np.repeat(self._deflections(self._nothing), count, axis=0)
         if noise:
             pose_map = problem.loaded.robot.jacobians(plan.configurations).pose
             drawn = problem.noise.drawn(plan.series, count, np.random.default_rng([*seeds, 2]), pose_map)
