@@ -27,7 +27,6 @@ from expdesign.assurance.acceptance.certificate import About, about_of, read_abo
 from expdesign.assurance.acceptance.check_measurement import CheckMeasurement, read_check_measurement
 from expdesign.assurance.acceptance.conformity import judge
 from expdesign.assurance.acceptance.verification import Verification
-from expdesign.assurance.plausibility.evidence import MistakeOptions
 from expdesign.assurance.plausibility.finding import say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.models.model_file import Model
@@ -44,8 +43,8 @@ from expdesign.report.verification_report import VerificationResult
 
 SAME = 1e-6
 """Relative difference below which standard deviations are those that `compensate` wrote."""
-MISTAKES = MistakeOptions(gain=100.0)
-"""Of few readings, of a robot that may be off by as much as it deflects."""
+MISTAKES = 100.0
+"""Factor by which another reading must reduce the misfit: few rows, of a robot that is off by what it deflects."""
 
 
 @named_arguments

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.assurance.plausibility.evidence import DEFAULT, MistakeOptions
+from expdesign.assurance.plausibility.evidence import GAIN, ODDS
 from expdesign.assurance.plausibility.finding import Implausibility
 from expdesign.assurance.plausibility.mistakes.columns import swaps
 from expdesign.assurance.plausibility.mistakes.rows import SHIFTS
@@ -36,7 +36,6 @@ def commanded_findings(
     poses: FloatArray,
     names: Sequence[str],
     lines: IntArray,
-    options: MistakeOptions = DEFAULT,
 ) -> list[Implausibility]:
     """The likeliest mistake in columns of measured poses, where there is one.
 
@@ -45,16 +44,15 @@ def commanded_findings(
         poses: as they were measured, shape (N, k).
         names: their columns.
         lines: of the file on which the rows stand, shape (N,).
-        options: thresholds.
     """
     readings = [*_swapped(commands, poses, names), *_shifted(commands, poses, names, lines)]
-    hurdle = np.log(options.odds * max(len(readings) * len(poses), 1))
+    hurdle = np.log(ODDS * max(len(readings) * len(poses), 1))
     best: tuple[float, _Reading] | None = None
     for reading in readings:
         ratio = _squares(reading.before) / max(_squares(reading.after), 1e-300)
         likelier = 0.5 * (reading.before.size - reading.before.shape[1]) * float(np.log(max(ratio, 1e-300)))
         nearer = np.square(reading.after).sum() < 0.5 * np.square(reading.before).sum()
-        if nearer and likelier > hurdle and ratio > options.gain and (best is None or likelier > best[0]):
+        if nearer and likelier > hurdle and ratio > GAIN and (best is None or likelier > best[0]):
             best = likelier, reading
     if best is None:
         return []

@@ -20,6 +20,7 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.arm import ArmCalibration
 from expdesign.estimation.arm_options import ArmOptions
 from expdesign.estimation.arm_problem import sizes_of
+from expdesign.estimation.gaussian import Gaussian, Term
 from expdesign.mechanics.robots.orientation import arrays_in_space, rotations_of
 
 SHORTEST = 4
@@ -111,21 +112,15 @@ def _scale(found: ArmCalibration, train: Recordings) -> list[Implausibility]:
     readings = np.flatnonzero(train.axes < 3)
     seen = np.isfinite(train.deflections[:, readings])
     predicted = (train.deflections / found.noise.deviations - fit.residuals)[:, readings][seen]
-    matrix = np.column_stack([fit.sensitivities[:, readings][seen][:, live], predicted])
-    priors = np.append(sizes, SCALE)
-    held = np.isfinite(priors)
-    off = np.append((neutral - fit.values)[live], 0.0)
-    rows = np.vstack([matrix, np.diag(1.0 / np.where(held, priors, np.inf))[held]])
-    right = np.concatenate([fit.residuals[:, readings][seen], (off / priors)[held]])
-    norms = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
-    scaled = rows / norms
-    without = np.linalg.lstsq(scaled[:, :-1], right, rcond=1e-10)[0]
-    whole = np.linalg.lstsq(scaled, right, rcond=1e-10)[0]
-    cost, least = (float(((right - scaled[:, : len(x)] @ x) ** 2).sum()) for x in (without, whole))
-    scale = float(whole[-1] / norms[-1])
-    if cost - least < LIKELIER:
+    right, held = fit.residuals[:, readings][seen], np.isfinite(sizes)
+    columns, off = fit.sensitivities[:, readings][seen][:, live], (neutral - fit.values)[live]
+    parts = (Term("free", columns[:, ~held]), Term("held", columns[:, held], root=sizes[held], mean=off[held]))
+    without = Gaussian(parts, right)
+    whole = without.beside(Term("scale", predicted[:, None], root=np.array([SCALE])))
+    fall, scale = without.chi2 - whole.chi2, float(whole.mean_of("scale")[0])
+    if fall < LIKELIER:
         return []
-    times = f"e^{0.5 * (cost - least):.0f} times likelier"
+    times = f"e^{0.5 * fall:.0f} times likelier"
     what = f"a scale of the instrument of {1.0 + scale:.4f} is {times} than lengths that are all off by the same part"
     likely = (
         f"Are distances {100.0 * abs(scale):.2g} % too {'large' if scale > 0.0 else 'small'} (the size of a target, a "

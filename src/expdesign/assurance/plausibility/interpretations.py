@@ -1,23 +1,24 @@
 """Absolute readings of an arm read otherwise: which convention, coupling, frame or order would make them fit?
 
-Each entry of `INTERPRETATIONS` proposes readings of the same recordings, with what to write so that they are read so.
-The instrument is registered, unless its pose is stated, and the markers are placed for the robot as drawn under every
-one (`registration`). Where the recordings as they are do not fit, the one that fits best is named, if it fits and by
-far better.
+Each entry of `INTERPRETATIONS` proposes other readings of the same recordings, with what to write so that they are read
+so. The instrument is registered, unless its pose is stated, and the markers are placed for the robot as drawn under
+every one (`registration`). Where the recordings as they are do not fit, the one that fits best is named, if it fits and
+by far better.
 """
 
 from collections.abc import Callable, Iterator
 from copy import copy
-from dataclasses import dataclass, replace
-from itertools import combinations, product
+from dataclasses import replace
+from itertools import product
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from expdesign.arrays import FloatArray, IntArray, TextArray
+from expdesign.arrays import BoolArray, FloatArray, TextArray
+from expdesign.assurance.plausibility.evidence import Alternative
 from expdesign.assurance.plausibility.finding import Implausibility
-from expdesign.assurance.plausibility.mistakes.columns import DEGREE
-from expdesign.assurance.plausibility.mistakes.rows import SHIFTS, SLIPS, divided, slip_text
+from expdesign.assurance.plausibility.mistakes.columns import DEGREE, signs, swaps
+from expdesign.assurance.plausibility.mistakes.rows import SHIFTS, shifted, slipped
 from expdesign.assurance.plausibility.registration import (
     FEWEST,
     POOR,
@@ -40,60 +41,22 @@ CERTAIN = 0.3
 """Misfit of an interpretation beyond which no other kind is tried: 1.5 % of the spread and 1.7°."""
 
 
-@dataclass(frozen=True)
-class Interpretation:
-    """Another reading of the same recordings.
-
-    Attributes:
-        likely: what was mistaken, and what to write so that they are read so.
-        read: the recordings read so, from those as they are.
-        placed: whether the instrument is registered although the robot file states its pose.
-    """
-
-    likely: str
-    read: Callable[[Recordings], Recordings]
-    placed: bool = False
-
-
-@dataclass(frozen=True)
-class Explanation:
-    """The interpretation under which recordings fit the robot.
-
-    Attributes:
-        interpretation: it.
-        stated: misfit of the recordings as they are.
-        misfit: of the recordings read so.
-    """
-
-    interpretation: Interpretation
-    stated: Misfit
-    misfit: Misfit
-
-    @property
-    def what(self) -> str:
-        """By how much it is better."""
-        return (
-            f"the readings do not fit the robot: {self.stated.sentence} are left after registration, where "
-            f"{self.misfit.sentence} would be"
-        )
-
-
-def explained(recordings: Recordings, robot: Robot) -> Explanation | None:
-    """The interpretation under which recordings fit, None where they fit as they are or under none."""
+def explained(recordings: Recordings, robot: Robot, stated: Misfit) -> Implausibility | None:
+    """The interpretation under which recordings fit whose misfit as they are is `stated`; None where under none."""
     whole = placed(recordings)
-    stated = misfit_of(whole.rows(some(whole)), robot)
-    if stated is None or stated.size < 1.0:
-        return None
-    best: Explanation | None = None
+    best: tuple[Alternative, Misfit] | None = None
     for proposed in INTERPRETATIONS.values():
-        if best is not None and best.misfit.size < min(CERTAIN, stated.size / GAIN):
+        if best is not None and best[1].size < min(CERTAIN, stated.size / GAIN):
             break
-        for interpretation in proposed(whole, robot):
-            read = interpretation.read(whole)
-            misfit = misfit_of(read.rows(some(read)), _unplaced(robot) if interpretation.placed else robot)
-            if misfit is not None and (best is None or misfit.size < best.misfit.size):
-                best = Explanation(interpretation, stated, misfit)
-    return best if best is not None and best.misfit.size < min(1.0, stated.size / GAIN) else None
+        for each in proposed(whole, robot):
+            misfit = misfit_of(each.sample, _unplaced(robot) if each.placed else robot)
+            if misfit is not None and (best is None or misfit.size < best[1].size):
+                best = each, misfit
+    if best is None or best[1].size >= min(1.0, stated.size / GAIN):
+        return None
+    what = f"the readings do not fit the robot: {stated.sentence} are left after registration, where "
+    where = "column measured_rx_rad" if stated.share < stated.angle else ""
+    return Implausibility(f"{what}{best[1].sentence} would be", best[0].sentence, where, otherwise=True)
 
 
 def _unplaced(robot: Robot) -> Robot:
@@ -103,10 +66,10 @@ def _unplaced(robot: Robot) -> Robot:
     return other
 
 
-def _stand(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+def _stand(recordings: Recordings, robot: Robot) -> Iterator[Alternative]:
     """Another pose of the instrument than the stated one: O itself, the inverse, another convention, or any."""
     stated = robot.instrument
-    reading = None if stated is None else registered(recordings.rows(some(recordings)), _unplaced(robot))
+    reading = None if stated is None else registered(some(recordings), _unplaced(robot))
     if stated is None or reading is None:
         return
     found = reading.frames(reading.start)[0]
@@ -125,61 +88,47 @@ def _stand(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
             text += f" {question} Write `instrument: {_pose(np.append(where, turned.as_euler('xyz')))}`."
             break
     text += " Without the key the pose is estimated."
-    yield Interpretation(text, lambda r: r, placed=True)
+    yield Alternative(text, recordings, placed=True)
 
 
 def _pose(values: FloatArray) -> str:
     return f"[{', '.join(f'{value + 0.0:.7g}' for value in np.round(values, 6))}]"
 
 
-def _commands(change: Callable[[FloatArray], FloatArray]) -> Callable[[Recordings], Recordings]:
-    return lambda recordings: replace(recordings, configurations=change(recordings.configurations))
+def _commanded(recordings: Recordings, matrix: FloatArray) -> Recordings:
+    """The joint coordinates, which stand first among the commands, of every row times a matrix."""
+    commands, count = recordings.configurations.copy(), len(matrix)
+    commands[:, :count] = commands[:, :count] @ matrix.T
+    return replace(recordings, configurations=commands)
 
 
-def _times(factors: FloatArray) -> Callable[[Recordings], Recordings]:
-    return _commands(lambda configurations: configurations * factors)
-
-
-def _units(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+def _units(recordings: Recordings, robot: Robot) -> Iterator[Alternative]:
     """All joints in degrees; single ones in another unit, or of the wrong sign."""
-    names = robot.configuration
-    angles = np.array([name.endswith("_rad") for name in names])
-    yield Interpretation(
-        "Are the joint coordinates in degrees? They have to be in rad.", _times(np.where(angles, DEGREE, 1.0))
-    )
-    for index in range(len(robot.stiffness)):
-        turned, scaled = np.ones(len(names)), np.ones(len(names))
-        turned[index], scaled[index] = -1.0, DEGREE if angles[index] else 1e-3
-        yield Interpretation(f"Does {names[index]} have the wrong sign?", _times(turned))
-        unit = "degrees" if angles[index] else "mm"
-        yield Interpretation(f"Is {names[index]} in {unit}?", _times(scaled))
+    names = robot.configuration[: len(robot.stiffness)]
+    factors = np.array([DEGREE if name.endswith("_rad") else 1e-3 for name in names])
+    text = "Are the joint coordinates in degrees? They have to be in rad."
+    yield Alternative(text, _commanded(recordings, np.diag(np.where(factors == DEGREE, DEGREE, 1.0))))
+    for index, (name, (text, turned)) in enumerate(zip(names, signs(names), strict=True)):
+        yield Alternative(text, _commanded(recordings, turned))
+        scaled = np.diag(np.where(np.arange(len(names)) == index, factors, 1.0))
+        unit = "degrees" if name.endswith("_rad") else "mm"
+        yield Alternative(f"Is {name} in {unit}?", _commanded(recordings, scaled))
 
 
-def _frames(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+def _frames(recordings: Recordings, robot: Robot) -> Iterator[Alternative]:
     """A left-handed frame of the instrument."""
-
-    def mirrored(recordings: Recordings) -> Recordings:
-        signs = np.where(recordings.axes == 0, -1.0, 1.0)
-        return replace(recordings, deflections=recordings.deflections * signs)
-
-    yield Interpretation(
-        "Is the instrument's frame left-handed, or one of px_m, py_m and pz_m of the wrong sign?",
-        mirrored,
-        placed=True,
-    )
+    mirrored = recordings.deflections * np.where(recordings.axes == 0, -1.0, 1.0)
+    text = "Is the instrument's frame left-handed, or one of px_m, py_m and pz_m of the wrong sign?"
+    yield Alternative(text, replace(recordings, deflections=mirrored), placed=True)
 
 
-def _swaps(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+def _swaps(recordings: Recordings, robot: Robot) -> Iterator[Alternative]:
     """Two columns of commands exchanged."""
-    names = robot.configuration
-    for first, second in combinations(range(len(robot.stiffness)), 2):
-        order = np.arange(len(names))
-        order[[first, second]] = second, first
-        text = f"Are the columns {names[first]} and {names[second]} swapped?"
-        yield Interpretation(text, _commands(lambda configurations, order=order: configurations[:, order]))  # type: ignore[misc]
+    pairs = swaps(robot.configuration[: len(robot.stiffness)])
+    return (Alternative(text, _commanded(recordings, matrix)) for text, matrix in pairs)
 
 
-def _couplings(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+def _couplings(recordings: Recordings, robot: Robot) -> Iterator[Alternative]:
     """A joint whose motor is stated against the link before the last one: FANUC arms, parallelograms, wrists."""
     joints, names = robot.links.tree.coordinates, robot.configuration
     for index in range(1, len(joints)):
@@ -194,77 +143,57 @@ def _couplings(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]
                 f"into the robot file, and a revolute joint `{own}_motor` off the chain into the URDF; {names[index]} "
                 "is then the motor's."
             )
-            yield Interpretation(text, _commands(lambda q, i=index, s=sign: _added(q, i, s)))  # type: ignore[misc]
+            matrix = np.eye(len(joints))
+            matrix[index, index - 1] = sign
+            yield Alternative(text, _commanded(recordings, matrix))
 
 
-def _added(configurations: FloatArray, index: int, sign: float) -> FloatArray:
-    changed = configurations.copy()
-    changed[:, index] += sign * configurations[:, index - 1]
-    return changed
-
-
-def _tips(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+def _tips(recordings: Recordings, robot: Robot) -> Iterator[Alternative]:
     """Markers on another of the tips than the rows say; all of them where there are two; a station for each tip."""
     tips, numbers = robot.links.tree.tips, robot.tip_numbers(recordings.configurations)
     if len(tips) < 2:
         return
 
-    def on(configurations: FloatArray, mine: FloatArray, number: FloatArray | int) -> FloatArray:
-        moved = configurations.copy()
-        moved[mine, -1] = number
-        return moved
+    def on(mine: BoolArray, number: FloatArray | int) -> Recordings:
+        moved = recordings.configurations.copy()
+        moved[:, -1] = np.where(mine, number, moved[:, -1])
+        return replace(recordings, configurations=moved)
 
     for index, marker in enumerate(recordings.markers):
         mine = np.asarray(recordings.marker) == index
         for number in set(range(1, len(tips) + 1)) - set(numbers[mine].tolist()):
-            text = f"Does marker `{marker}` sit on `{tips[number - 1]}`?"
-            yield Interpretation(
-                text,
-                lambda r, i=index, n=number: replace(r, configurations=on(r.configurations, r.marker == i, n)),  # type: ignore[misc]
-            )
+            yield Alternative(f"Does marker `{marker}` sit on `{tips[number - 1]}`?", on(mine, number))
     if len(tips) == 2:
         text = f"Are `{tips[0]}` and `{tips[1]}` swapped in the column tip?"
-        yield Interpretation(text, _commands(lambda q: on(q, np.full(len(q), True), 3 - q[:, -1])))
+        yield Alternative(text, on(np.full(len(recordings), True), 3 - recordings.configurations[:, -1]))
     text = (
         "Was the instrument moved between the tips? Add a column `station` that names where it stood: one station for "
         f"each of {', '.join(f'`{tip}`' for tip in tips)}."
     )
-
-    def by_tip(recordings: Recordings) -> Recordings:
-        groups = np.array([tips[int(n) - 1] for n in robot.tip_numbers(recordings.configurations)], dtype=object)
-        return regrouped(recordings, STATION, groups)
-
-    yield Interpretation(text, by_tip)
+    groups = np.array([tips[int(n) - 1] for n in numbers], dtype=object)
+    yield Alternative(text, regrouped(recordings, STATION, groups))
 
 
-def _stations(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+def _stations(recordings: Recordings, robot: Robot) -> Iterator[Alternative]:
     """An instrument that was moved once: the change point of the rigid motion between robot and readings."""
-    if any(recordings.stations):
-        return
-    reading = registered(recordings.rows(some(recordings)), robot)
+    reading = None if any(recordings.stations) else registered(some(recordings), robot)
     if reading is None or reading.instrument is not None:
         return
-    places = np.zeros((len(recordings.markers), 3))
-    row = 0
+    places, read, first = np.zeros((len(recordings.markers), 3)), recordings, 0
     for _ in range(3):  # places of markers are those of the split before
-        row = _change_point(recordings, robot, places)
-        if row == 0:
+        first = _change_point(recordings, robot, places)
+        if first == 0:
             return
-        read = regrouped(recordings, STATION, _from(recordings, int(recordings.sequence[row])))
-        again = registered(read.rows(some(read)), robot)
+        groups: TextArray = np.where(recordings.sequence >= recordings.sequence[first], "2", "1")
+        read = regrouped(recordings, STATION, groups)
+        again = registered(some(read), robot)
         if again is None:
             return
         known = dict(zip(again.sited, again.marked(again.start), strict=True))
-        sites = recordings.sites or recordings.markers
-        places = np.array([known.get(site, np.zeros(3)) for site in sites])
-    first, line = int(recordings.sequence[row]), int(recordings.lines[row])
+        places = np.array([known.get(site, np.zeros(3)) for site in recordings.sites or recordings.markers])
+    line = int(recordings.lines[first])
     text = f"Was the instrument moved before row {line}? Add a column `station`: 1 before that row, 2 from it on."
-    yield Interpretation(text, lambda r: regrouped(r, STATION, _from(r, first)))
-
-
-def _from(recordings: Recordings, first: int) -> TextArray:
-    """Groups of rows before and from a number of the sequence on, shape (N,)."""
-    return np.where(recordings.sequence >= first, "2", "1")
+    yield Alternative(text, read)
 
 
 def _change_point(recordings: Recordings, robot: Robot, places: FloatArray) -> int:
@@ -300,35 +229,21 @@ def _left(sums: FloatArray) -> FloatArray:
     return left
 
 
-def _slips(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+def _slips(recordings: Recordings, robot: Robot) -> Iterator[Alternative]:
     """A single reading with a slipped decimal point or the wrong sign, in the rows that fit worst."""
-    rows = some(recordings)
-    left = left_of(recordings.rows(rows), robot)
-    worst = rows[np.argsort(-np.linalg.norm(left, axis=1))[:2]] if left is not None else rows[:0]
-    for row, axis, factor in product(worst, range(3), SLIPS):
-        what = f"{POSITION[axis]} = {recordings.deflections[row, axis]:g} in row {recordings.lines[row]}"
-        place = (int(row), axis)
-        yield Interpretation(
-            slip_text(what, factor),
-            lambda r, place=place, factor=factor: replace(r, deflections=divided(r.deflections, place, factor)),  # type: ignore[misc]
-        )
+    tried = some(recordings)
+    left = left_of(tried, robot)
+    worst = () if left is None else tried.sequence[np.argsort(-np.linalg.norm(left, axis=1))[:2]]
+    for number, axis in product(worst, range(3)):
+        row = int(np.flatnonzero(recordings.sequence == number)[0])
+        yield from slipped(recordings, row, axis, POSITION[axis])
 
 
-def _shifts(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+def _shifts(recordings: Recordings, robot: Robot) -> Iterator[Alternative]:
     """Rows with the readings of the next ones, or of those before."""
     for shift, word in SHIFTS:
-        yield Interpretation(
-            f"Do the readings stand one row too {word}? Shift them against the other columns.",
-            lambda r, shift=shift: _shifted(r, shift),  # type: ignore[misc]
-        )
-
-
-def _shifted(recordings: Recordings, shift: int) -> Recordings:
-    """Without the row that comes from the other end."""
-    rolled = {name: np.roll(getattr(recordings, name), shift, axis=0) for name in ("deflections", "aim", "angles")
-              if getattr(recordings, name) is not None}  # fmt: skip
-    inner: IntArray = np.arange(len(recordings))[shift:] if shift > 0 else np.arange(len(recordings))[:shift]
-    return replace(recordings, **rolled).rows(inner)
+        text = f"Do the readings stand one row too {word}? Shift them against the other columns."
+        yield Alternative(text, shifted(recordings, shift, "deflections", "aim", "angles"))
 
 
 Turn = Callable[[FloatArray, FloatArray], Rotation]
@@ -363,43 +278,29 @@ CONVENTIONS: tuple[tuple[str, Turn], ...] = (
 """How three numbers may be meant, with what to write; the first is as they are read."""
 
 
-def _orientations(recordings: Recordings, robot: Robot) -> Iterator[Interpretation]:
+def _orientations(recordings: Recordings, robot: Robot) -> Iterator[Alternative]:
     """Conventions of orientations; those of the instrument in the target's axes; whole poses that are inverse."""
-    if recordings.aim is None or recordings.deflections.shape[1] < 6:
+    aim, angles = recordings.aim, recordings.angles
+    if aim is None or recordings.deflections.shape[1] < 6:
         return
-    for text, turn in CONVENTIONS[1:]:
-        yield Interpretation(text, lambda r, turn=turn: _turned(r, turn))  # type: ignore[misc]
-    text = "Are they the instrument's orientations in the target's axes? Transpose them."
-    yield Interpretation(text, lambda r: _turned(r, lambda angles, aim: Rotation.from_matrix(aim).inv()))
-    for text, turn in CONVENTIONS:
-        inverse = (
-            "Are the poses inverse, the instrument's in the frame of the target, as of a camera on the tip (eye in "
-            "hand)? Invert the poses: R' = Rᵀ, p' = −Rᵀ·p."
-        )
-        yield Interpretation(
-            f"{inverse} {text}".strip(),
-            lambda r, turn=turn: _inverse(_turned(r, turn)),  # type: ignore[misc]
-        )
+    angles = Rotation.from_matrix(aim).as_euler("xyz") if angles is None else angles
+    turned = [(text, turn(angles, aim).as_matrix()) for text, turn in CONVENTIONS]
+    transposed = "Are they the instrument's orientations in the target's axes? Transpose them.", aim.swapaxes(1, 2)
+    for text, other in (*turned[1:], transposed):
+        yield Alternative(text, replace(recordings, aim=other))
+    inverse = (
+        "Are the poses inverse, the instrument's in the frame of the target, as of a camera on the tip (eye in "
+        "hand)? Invert the poses: R' = Rᵀ, p' = −Rᵀ·p."
+    )
+    for text, other in turned:
+        read = recordings.deflections.copy()
+        read[:, :3] = -np.einsum("nji,nj->ni", other, read[:, :3])
+        complete = np.flatnonzero(np.isfinite(read).all(axis=1))
+        whole = replace(recordings, aim=other.swapaxes(1, 2), deflections=read).rows(complete)
+        yield Alternative(f"{inverse} {text}".strip(), whole)
 
 
-def _turned(recordings: Recordings, turn: Turn) -> Recordings:
-    assert recordings.aim is not None
-    angles = recordings.angles
-    if angles is None:
-        angles = Rotation.from_matrix(recordings.aim).as_euler("xyz")
-    return replace(recordings, aim=turn(angles, recordings.aim).as_matrix())
-
-
-def _inverse(recordings: Recordings) -> Recordings:
-    """Poses of the instrument in the target's frame as poses of the target in the instrument's; complete rows alone."""
-    assert recordings.aim is not None
-    turned = recordings.aim.swapaxes(1, 2)
-    read = recordings.deflections.copy()
-    read[:, :3] = -np.einsum("nij,nj->ni", turned, read[:, :3])
-    return replace(recordings, aim=turned, deflections=read).rows(np.flatnonzero(np.isfinite(read).all(axis=1)))
-
-
-INTERPRETATIONS: dict[str, Callable[[Recordings, Robot], Iterator[Interpretation]]] = {
+INTERPRETATIONS: dict[str, Callable[[Recordings, Robot], Iterator[Alternative]]] = {
     "another pose of the instrument than is stated": _stand,
     "joints in other units or of the wrong sign": _units,
     "a left-handed frame of the instrument": _frames,

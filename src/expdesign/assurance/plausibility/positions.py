@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from expdesign.assurance.plausibility.evidence import DEFAULT
+from expdesign.assurance.plausibility.evidence import CHANCE, REPEATABILITY
 from expdesign.assurance.plausibility.finding import Implausibility, extent
 from expdesign.assurance.plausibility.interpretations import explained
 from expdesign.assurance.plausibility.mistakes.numbers import agreeing_rows
@@ -32,7 +32,7 @@ def positions_findings(recordings: Recordings, robot: Robot) -> list[Implausibil
 def _frames(recordings: Recordings, robot: Robot) -> list[Implausibility]:
     """What speaks against units and frames of positions and payloads, whatever the loads do."""
     positions = complete_positions(recordings)
-    train = positions.rows(some(positions))
+    train = some(positions)
     payloads = _payloads(recordings, robot)
     if payloads or len(train) < FEWEST:
         return payloads
@@ -40,18 +40,13 @@ def _frames(recordings: Recordings, robot: Robot) -> list[Implausibility]:
     if units:
         return units
     standing = _standing(robot.links.tree)
-    whole = placed(recordings)
-    stated = misfit_of(whole.rows(some(whole)), robot)
+    stated = misfit_of(placed(recordings), robot)
     if stated is None:
         return standing
     if stated.size < 1.0:
         return [*standing, *_copies(positions, train, robot)]
-    found = explained(recordings, robot)
-    if found is None:
-        return []
-    turned = found.stated.share < found.stated.angle
-    where = "column measured_rx_rad" if turned else ""
-    return [Implausibility(found.what, found.interpretation.likely, where, otherwise=True)]
+    found = explained(recordings, robot, stated)
+    return [] if found is None else [found]
 
 
 def _payloads(recordings: Recordings, robot: Robot) -> list[Implausibility]:
@@ -131,8 +126,8 @@ def _copies(recordings: Recordings, train: Recordings, robot: Robot) -> list[Imp
     left = left_of(train, robot)
     if left is None:
         return []
-    noise = np.sqrt((left**2).mean(axis=0)) / DEFAULT.repeatability**2
-    runs = agreeing_rows(recordings.deflections, noise, DEFAULT.chance)
+    noise = np.sqrt((left**2).mean(axis=0)) / REPEATABILITY**2
+    runs = agreeing_rows(recordings.deflections, noise, CHANCE)
     if not runs:
         return []
     first, other = (recordings.lines[runs[0].first - back] for back in (runs[0].offset, 0))

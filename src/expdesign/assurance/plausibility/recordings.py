@@ -14,12 +14,15 @@ import numpy as np
 
 from expdesign.assurance.plausibility.commanded import commanded_findings
 from expdesign.assurance.plausibility.evidence import (
-    DEFAULT,
+    CONSISTENT,
+    FAIR,
+    GAIN,
+    MOST,
+    ODDS,
+    REFUTED,
     Alternative,
     Evidence,
     Fitted,
-    MistakeOptions,
-    Weighting,
     evidence_of,
 )
 from expdesign.assurance.plausibility.finding import Implausibility, extent, say
@@ -33,11 +36,20 @@ from expdesign.estimation.left_over import LeftOver
 from expdesign.estimation.remarks import Implausible
 from expdesign.mechanics.robots.robot import Robot
 
+_POOR = 1e-3
+"""Misfit below which nothing needs an explanation by a mistake where noise is not stated."""
+_SPARE = 4
+"""Readings beyond the compliances that a judgement takes at least."""
 
-def recordings_findings(
-    recordings: Recordings, robot: Robot, options: MistakeOptions = DEFAULT
-) -> list[Implausibility]:
-    """What speaks against units, signs, frames and single numbers of recordings."""
+
+def recordings_findings(recordings: Recordings, robot: Robot, gain: float = GAIN) -> list[Implausibility]:
+    """What speaks against units, signs, frames and single numbers of recordings.
+
+    Args:
+        recordings: that were read.
+        robot: of which they are.
+        gain: factor by which an alternative must reduce the misfit.
+    """
     if recordings.measurand is POSITIONS:
         return positions_findings(recordings, robot)
     if recordings.measurand is POSES:
@@ -47,13 +59,12 @@ def recordings_findings(
         return commanded_findings(commands, recordings.deflections, measured, recordings.lines)
     if not robot.actuated:
         return []
-    evidence = evidence_of(recordings, robot, options)
-    enough = (
-        evidence.stated.readings.size >= len(robot.stiffness) + options.spare and len(evidence.stated.readings) >= 2
-    )
-    if not enough or not np.any(evidence.stated.wrenches) or evidence.fits[-1] is None:
+    evidence = evidence_of(recordings, robot)
+    rows = evidence.recordings
+    enough = rows.deflections.size >= len(robot.stiffness) + _SPARE and len(rows) >= 2
+    if not enough or not np.any(rows.wrenches) or evidence.fits[-1] is None:
         return []
-    named = _out_of_reach(evidence) or _named(evidence)
+    named = _out_of_reach(evidence, gain) or _named(evidence, gain)
     own = (finding for findings in FINDINGS for finding in findings(evidence))
     return [*named, *(finding for finding in own if not named or finding.where)]
 
@@ -86,13 +97,13 @@ BEYOND, FAR = 0.002, 0.02
 """Parts of a robot's size by which a recorded pose is beyond its limits, and by which it cannot have been there."""
 
 
-def _out_of_reach(evidence: Evidence) -> list[Implausibility]:
+def _out_of_reach(evidence: Evidence, gain: float) -> list[Implausibility]:
     """Recorded poses at which the limits of the robot do not let it be, where most rows are within them.
 
     Where most are beyond them as well, the file is another robot's, or its columns mean something else: other readings
     of these come first.
     """
-    robot, poses = evidence.robot, evidence.stated.configurations
+    robot, poses = evidence.robot, evidence.recordings.configurations
     size = extent(robot)
     if size is None or robot.jointed:
         return []
@@ -109,7 +120,7 @@ def _out_of_reach(evidence: Evidence) -> list[Implausibility]:
     if len(beyond) <= len(poses) // 2:
         likely = "Correct the pose (has a decimal point slipped, or a sign?), or the limits in the robot file."
         return [Implausibility(what, likely, otherwise=far)]
-    named = _named(evidence)
+    named = _named(evidence, gain)
     likely = (
         "Is this the file of another robot? Compare the robot file, or its limits, with the robot that was measured."
     )
@@ -121,16 +132,19 @@ class _Suspect(NamedTuple):
     fitted: Fitted
 
 
-def _named(evidence: Evidence) -> list[Implausibility]:
+def _named(evidence: Evidence, gain: float) -> list[Implausibility]:
     """The alternative that explains the recordings, where they do not fit as they are."""
     alternatives: list[Alternative] | None = None
     for place, (weighting, stated) in enumerate(zip(evidence.weightings, evidence.fits, strict=True)):
         chi_square = evidence.noise_stated and place == 0
-        if stated is None or not _needed(stated, evidence, chi_square=chi_square):
+        refuted = chi_square and stated is not None and stated.p_value < REFUTED
+        if stated is None or not (stated.misfit > _POOR or not stated.positive or refuted):
             continue
         if alternatives is None:
             alternatives = [each for mistake in ALTERNATIVES for each in mistake(evidence)]
-        suspects = _suspects(alternatives, evidence, weighting, stated, chi_square=chi_square)
+        fitted = ((each, evidence.fit(each.sample, weighting)) for each in alternatives)
+        suspects = [_Suspect(each, fit) for each, fit in fitted if fit is not None and fit.positive]
+        suspects = [one for one in suspects if _explains(one, stated, len(alternatives), gain, refuted=refuted)]
         if suspects:
             best, *others = _likeliest(suspects)
             what = "the recordings do not fit the robot as they are, and would fit otherwise"
@@ -145,29 +159,15 @@ def _named(evidence: Evidence) -> list[Implausibility]:
     return []
 
 
-def _needed(stated: Fitted, evidence: Evidence, *, chi_square: bool) -> bool:
-    refuted = chi_square and stated.p_value < evidence.options.refuted
-    return stated.misfit > evidence.options.poor or not stated.positive or refuted
-
-
-def _suspects(
-    alternatives: list[Alternative], evidence: Evidence, weighting: Weighting, stated: Fitted, *, chi_square: bool
-) -> list[_Suspect]:
-    found, options = list[_Suspect](), evidence.options
-    for alternative in alternatives:
-        fitted = evidence.fit(alternative.sample, weighting)
-        if fitted is None or not fitted.positive:
-            continue
-        hurdle = np.log(options.odds * (len(alternatives) + alternative.tried))
-        ratio = stated.misfit / max(fitted.misfit, 1e-300)
-        likelier = 0.5 * fitted.dof * np.log(ratio) > hurdle
-        better = likelier and ratio > options.gain and stated.misfit > options.poor
-        upside_down = 1.0 - stated.share_positive >= options.most and stated.misfit < options.fair
-        upright = upside_down and fitted.share_positive >= options.most and fitted.misfit <= 1.05 * stated.misfit
-        explained = chi_square and likelier and stated.p_value < options.refuted and fitted.p_value > options.consistent
-        if better or upright or explained:
-            found.append(_Suspect(alternative, fitted))
-    return found
+def _explains(one: _Suspect, stated: Fitted, count: int, gain: float, *, refuted: bool) -> bool:
+    """Whether an alternative, of so many, explains recordings that as they are have the fit `stated`."""
+    fitted, hurdle = one.fitted, np.log(ODDS * (count + one.alternative.tried))
+    ratio = stated.misfit / max(fitted.misfit, 1e-300)
+    likelier = 0.5 * fitted.dof * np.log(ratio) > hurdle
+    better = likelier and ratio > gain and stated.misfit > _POOR
+    upside_down = 1.0 - stated.share_positive >= MOST and stated.misfit < FAIR
+    upright = upside_down and fitted.share_positive >= MOST and fitted.misfit <= 1.05 * stated.misfit
+    return bool(better or upright or (refuted and likelier and fitted.p_value > CONSISTENT))
 
 
 def _likeliest(suspects: list[_Suspect]) -> list[_Suspect]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import FloatArray
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.readings.registration import registration_residuals
@@ -78,10 +78,10 @@ def placed(recordings: Recordings) -> Recordings:
     return plain.rows(np.flatnonzero(np.isfinite(plain.deflections[:, :3]).all(axis=1)))
 
 
-def some(recordings: Recordings) -> IntArray:
+def some(recordings: Recordings) -> Recordings:
     """Fitted rows, spread evenly, with which readings of recordings are compared."""
     fitted = np.flatnonzero(~recordings.test)
-    return fitted[:: -(-len(fitted) // ROWS) or 1]
+    return recordings.rows(fitted[:: -(-len(fitted) // ROWS) or 1])
 
 
 def registered(train: Recordings, robot: Robot) -> MarkerPosition | None:
@@ -102,8 +102,9 @@ def left_of(train: Recordings, robot: Robot) -> FloatArray | None:
     return None if reading is None else registration_residuals(reading, robot, train)
 
 
-def misfit_of(train: Recordings, robot: Robot) -> Misfit | None:
-    """Of rows that `placed` returns; None where nothing can be registered."""
+def misfit_of(recordings: Recordings, robot: Robot) -> Misfit | None:
+    """Of `some` of the rows that `placed` returns; None where nothing can be registered."""
+    train = some(recordings)
     reading, spread = registered(train, robot), spread_of(train.deflections[:, :3]) if len(train) else 0.0
     if reading is None or spread == 0.0:
         return None

@@ -165,7 +165,8 @@ class VirtualExperiment:
             raise error
         # Estimates are corrections of known parameters, by readings less those that are expected of these.
         self._known = problem.loaded.regressor.nominal(problem.loaded.robot)
-        self._expected = self._nothing = np.zeros((1, len(plan), problem.loaded.robot.coordinates.n))
+        self._nothing: FloatArray = np.zeros((1, len(plan), problem.loaded.robot.coordinates.n))
+        self._expected = self._nothing
         if problem.loaded.regressor.referenced:
             self._attain = self._elastic(plant, truth)
         else:

@@ -26,7 +26,6 @@ ALTERNATIVES: tuple[Callable[[Evidence], Iterator[Alternative]], ...] = (
 """Other readings of the same recordings; all compete, and of equals the first is named."""
 FINDINGS: tuple[Callable[[Evidence], Iterator[Implausibility]], ...] = (
     numbers.stiffness_factor,
-    numbers.other_robot,
     numbers.scatter,
     numbers.without_reading,
     numbers.copied_rows,

@@ -15,6 +15,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, TextArray
 from expdesign.assurance.plausibility.evidence import Alternative, Evidence
+from expdesign.chain.recordings.recordings import Recordings
 from expdesign.io.units import UNITS, measured_column
 from expdesign.mechanics.robots.orientation import Orientation, angles_of, rotation_matrix
 from expdesign.mechanics.symbolic import BatchFunction
@@ -43,6 +44,11 @@ def _each(names: Sequence[str]) -> Iterator[tuple[str, BoolArray]]:
     return ((name, np.arange(len(names)) == column) for column, name in enumerate(names))
 
 
+def signs(names: Sequence[str]) -> Iterator[tuple[str, FloatArray]]:
+    """Every column: the question whether it has the wrong sign, and the matrix that turns it."""
+    return ((f"Does {name} have the wrong sign?", _scaled(column, -1.0)) for name, column in _each(names))
+
+
 def swaps(names: Sequence[str]) -> Iterator[tuple[str, FloatArray]]:
     """Every pair of columns of one unit: the question whether they are swapped, and the matrix that swaps them."""
     for first, second in combinations(range(len(names)), 2):
@@ -60,8 +66,7 @@ def signs_of_readings(evidence: Evidence) -> Iterator[Alternative]:
         "and a load what the environment applies to the platform."
     )
     yield Alternative(text, evidence.readings(_scaled(all_of_them, -1.0)))
-    for name, column in _each(evidence.names):
-        yield Alternative(f"Does {name} have the wrong sign?", evidence.readings(_scaled(column, -1.0)))
+    yield from (Alternative(text, evidence.readings(matrix)) for text, matrix in signs(evidence.names))
     for kind, noun in ((linear, "translations"), (~linear, "rotations")):
         if kind.sum() > 1:
             yield Alternative(f"Do the {noun} have the wrong sign?", evidence.readings(_scaled(kind, -1.0)))
@@ -74,8 +79,8 @@ def units_of_readings(evidence: Evidence) -> Iterator[Alternative]:
     what the robot file has it move in that unit: a drift of an axis that hardly moves is no mistake.
     """
     linear, names = evidence.linear, np.array(evidence.names)
-    expected = (evidence.observation(evidence.stated).sum(axis=2) ** 2).mean(axis=0)
-    squares = (evidence.stated.readings**2).mean(axis=0)
+    expected = (evidence.observation(evidence.recordings).sum(axis=2) ** 2).mean(axis=0)
+    squares = (evidence.recordings.deflections**2).mean(axis=0)
     if linear.any() and (~linear).any():
         for factor, unit in ((1e-3, "mm"), (1e-6, "µm")):
             text = _in_unit(evidence, names[linear], factor, "the translations", unit)
@@ -97,7 +102,7 @@ def units_of_readings(evidence: Evidence) -> Iterator[Alternative]:
         for factor, unit in ((1e3, "mm, or in mm in one for µm"), (1e6, "µm")) if linear[index] else ():
             if squares[index] * factor <= expected[index]:
                 # With its standard deviation it would count for nothing, and any column would fit.
-                larger = replace(evidence.stated, readings=evidence.stated.readings @ _scaled(column, factor))
+                larger = replace(evidence.readings(_scaled(column, factor)), deviations=evidence.recordings.deviations)
                 yield Alternative(f"Is {name} in m in a column that is named for {unit}?", larger)
 
 
@@ -142,9 +147,13 @@ def moments(evidence: Evidence) -> Iterator[Alternative]:
     """Moments in N·mm or kN·m, or with the wrong sign."""
     coordinates = evidence.robot.coordinates
     moment = np.arange(coordinates.n) >= coordinates.translations
-    if moment.any():
-        for factor, text in _MOMENTS:
-            yield Alternative(text, evidence.wrenches(_scaled(moment, factor)))
+    for factor, text in _MOMENTS if moment.any() else ():
+        yield Alternative(text, _wrenches(evidence, _scaled(moment, factor)))
+
+
+def _wrenches(evidence: Evidence, matrix: FloatArray) -> Recordings:
+    """The loads of every row times a matrix (n, n)."""
+    return replace(evidence.recordings, wrenches=evidence.recordings.wrenches @ matrix.T)
 
 
 def units_of_commands(evidence: Evidence) -> Iterator[Alternative]:
@@ -152,31 +161,27 @@ def units_of_commands(evidence: Evidence) -> Iterator[Alternative]:
     names = evidence.robot.configuration
     angles = np.array([name.endswith("_rad") for name in names])
     if names == evidence.robot.coordinates.pose and len(angles) > evidence.robot.coordinates.translations:
-        yield Alternative("Are the commanded angles in degrees?", evidence.commands(_scaled(angles, DEGREE)))
+        degrees = evidence.recordings.configurations @ _scaled(angles, DEGREE)
+        yield Alternative("Are the commanded angles in degrees?", evidence.hung(configurations=degrees))
 
 
 def swapped_loads(evidence: Evidence) -> Iterator[Alternative]:
     """Two coordinates of the centre of mass, of the force or of the moment; one of a centre with the other sign."""
     coordinates = evidence.robot.coordinates
     if evidence.recordings.payload is None:
-        yield from (Alternative(text, evidence.wrenches(matrix)) for text, matrix in swaps(coordinates.wrench))
-        return
-    names = coordinates.centre_of_mass
-    for text, matrix in swaps(names):
-        yield Alternative(text, evidence.centres(matrix))
-    for name, column in _each(names):
-        yield Alternative(f"Does {name} have the wrong sign?", evidence.centres(_scaled(column, -1.0)))
+        yield from (Alternative(text, _wrenches(evidence, matrix)) for text, matrix in swaps(coordinates.wrench))
+    else:
+        pairs = (*swaps(coordinates.centre_of_mass), *signs(coordinates.centre_of_mass))
+        yield from (Alternative(text, evidence.centres(matrix)) for text, matrix in pairs)
 
 
 def swapped_commands(evidence: Evidence) -> Iterator[Alternative]:
-    """Two coordinates of the command, or one with the other sign."""
-    commands, names = evidence.stated.configurations, evidence.robot.configuration
-    for text, matrix in swaps(names):
-        if not np.array_equal(commands, commands @ matrix.T):
-            yield Alternative(text, evidence.commands(matrix))
-    for index, (name, column) in enumerate(_each(names)):
-        if np.ptp(commands[:, index]) > 0.0:
-            yield Alternative(f"Does {name} have the wrong sign?", evidence.commands(_scaled(column, -1.0)))
+    """Two coordinates of the command, or one with the other sign, where that is more than a shift of all rows."""
+    commands, names = evidence.recordings.configurations, evidence.robot.configuration
+    for text, matrix in (*swaps(names), *signs(names)):
+        other = commands @ matrix.T
+        if np.ptp(other - commands, axis=0).any():
+            yield Alternative(text, evidence.hung(configurations=other))
 
 
 @cache
@@ -234,7 +239,7 @@ def load_frame(evidence: Evidence) -> Iterator[Alternative]:
             continue
         if payload is None:
             text = f"Are forces and moments in a turned frame ({axes_in_words(turn, 'base')})?"
-            yield Alternative(text, evidence.wrenches(_on_axes(turn, coordinates.rotations)))
+            yield Alternative(text, _wrenches(evidence, _on_axes(turn, coordinates.rotations)))
         elif payload.shape[1] == 1 + len(turn):
             text = f"Is the centre of mass in a turned frame ({axes_in_words(turn, 'platform')})?"
             yield Alternative(text, evidence.centres(turn))
@@ -244,15 +249,15 @@ def load_frame(evidence: Evidence) -> Iterator[Alternative]:
 
 def _places_of_loads(evidence: Evidence) -> Iterator[Alternative]:
     """Forces and moments along the platform's axes, or moments about the base's origin."""
-    stated, robot = evidence.stated, evidence.robot
+    stated, robot = evidence.recordings, evidence.robot
     rotation = robot.jacobians(stated.configurations).rotation
     force, moment = stated.wrenches[:, :3, None], stated.wrenches[:, 3:, None]
     along = np.concatenate([rotation @ force, rotation @ moment], axis=1)[..., 0]
     text = "Are forces and moments along the axes of the platform? They have to be along those of the base."
-    yield Alternative(text, stated.under(along))
+    yield Alternative(text, replace(stated, wrenches=along))
     about = moment[..., 0] - np.cross(robot.position(stated.configurations), force[..., 0])
     text = "Are the moments about the origin of the base? They have to be about that of the platform."
-    yield Alternative(text, stated.under(np.concatenate([force[..., 0], about], axis=1)))
+    yield Alternative(text, replace(stated, wrenches=np.concatenate([force[..., 0], about], axis=1)))
 
 
 def gravity(evidence: Evidence) -> Iterator[Alternative]:
@@ -267,12 +272,12 @@ def gravity(evidence: Evidence) -> Iterator[Alternative]:
             if not np.allclose(other, stated, rtol=0.0, atol=0.1 * float(size.max(initial=0.0))):
                 text = f"Does gravity pull along the base's {'−' if sign < 0.0 else ''}{'xyz'[axis]}?"
                 remedy = "Correct `gravity_m_s2` in the robot file."
-                yield Alternative(f"{text} {remedy}", evidence.with_payload(payload, other))
+                yield Alternative(f"{text} {remedy}", evidence.hung(gravity=np.broadcast_to(other, stated.shape)))
 
 
 def angle_order(evidence: Evidence) -> Iterator[Alternative]:
     """The angles of the commands follow the other convention."""
-    robot, stated = evidence.robot, evidence.stated
+    robot, stated = evidence.robot, evidence.recordings
     if robot.orientation is None or robot.configuration != robot.coordinates.pose:
         return
     angles = ca.SX.sym("angles", 3)
@@ -284,4 +289,4 @@ def angle_order(evidence: Evidence) -> Iterator[Alternative]:
         turned[:, 3:] = meant(stated.configurations[:, 3:])[0]
         if np.isfinite(turned).all():
             text = f"Are the commanded angles those of `{other}`? The robot file says `{robot.orientation}`."
-            yield Alternative(text, evidence.at(turned))
+            yield Alternative(text, evidence.hung(configurations=turned))

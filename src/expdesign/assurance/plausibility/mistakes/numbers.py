@@ -7,7 +7,17 @@ import numpy as np
 from scipy.special import chdtr, chdtrc
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.plausibility.evidence import Evidence, Fitted, MistakeOptions
+from expdesign.assurance.plausibility.evidence import (
+    CHANCE,
+    CONSISTENT,
+    FAIR,
+    MOST,
+    REFUTED,
+    REPEATABILITY,
+    SENSELESS,
+    Evidence,
+    Fitted,
+)
 from expdesign.assurance.plausibility.finding import Implausibility
 
 _MARKS = 15
@@ -30,7 +40,7 @@ def quantum(values: FloatArray) -> float:
 
 def noise_of(evidence: Evidence) -> FloatArray | None:
     """Standard deviation of each column's readings (k,), or None where nothing says it."""
-    stated, fitted = evidence.stated.deviations, evidence.fits[0]
+    stated, fitted = evidence.recordings.deviations, evidence.fits[0]
     found = [] if stated is None else [np.median(stated, axis=0)]
     if fitted is not None:
         found.append(np.sqrt((fitted.residuals**2).mean(axis=0)))
@@ -53,11 +63,11 @@ def copied_rows(evidence: Evidence) -> Iterator[Implausibility]:
     which there may be physics. Half the squared difference of two of them in such variances is χ² with as many degrees
     of freedom as were compared; that numbers of a certain resolution are equal has the probability step/(2√π·σ) each.
     """
-    noise, readings, options = noise_of(evidence), evidence.stated.readings, evidence.options
+    noise, readings = noise_of(evidence), evidence.recordings.deflections
     if noise is None:
         return
-    repeats = noise / (options.repeatability if evidence.noise_stated else options.repeatability**2)
-    runs = agreeing_rows(readings, repeats, options.chance)
+    repeats = noise / (REPEATABILITY if evidence.noise_stated else REPEATABILITY**2)
+    runs = agreeing_rows(readings, repeats, CHANCE)
     if not runs:
         return
     longest = max(runs, key=lambda run: run.last - run.first)
@@ -65,7 +75,7 @@ def copied_rows(evidence: Evidence) -> Iterator[Implausibility]:
     rows = [f"row {lines[i]}" for i in (longest.first - longest.offset, longest.first)]
     if longest.last > longest.first:
         rows = [f"rows {lines[longest.first - back]} to {lines[longest.last - back]}" for back in (longest.offset, 0)]
-    alike = evidence.stated.wrenches[longest.first], evidence.stated.wrenches[longest.first - longest.offset]
+    alike = evidence.recordings.wrenches[longest.first], evidence.recordings.wrenches[longest.first - longest.offset]
     stuck = longest.offset == 1 and not np.array_equal(*alike)
     total = sum(run.last - run.first + 1 for run in runs)
     others = f" ({total} rows in all)" if total > longest.last - longest.first + 1 else ""
@@ -104,7 +114,7 @@ def agreeing_rows(readings: FloatArray, noise: FloatArray, chance: float) -> lis
 
 def rounded(evidence: Evidence) -> Iterator[Implausibility]:
     """A column rounded far more coarsely than its standard deviation says."""
-    deviations, readings = evidence.stated.deviations, evidence.stated.readings
+    deviations, readings = evidence.recordings.deviations, evidence.recordings.deflections
     if deviations is None:
         return
     for column, name in enumerate(evidence.names):
@@ -113,7 +123,7 @@ def rounded(evidence: Evidence) -> Iterator[Implausibility]:
         # Finer digits would all be 0, each with a chance of 1/10 at most; a constant column is another matter.
         accident = 10.0 ** -len(values) if np.ptp(values) > 0.0 else 1.0
         alone = step / np.sqrt(12.0)
-        if alone > 2.0 * stated and accident < evidence.options.chance:
+        if alone > 2.0 * stated and accident < CHANCE:
             what = f"{name} is rounded to {step:.3g}, which alone is a standard deviation of {alone:.2g}"
             likely = f"Stated is {stated:.2g}. Export more digits, or state at least {alone:.2g}."
             yield Implausibility(what, likely, f"column {name}")
@@ -121,10 +131,10 @@ def rounded(evidence: Evidence) -> Iterator[Implausibility]:
 
 def constant(evidence: Evidence) -> Iterator[Implausibility]:
     """A column that has one value in all rows, although the robot would move along it."""
-    readings, fitted = evidence.stated.readings, evidence.fits[-1]
+    readings, fitted = evidence.recordings.deflections, evidence.fits[-1]
     if len(readings) < 4 or fitted is None:
         return
-    nominal = evidence.observation(evidence.stated) @ np.ones(len(evidence.robot.stiffness))
+    nominal = evidence.observation(evidence.recordings) @ np.ones(len(evidence.robot.stiffness))
     for column, name in enumerate(evidence.names):
         values = readings[:, column]
         others = np.delete(np.arange(readings.shape[1]), column)
@@ -132,7 +142,7 @@ def constant(evidence: Evidence) -> Iterator[Implausibility]:
             continue
         moved = float(np.median(np.abs(readings[:, others]) / np.maximum(np.abs(nominal[:, others]), 1e-300)))
         expected = float(np.ptp(nominal[:, column])) * min(moved, 1.0)
-        deviations = evidence.stated.deviations
+        deviations = evidence.recordings.deviations
         stated = 0.0 if deviations is None else float(np.median(deviations[:, column]))
         share = expected / max(float(np.abs(nominal[:, evidence.linear == evidence.linear[column]]).max()), 1e-300)
         if expected > 6.0 * stated and share > 0.02:
@@ -151,89 +161,54 @@ def without_reading(evidence: Evidence) -> Iterator[Implausibility]:
             yield Implausibility(what, f"Add {reading} (is it spelt otherwise?), or leave {deviation} out.")
 
 
-def scatter(evidence: Evidence) -> Iterator[Implausibility]:
-    """Columns that scatter far less than they say, or all of them more by one power of ten.
-
-    Physics that the model lacks makes readings scatter more, never less, and not all columns by one factor.
-    """
-    stated, fitted = evidence.stated, evidence.fits[0]
-    if stated.deviations is None or fitted is None or fitted.dof <= 0:
-        return
-    of_readings = (fitted.residuals / stated.deviations) ** 2
-    freedoms = 1.0 - (evidence.reach(1.0 / stated.deviations) ** 2).sum(axis=-1)
-    squares, freedom = of_readings.sum(axis=0), freedoms.sum(axis=0)
-    usable = freedom > 1.0
-    times = np.sqrt(squares / np.maximum(freedom, 1e-12))
-    accident = chdtr(np.maximum(freedom, 1e-12), squares)
-    small = usable & (accident < evidence.options.chance / len(squares)) & (times < 0.5)
-    exact = fitted.misfit < 1e-20  # a prediction without noise says nothing of an instrument
-    if small.any() and not exact:
-        named = [evidence.names[i] for i in np.flatnonzero(small)]
-        factor = float(np.exp(-np.log(times[small]).mean()))
-        what = f"the readings of {', '.join(named)} scatter {factor:.2g} times less than their standard deviations"
-        yield Implausibility(what, "Are these too large: in another unit, or multiplied by 10? Correct them.")
-    elif not small.any():
-        yield from _all_larger(of_readings, freedoms, evidence.options)
-        yield from _one_kind_larger(evidence, times)
-
-
+_ENOUGH, _COLUMNS = 40.0, 3
+"""Degrees of freedom, and columns, from which on the scatter of rows and columns is compared."""
+_NOISY = 0.2
+"""Logarithm of what all readings scatter by beside the power of ten of a mistaken unit."""
 _THOUSAND, _NEAR = 1e3, np.sqrt(10.0)
 
 
-def _one_kind_larger(evidence: Evidence, times: FloatArray) -> Iterator[Implausibility]:
-    """That translations or rotations alone scatter a thousand times more than stated, within a factor of √10.
+def scatter(evidence: Evidence) -> Iterator[Implausibility]:
+    """Columns that scatter far less than they say, or all more by one power of ten, or one kind a thousand times more.
 
-    Physics that is missing moves a platform and turns it: both kinds then exceed what is stated.
+    Physics that the model lacks makes readings scatter more, never less, not all columns by one factor, and it moves a
+    platform and turns it.
     """
-    fitted, linear = evidence.fits[-1], evidence.linear
-    if fitted is None or fitted.misfit > evidence.options.fair or linear.all() or not linear.any():
+    fitted, names = evidence.fits[0], np.array(evidence.names)
+    if not evidence.noise_stated or fitted is None or fitted.dof <= 0:
+        return
+    of_readings, shape = fitted.model.projected**2, fitted.weights.shape
+    variances = fitted.model.left_out_variances(np.arange(of_readings.size))
+    parts = of_readings.reshape(shape), (1.0 / variances).reshape(shape)
+    squares, freedom = (part.sum(axis=0) for part in parts)
+    times = np.sqrt(squares / np.maximum(freedom, 1e-12))
+    accident = chdtr(np.maximum(freedom, 1e-12), squares)
+    small = (freedom > 1.0) & (accident < CHANCE / len(squares)) & (times < 0.5)
+    if small.any():
+        if fitted.misfit >= 1e-20:  # a prediction without noise says nothing of an instrument
+            factor = float(np.exp(-np.log(times[small]).mean()))
+            what = f"the readings of {', '.join(names[small])} scatter {factor:.2g} times less than their standard"
+            likely = "Are these too large: in another unit, or multiplied by 10? Correct them."
+            yield Implausibility(f"{what} deviations", likely)
+        return
+    factor = float(np.sqrt(squares.sum() / freedom.sum()))
+    known = next((known for known in (10.0, 100.0, 1000.0) if abs(np.log(factor / known)) < _NOISY), None)
+    enough = freedom.sum() >= _ENOUGH and len(squares) >= _COLUMNS
+    if known and enough and all(_alike(*(part.sum(axis=axis) for part in parts)) > CONSISTENT for axis in (0, 1)):
+        what = f"all readings scatter {factor:.3g} times more than their standard deviations"
+        likely = f"Are the standard deviations {known:g} times too small: in another unit, or divided twice?"
+        yield Implausibility(what, likely)
+    by_size, linear = evidence.fits[-1], evidence.linear
+    if by_size is None or by_size.misfit > FAIR or linear.all() or not linear.any():
         return
     size = [float(np.exp(np.log(np.maximum(times[kind], 1e-300)).mean())) for kind in (linear, ~linear)]
     large = int(np.argmax(size))
     if abs(np.log(size[large] / _THOUSAND)) < np.log(_NEAR) and size[1 - large] < _THOUSAND / _NEAR**3:
-        names = [name for name, kind in zip(evidence.names, linear, strict=True) if kind == (large == 0)]
-        what = f"the readings of {', '.join(names)} scatter {size[large]:.3g} times more than their standard deviations"
-        what += f", the others {size[1 - large]:.2g} times"
+        what = f"the readings of {', '.join(names[linear == (large == 0)])} scatter {size[large]:.3g} times more than "
+        what += f"their standard deviations, the others {size[1 - large]:.2g} times"
         unit = "mm, or µm divided once too often" if large == 0 else "mrad, or µrad divided once too often"
         likely = f"Are these standard deviations a thousand times too small (numbers in {unit})? Correct them."
         yield Implausibility(what, likely)
-
-
-_OTHER = 2.0
-"""Factor between identified and stated stiffness from which another robot is asked about, where little fits."""
-
-
-def other_robot(evidence: Evidence) -> Iterator[Implausibility]:
-    """Nothing fits, and all actuators come out stiffer or softer alike: the file of another robot, whose columns fit.
-
-    What a robot lacks in physics leaves its stiffness near what it is; the geometry of another one does not.
-    """
-    stated, by_size, options = evidence.fits[0], evidence.fits[-1], evidence.options
-    if stated is None or by_size is None or not evidence.noise_stated or stated.p_value >= options.refuted:
-        return
-    shown = by_size.compliances[np.isfinite(by_size.compliances)]
-    if len(shown) < 2 or np.any(shown <= 0.0) or not _LITTLE < by_size.misfit < options.senseless:
-        return
-    factor, spread = float(np.exp(np.log(shown).mean())), float(np.log(shown).std(ddof=1))
-    if spread < options.alike and not 1.0 / _OTHER < factor < _OTHER and _known_factor(by_size, evidence) is None:
-        times, word = max(factor, 1.0 / factor), "softer" if factor > 1.0 else "stiffer"
-        what = f"all actuators come out {times:.3g} times {word} than the robot file says, and "
-        what += f"{100 * by_size.misfit:.2g} % of the readings are left over"
-        likely = "Is this the file of another robot? Compare the robot file with the robot that was measured."
-        yield Implausibility(what, likely)
-
-
-def _all_larger(squares: FloatArray, freedom: FloatArray, options: MistakeOptions) -> Iterator[Implausibility]:
-    """That rows and columns alike scatter more than stated by one power of ten, as they do by no physics."""
-    if freedom.sum() < options.enough or freedom.shape[1] < options.columns:
-        return
-    factor = float(np.sqrt(squares.sum() / freedom.sum()))
-    alike = all(_alike(squares.sum(axis=axis), freedom.sum(axis=axis)) > options.consistent for axis in (0, 1))
-    for known in (10.0, 100.0, 1000.0):
-        if alike and abs(np.log(factor / known)) < options.noisy:
-            what = f"all readings scatter {factor:.3g} times more than their standard deviations"
-            likely = f"Are the standard deviations {known:g} times too small: in another unit, or divided twice?"
-            yield Implausibility(what, likely)
 
 
 def _alike(squares: FloatArray, freedom: FloatArray) -> float:
@@ -245,6 +220,12 @@ def _alike(squares: FloatArray, freedom: FloatArray) -> float:
     return float(chdtrc(len(freedom) - 1, statistic / correction))
 
 
+_UNIT_RATIO, _OTHER = 30.0, 2.0
+"""Factors between identified and stated stiffness beyond which a unit is suspected, and another robot."""
+_ONE_FACTOR, _NEAR_ONE, _EXACT = 0.35, 0.15, 0.04
+"""Standard deviation of the logarithms of the actuators' factors below which they are one; distance of its logarithm
+from a known one within which it is that one; and both for factors that robots may have as well.
+"""
 _LITTLE = 0.02
 """Share of the readings (squares) that is left over from which on little fits."""
 _KGF, _POUND = 9.80665, 0.45359237
@@ -267,39 +248,45 @@ whether robots have such factors as well, so that all actuators must have it to 
 
 
 def stiffness_factor(evidence: Evidence) -> Iterator[Implausibility]:
-    """Everything fits, with another stiffness than the file states."""
-    stated, options = evidence.fits[-1], evidence.options
-    if stated is None or stated.misfit >= options.senseless or stated.share_positive < options.most:
+    """Everything fits, with another stiffness than the file states; or little does, and all actuators come out alike.
+
+    What a robot lacks in physics leaves its stiffness near what it is; the geometry of another one does not.
+    """
+    stated, fitted = evidence.fits[0], evidence.fits[-1]
+    if stated is None or fitted is None or fitted.misfit >= SENSELESS:
         return
-    known = _known_factor(stated, evidence)
-    ratio, limit = stated.ratio, options.unit_ratio
-    if known is None and 1.0 / limit < ratio < limit:
-        return
-    softer = "softer" if ratio > 1.0 else "stiffer"
-    all_alike = "" if known is None else ", all actuators alike"
-    what = f"the robot comes out {max(ratio, 1.0 / ratio):.3g} times {softer} than its file says{all_alike}"
-    unit = (
-        "Is a mass in grams or a force in mN, are deflections in m in columns that are named for mm, or is "
-        "`actuator_stiffness` in N/µm or N/mm?"
-    )
-    if ratio > 1.0:
-        unit = (
+    known, ratio, common = _known_factor(fitted, evidence), fitted.ratio, fitted.alike
+    if fitted.share_positive >= MOST and (known is not None or not 1.0 / _UNIT_RATIO < ratio < _UNIT_RATIO):
+        all_alike = "" if known is None else ", all actuators alike"
+        units = (
             "Are deflections in mm (and mrad), a mass in tonnes, a force in kN, or `actuator_stiffness` in another "
             "unit?"
+            if ratio > 1.0
+            else "Is a mass in grams or a force in mN, are deflections in m in columns that are named for mm, or is "
+            "`actuator_stiffness` in N/µm or N/mm?"
         )
-    yield Implausibility(what, known or unit)
+        yield Implausibility(f"the robot comes out {_times(ratio)} than its file says{all_alike}", known or units)
+    refuted = evidence.noise_stated and stated.p_value < REFUTED and fitted.misfit > _LITTLE
+    if refuted and known is None and common is not None and common[1] < _ONE_FACTOR and abs(common[0]) > np.log(_OTHER):
+        what = f"all actuators come out {_times(float(np.exp(common[0])))} than the robot file says, and "
+        what += f"{100 * fitted.misfit:.2g} % of the readings are left over"
+        likely = "Is this the file of another robot? Compare the robot file with the robot that was measured."
+        yield Implausibility(what, likely)
 
 
-def _known_factor(stated: Fitted, evidence: Evidence) -> str | None:
+def _times(factor: float) -> str:
+    return f"{max(factor, 1.0 / factor):.3g} times {'softer' if factor > 1.0 else 'stiffer'}"
+
+
+def _known_factor(fitted: Fitted, evidence: Evidence) -> str | None:
     """The question of the factor that all actuators share, or None."""
-    shown = stated.compliances[np.isfinite(stated.compliances)]
-    if len(shown) < 2 or np.any(shown <= 0.0):
+    if fitted.alike is None:
         return None
-    logarithms, options = np.log(shown), evidence.options
-    centre, spread = float(logarithms.mean()), float(logarithms.std(ddof=1))
+    centre, spread = fitted.alike
     for factor, of_masses, of_forces, exact in _FACTORS:
         text = of_forces if evidence.recordings.payload is None else of_masses
-        near, alike = (options.exact, options.exact) if exact else (options.near, options.alike)
-        if text and spread < alike and abs(centre - np.log(factor)) < near + spread / np.sqrt(len(shown)):
+        near, alike = (_EXACT, _EXACT) if exact else (_NEAR_ONE, _ONE_FACTOR)
+        slack = near + spread / np.sqrt(np.isfinite(fitted.compliances).sum())
+        if text and spread < alike and abs(centre - np.log(factor)) < slack:
             return text
     return None
