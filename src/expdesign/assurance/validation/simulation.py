@@ -166,7 +166,7 @@ class VirtualExperiment:
         # Estimates are corrections of known parameters, by readings less those that are expected of these.
         self._known = problem.loaded.regressor.nominal(problem.loaded.robot)
         self._nothing: FloatArray = np.zeros((1, len(plan), problem.loaded.robot.coordinates.n))
-        self._expected = self._nothing
+        self._expected: FloatArray = self._nothing
         if problem.loaded.regressor.referenced:
             self._attain = self._elastic(plant, truth)
         else:
