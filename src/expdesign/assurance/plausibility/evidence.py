@@ -15,7 +15,7 @@ from scipy.special import chdtrc
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.recordings.points import hanging
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.estimation.gaussian import Gaussian, Term
+from expdesign.estimation.gaussian import Gaussian
 from expdesign.mechanics.elastostatics.maps import observation_matrix
 from expdesign.mechanics.robots.robot import Robot
 
@@ -84,7 +84,7 @@ class Fitted:
     @property
     def dof(self) -> int:
         """Readings less compliances."""
-        return self.model.freedom
+        return len(self.model.readings) - self.model.rank
 
     @property
     def misfit(self) -> float:
@@ -194,7 +194,7 @@ class Evidence:
         kept = scale > SHOWN * scale.max(initial=0.0)
         if not np.isfinite(scale).all() or not kept.any() or not right.any():
             return None
-        model = Gaussian((Term("compliances", rows[:, kept]),), right)
+        model = Gaussian(rows[:, kept], right, np.full(kept.sum(), np.inf))
         compliances = np.full(len(kept), np.nan)
         compliances[kept] = model.estimate
         spread = np.sqrt(model.chi2 / len(right)) / scale[kept] * np.sqrt(kept.sum())

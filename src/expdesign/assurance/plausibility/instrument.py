@@ -20,7 +20,7 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.arm import ArmCalibration
 from expdesign.estimation.arm_options import ArmOptions
 from expdesign.estimation.arm_problem import sizes_of
-from expdesign.estimation.gaussian import Gaussian, Term
+from expdesign.estimation.gaussian import Gaussian
 from expdesign.mechanics.robots.orientation import arrays_in_space, rotations_of
 
 SHORTEST = 4
@@ -112,12 +112,11 @@ def _scale(found: ArmCalibration, train: Recordings) -> list[Implausibility]:
     readings = np.flatnonzero(train.axes < 3)
     seen = np.isfinite(train.deflections[:, readings])
     predicted = (train.deflections / found.noise.deviations - fit.residuals)[:, readings][seen]
-    right, held = fit.residuals[:, readings][seen], np.isfinite(sizes)
-    columns, off = fit.sensitivities[:, readings][seen][:, live], (neutral - fit.values)[live]
-    parts = (Term("free", columns[:, ~held]), Term("held", columns[:, held], root=sizes[held], mean=off[held]))
-    without = Gaussian(parts, right)
-    whole = without.beside(Term("scale", predicted[:, None], root=np.array([SCALE])))
-    fall, scale = without.chi2 - whole.chi2, float(whole.mean_of("scale")[0])
+    columns, right = fit.sensitivities[:, readings][seen][:, live], fit.residuals[:, readings][seen]
+    off = np.where(np.isfinite(sizes), (neutral - fit.values)[live], 0.0)
+    without = Gaussian(columns, right, sizes, off)
+    whole = Gaussian(np.column_stack([columns, predicted]), right, np.append(sizes, SCALE), np.append(off, 0.0))
+    fall, scale = without.chi2 - whole.chi2, float(whole.estimate[-1])
     if fall < LIKELIER:
         return []
     times = f"e^{0.5 * fall:.0f} times likelier"

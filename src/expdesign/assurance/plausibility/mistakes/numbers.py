@@ -178,8 +178,8 @@ def scatter(evidence: Evidence) -> Iterator[Implausibility]:
     if not evidence.noise_stated or fitted is None or fitted.dof <= 0:
         return
     of_readings, shape = fitted.model.projected**2, fitted.weights.shape
-    variances = fitted.model.left_out_variances(np.arange(of_readings.size))
-    parts = of_readings.reshape(shape), (1.0 / variances).reshape(shape)
+    leverage = ((fitted.model.columns @ fitted.model.root) ** 2).sum(axis=1)
+    parts = of_readings.reshape(shape), (1.0 - leverage).reshape(shape)
     squares, freedom = (part.sum(axis=0) for part in parts)
     times = np.sqrt(squares / np.maximum(freedom, 1e-12))
     accident = chdtr(np.maximum(freedom, 1e-12), squares)
