@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from expdesign.app.api.result import TableResult
 
 import expdesign as xd
 from expdesign.io.table import read_table
 from expdesign.io.written import Purpose
+from expdesign.report.result import TableResult
 from tests.commands.calls import CONFIG, ROBOT, Printed, call, model_file, plan_file, recordings_file, yaml_file
 
 BODY_HEADER = (
