@@ -152,7 +152,7 @@ def main(arguments: list[str] | None = None) -> None:
 def _ended(arguments: list[str] | None, written: _Written) -> int:
     """Exit status of a command line, after one message where it did not end well."""
     try:
-        status = app(args=arguments, standalone_mode=False)
+        status = app(args=arguments, prog_name="expdesign", standalone_mode=False)
         sys.stdout.flush()
         return status or 0
     except _USAGE_ERROR as error:
