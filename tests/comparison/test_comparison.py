@@ -153,7 +153,7 @@ def test_the_design_of_a_criterion_is_a_local_optimum_of_it(name: str) -> None:
     few = problem(HEXAPOD)
     criterion = known_criteria()[name]
     sign = -1.0 if criterion.maximise else 1.0
-    few = replace(few, optimiser=replace(few.optimiser, polish=True, generations=None))
+    few = replace(few, optimiser=few.optimiser.with_values(polish=True, generations=None))
     start = search_single(few, criterion, seed=1, generations=1)
     found = search_single(few, criterion, seed=1, start=start.decisions).decisions
     scores = sign * criterion.values(few.assess(*few.space.decode(found)))

@@ -14,6 +14,7 @@ from expdesign.planning.plan import Plan, plan_frame
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
 from expdesign.planning.sampling import starting_designs
+from expdesign.planning.schema import CostsSection
 from tests.cases import symmetric_hexapod
 from tests.oracle import Array
 
@@ -144,3 +145,8 @@ def searched(config: Any) -> xd.RunResult:
 def recorded(here: DesignProblem, plan_seed: int = 2, **options: Any) -> pd.DataFrame:
     """What `simulate` records of a random plan."""
     return xd.simulate(here, plan_frame(plan_for(here, plan_seed), here.loaded, False), **options).frame
+
+
+def priced(pose_change: float = 0.0, mass_change: float = 0.0, reading: float = 0.0) -> CostsSection:
+    """Minutes of a change of the pose, a change of the load and a reading."""
+    return CostsSection(pose_change=pose_change, mass_change=mass_change, reading=reading)

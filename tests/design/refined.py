@@ -9,5 +9,5 @@ from tests.oracle import Array
 
 def refined(here: DesignProblem, designs: Array, generations: int | None = None) -> Array:
     """The front (d, m, g) of a search with gradients that begins with designs (b, m, g)."""
-    options = replace(here.optimiser, polish=True, generations=generations)
+    options = here.optimiser.with_values(polish=True, generations=generations)
     return search(replace(here, optimiser=options), start=designs).decisions

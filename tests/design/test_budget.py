@@ -11,11 +11,11 @@ import pytest
 import expdesign
 from expdesign.errors import InputError
 from expdesign.io.yaml_reader import YamlDocument
-from expdesign.planning.budget import Budget, Structure, most_minutes, plan_minutes
+from expdesign.planning.budget import Budget, Structure
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.deflection_noise import series_by_pose
 from expdesign.planning.front import Front
-from expdesign.planning.laboratory_sheet import Costs, ordered
+from expdesign.planning.laboratory_sheet import ordered
 from expdesign.planning.optimality.exchange import Exchange
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem_file import problem_from_document, read_problem
@@ -24,7 +24,7 @@ from expdesign.planning.sampling import reachable_measurements
 from expdesign.planning.scalarisation import Aims
 from expdesign.planning.search import kept, search
 from expdesign.planning.spending import spent, what_ends
-from tests.design.problems import HEXAPOD, problem, searched
+from tests.design.problems import HEXAPOD, priced, problem, searched
 
 COSTS = {"pose_change": 10, "mass_change": 3, "reading": 1}
 FEW = {"population": 8, "generations": 3, "seed": 1, "polish": False}
@@ -42,22 +42,28 @@ def test_time_is_that_of_the_laboratory_sheet(shared: bool, seed: int) -> None:
     generator = np.random.default_rng(seed)
     poses = np.sort(generator.integers(4, size=(7, 1)), axis=0).astype(float)
     plan = Plan(poses, generator.integers(3, size=(7, 1)).astype(float), series_by_pose(poses))
-    costs = Costs(2.0, 5.0, 0.7)
-    minutes = plan_minutes(plan, costs, referenced=True, shared=shared)
-    assert minutes == pytest.approx(ordered(plan, costs, referenced=True, shared=shared).minutes(costs), rel=1e-12)
+    costs = priced(2.0, 5.0, 0.7)
     for referenced in (True, False):
-        taken = plan_minutes(plan, costs, referenced=referenced, shared=shared)
-        most = most_minutes(7, len(np.unique(poses)), costs, referenced=referenced, shared=shared)
-        assert taken <= most + 1e-12
+        kind: dict[str, Any] = {"referenced": referenced, "shared": shared}
+        steps = ordered(plan, costs, **kind, travel=False)
+        assert steps.minutes(costs) == ordered(plan, costs, **kind).minutes(costs)
+        assert steps.minutes(costs) <= Budget(1.0, costs, **kind).minutes_of(7, len(np.unique(poses))) + 1e-12
 
 
 def test_the_largest_number_of_measurements_fits_and_one_more_does_not() -> None:
-    budget = Budget(150.0, Costs(10.0, 3.0, 1.0), referenced=True, shared=False)
+    budget = Budget(150.0, priced(10.0, 3.0, 1.0), referenced=True, shared=False)
     assert budget.minutes_of(budget.largest, 1) <= 150.0 < budget.minutes_of(budget.largest + 1, 1)
     # One measurement: a pose, the load put on, two readings.
     assert budget.minutes_of(1, 1) == 10.0 + 3.0 + 2.0
-    assert Budget(14.0, Costs(10.0, 3.0, 1.0), referenced=True, shared=False).largest == 0
-    demanded = Budget(150.0, Costs(10.0, 3.0, 1.0), referenced=True, shared=False, least=Structure(4, 4), poses=3)
+    assert Budget(14.0, priced(10.0, 3.0, 1.0), referenced=True, shared=False).largest == 0
+    demanded = Budget(
+        150.0,
+        priced(10.0, 3.0, 1.0),
+        referenced=True,
+        shared=False,
+        least=Structure(4, 4),
+        poses=3,
+    )
     assert demanded.largest == 0
 
 

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from expdesign.errors import InputError
-from expdesign.planning.laboratory_sheet import EXACT, Costs, best_path, in_plan_order, ordered, path_cost
+from expdesign.planning.laboratory_sheet import EXACT, best_path, in_plan_order, ordered, path_cost
 from expdesign.planning.plan import Plan
+from expdesign.planning.schema import CostsSection
+from tests.design.problems import priced
 
 
 def distances(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -47,25 +49,28 @@ MIXED = plan([1, 2, 1, 2, 1], [5, 10, 10, 5, 5], [1, 2, 1, 2, 1])
 
 
 def test_a_shared_reference_is_read_once_a_series_and_equal_loads_follow_each_other() -> None:
-    steps = ordered(MIXED, Costs(2.0, 5.0, 1.0), referenced=True, shared=True)
+    steps = ordered(MIXED, priced(2.0, 5.0, 1.0), referenced=True, shared=True)
     assert steps.rows.tolist() == [0, 0, 4, 2, 3, 3, 1]
     assert np.flatnonzero(steps.reference).tolist() == [0, 4]
     assert steps.pose_changes == 2
     assert steps.load_changes == 5  # 5, 10, off, 5, 10
-    assert steps.minutes(Costs(2.0, 5.0, 1.0)) == 2 * 2.0 + 5 * 5.0 + 7 * 1.0
+    assert steps.minutes(priced(2.0, 5.0, 1.0)) == 2 * 2.0 + 5 * 5.0 + 7 * 1.0
     before = in_plan_order(MIXED, referenced=True, shared=True)
     assert before.pose_changes == 5
-    assert before.minutes(Costs(2.0, 5.0, 1.0)) > steps.minutes(Costs(2.0, 5.0, 1.0))
+    assert before.minutes(priced(2.0, 5.0, 1.0)) > steps.minutes(priced(2.0, 5.0, 1.0))
 
 
 def test_without_a_shared_one_every_measurement_has_its_own_reference() -> None:
-    steps = ordered(MIXED, Costs(), referenced=True, shared=False)
+    steps = ordered(MIXED, priced(), referenced=True, shared=False)
     assert steps.reference.tolist() == [True, False] * 5
     assert sorted(steps.rows[1::2].tolist()) == list(range(5))
 
 
-@pytest.mark.parametrize(("costs", "poses", "loads"), [(Costs(1.0, 9.0), 3, 2), (Costs(9.0, 1.0), 2, 3)])
-def test_what_is_dear_is_changed_seldom(costs: Costs, poses: int, loads: int) -> None:
+@pytest.mark.parametrize(
+    ("costs", "poses", "loads"),
+    [(priced(1.0, 9.0), 3, 2), (priced(9.0, 1.0), 2, 3)],
+)
+def test_what_is_dear_is_changed_seldom(costs: CostsSection, poses: int, loads: int) -> None:
     """Absolute poses at every combination of two poses and two loads: either may be changed in the inner loop."""
     every = plan([1, 2, 2, 1], [5, 10, 5, 10], [1, 2, 2, 1])
     steps = ordered(every, costs, referenced=False, shared=False)
@@ -84,7 +89,12 @@ def test_what_is_dear_is_changed_seldom(costs: Costs, poses: int, loads: int) ->
 
 
 def test_among_orders_of_the_same_cost_the_way_is_short() -> None:
-    steps = ordered(plan([0, 3, 1, 2], [5] * 4, [1, 2, 3, 4]), Costs(1.0, 1.0), referenced=True, shared=True)
+    steps = ordered(
+        plan([0, 3, 1, 2], [5] * 4, [1, 2, 3, 4]),
+        priced(1.0, 1.0),
+        referenced=True,
+        shared=True,
+    )
     order = [0, 3, 1, 2]
     visited = [order[row] for row in steps.rows[::2]]
     assert visited in ([0, 1, 2, 3], [3, 2, 1, 0])
@@ -92,4 +102,4 @@ def test_among_orders_of_the_same_cost_the_way_is_short() -> None:
 
 def test_a_series_at_two_poses_is_refused() -> None:
     with pytest.raises(InputError, match="series 1 has measurements at different poses"):
-        ordered(plan([1, 2], [5, 5], [1, 1]), Costs(), referenced=True, shared=True)
+        ordered(plan([1, 2], [5, 5], [1, 1]), priced(), referenced=True, shared=True)

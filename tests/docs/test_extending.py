@@ -86,7 +86,7 @@ def test_a_new_criterion_is_optimised_and_reported(place: Callable[[str], None])
     axes = np.linalg.svd(root, compute_uv=False)
     np.testing.assert_allclose(front.criteria["ellipsoid"], np.sqrt(axes.prod(axis=1)), rtol=1e-9)
     assert np.nanmedian(front.kktpm) < 1e-3
-    rough = search(replace(case, optimiser=replace(case.optimiser, polish=False)))
+    rough = search(replace(case, optimiser=case.optimiser.with_values(polish=False)))
     assert np.isfinite(rough.kktpm).all()
     assert len(front) > len(rough)  # between corners of the ranges gradients alone find designs
     assert errors_of_gradients(case, front.decisions[:1], ["ellipsoid"])["ellipsoid"] < 1e-6

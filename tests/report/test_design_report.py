@@ -12,9 +12,9 @@ import pytest
 from expdesign.assurance.acceptance.budget import UncertaintyBudget
 from expdesign.assurance.acceptance.planned import planned_budgets, recommended_acceptance
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
-from expdesign.planning.laboratory_sheet import Costs
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import design_minutes, pareto_frame, plan_of
+from expdesign.planning.schema import CostsSection
 from expdesign.report import words
 from expdesign.report.acceptance_texts import sentences
 from expdesign.report.design_data import criteria_cells
@@ -155,7 +155,7 @@ def test_measurements_are_at_as_many_poses_as_differ(case: Any) -> None:
 
 def test_the_time_of_the_plan_is_among_the_cards(hexapod: Any) -> None:
     assert "Time of the plan" not in hexapod.html
-    problem = replace(hexapod.problem, costs=Costs(pose_change=2.0, mass_change=10.0, reading=0.5))
+    problem = replace(hexapod.problem, costs=CostsSection(pose_change=2.0, mass_change=10.0, reading=0.5))
     minutes = design_minutes(problem, hexapod.front)
     page = render(RunResult(problem, hexapod.front, hexapod.run).page())
     card = page.split("Time of the plan", 1)[1][:200]

@@ -71,7 +71,7 @@ def main() -> None:
     for config in given.configs:
         problem, fronts = read_problem(config), {}
         for seed in given.seeds:
-            seeded = replace(problem, optimiser=replace(problem.optimiser, seed=seed))
+            seeded = replace(problem, optimiser=problem.optimiser.with_values(seed=seed))
             for name, operators in VARIANTS.items():
                 fronts[name, seed] = searched(seeded, operators, given.seconds)
         found = shares(problem, fronts)

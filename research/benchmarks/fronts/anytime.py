@@ -65,7 +65,7 @@ def record(
     for config in configs:
         for seed in seeds:
             problem = read_problem(config)
-            problem = replace(problem, optimiser=replace(problem.optimiser, seed=seed))
+            problem = replace(problem, optimiser=problem.optimiser.with_values(seed=seed))
             if estimator is not None:
                 problem = replace(problem, estimator=estimator)  # type: ignore[arg-type]
             watch, kktpm = _Watch(), np.ones(1)

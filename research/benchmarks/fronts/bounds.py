@@ -41,7 +41,7 @@ class _Watch:
 def planned(config: Path, seed: int) -> list[object]:
     """One configuration, planned to its end: a row of `_COLUMNS`."""
     problem = read_problem(config)
-    problem = replace(problem, optimiser=replace(problem.optimiser, seed=seed))
+    problem = replace(problem, optimiser=problem.optimiser.with_values(seed=seed))
     watch = _Watch(time.process_time(), [], [])
     problem, front = spent(problem, search(problem, watch))
     searched = time.process_time() - watch.began

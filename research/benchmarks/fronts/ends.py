@@ -37,7 +37,7 @@ def record(name: str, folder: Path, configs: list[Path], changes: dict[str, Any]
         if kept.exists():
             continue
         problem = read_problem(config)
-        problem = replace(problem, optimiser=replace(problem.optimiser, **changes))
+        problem = replace(problem, optimiser=problem.optimiser.with_values(**changes))
         started = time.process_time()
         front = search(problem)
         seconds = time.process_time() - started

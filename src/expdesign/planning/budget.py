@@ -17,10 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.planning.deflection_noise import series_by_pose
-from expdesign.planning.laboratory_sheet import Costs, ordered
-from expdesign.planning.plan import Plan
-from expdesign.planning.schema import BudgetSection, ExperimentSection
+from expdesign.planning.schema import BudgetSection, CostsSection, ExperimentSection
 
 LARGEST = 200
 """Measurements beyond which a budget alone does not decide."""
@@ -50,7 +47,7 @@ class Budget:
     """
 
     minutes: float
-    costs: Costs
+    costs: CostsSection
     referenced: bool
     shared: bool
     validation: int = 0
@@ -65,11 +62,11 @@ class Budget:
         them `again` repeat the load of another one in its setting.
         """
         m, p = np.asarray(measurements) + self.validation, np.asarray(settings) + self.validation
-        minutes = np.asarray(
-            most_minutes(m, p, self.costs, referenced=self.referenced, shared=self.shared), dtype=float
-        )
-        alone = self.referenced and not self.shared  # every reading has an unloaded one beside it
-        return minutes if alone else minutes - self.costs.minutes(0, again, 0)
+        if not self.referenced:  # pose by pose, with another load before every reading
+            return self.costs.minutes(p, m - again, m)
+        if self.shared:
+            return self.costs.minutes(p, m + p - 1 - again, m + p)
+        return self.costs.minutes(p, 2 * m - 1, 2 * m)  # every reading has an unloaded one beside it
 
     @property
     def largest(self) -> int:
@@ -82,47 +79,6 @@ class Budget:
         return int(fit.max(initial=0))
 
 
-def plan_minutes(plan: Plan, costs: Costs, *, referenced: bool, shared: bool) -> float:
-    """Minutes that a plan takes in the best order that is known.
-
-    Args:
-        plan: what is measured.
-        costs: of changes and readings (min).
-        referenced: whether deflections are measured, which need references without load.
-        shared: whether measurements at one pose share their reference.
-    """
-    if not referenced:
-        alone = Plan(plan.configurations, plan.loads, series_by_pose(plan.configurations))
-        return ordered(alone, costs, referenced=False, shared=False).minutes(costs)
-    poses = len(np.unique(plan.configurations, axis=0))
-    if not shared:
-        return float(costs.minutes(poses, 2 * len(plan) - 1, 2 * len(plan)))
-    series = len(np.unique(plan.series))
-    loads = len(np.unique(np.column_stack([plan.series, plan.loads]), axis=0))
-    # Every series is a setting of the robot, also where several are at one pose.
-    return float(costs.minutes(series, loads + series - 1, len(plan) + series))
-
-
-def most_minutes(
-    measurements: IntArray | int, poses: IntArray | int, costs: Costs, *, referenced: bool, shared: bool
-) -> FloatArray:
-    """Minutes that no plan of m measurements at p settings exceeds in its best order.
-
-    Absolute poses are counted pose by pose, with another load before every reading.
-    """
-    m, p = np.asarray(measurements), np.asarray(poses)
-    if not referenced:
-        return costs.minutes(p, m, m)
-    if not shared:
-        return costs.minutes(p, 2 * m - 1, 2 * m)
-    return costs.minutes(p, m + p - 1, m + p)
-
-
-def read_costs(experiment: ExperimentSection) -> Costs | None:
-    """What measuring costs, or None where nothing is said."""
-    return None if experiment.costs is None else Costs(**experiment.costs.model_dump())
-
-
 def read_budget(experiment: ExperimentSection, referenced: bool) -> Budget | None:
     """The budget, or None where there is a number of measurements.
 
@@ -133,7 +89,7 @@ def read_budget(experiment: ExperimentSection, referenced: bool) -> Budget | Non
     Raises:
         InputError: neither a budget nor a number is given, costs are missing, or not one measurement fits.
     """
-    section, costs = experiment.budget, read_costs(experiment)
+    section, costs = experiment.budget, experiment.costs
     if section is None:
         if experiment.measurements is None:
             raise experiment.where("measurements").fault("the key is missing", "Add it, or a `budget` with `costs`.")

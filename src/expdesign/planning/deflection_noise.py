@@ -41,10 +41,14 @@ class DeflectionNoise:
         """G of measurements where J̌ is `pose_map` (..., n, n_a): here the same for all, shape (k, k)."""
         return self.whitener
 
+    def covariance_at(self, pose_map: FloatArray) -> FloatArray:
+        """V of one deflection (m², m·rad, rad²) where J̌ is `pose_map`, shape (..., k, k)."""
+        return np.broadcast_to(self.covariance, (*pose_map.shape[:-2], *self.covariance.shape))
+
     def deviations_at(self, pose_map: FloatArray) -> FloatArray:
         """Standard deviations of the measured components (m, rad) where J̌ is `pose_map`, shape (..., k)."""
-        deviations = np.sqrt(np.diag(self.covariance))
-        return np.broadcast_to(deviations, (*pose_map.shape[:-2], len(deviations)))
+        deviations: FloatArray = np.sqrt(np.diagonal(self.covariance_at(pose_map), axis1=-2, axis2=-1))
+        return deviations
 
     def within(self, axes: IntArray, pose_map: FloatArray) -> FloatArray | None:
         """Inverse root of the correlation matrix of readings of some axes (k,), symmetric, shape (N, k, k).
@@ -146,10 +150,6 @@ class ReferencedNoise(DeflectionNoise):
         total: FloatArray = self.covariance + self.price * transfer @ self.covariance @ transfer.swapaxes(-1, -2)
         return total
 
-    def deviations_at(self, pose_map: FloatArray) -> FloatArray:
-        deviations: FloatArray = np.sqrt(np.diagonal(self.covariance_at(pose_map), axis1=-2, axis2=-1))
-        return deviations
-
     def whitener_at(self, pose_map: FloatArray) -> FloatArray:
         exists = np.logical_and.reduce(np.isfinite(pose_map), axis=(-2, -1), keepdims=True)
         covariance = self.covariance_at(np.where(exists, pose_map, 0.0))
@@ -158,24 +158,6 @@ class ReferencedNoise(DeflectionNoise):
         scaled = covariance / (scale[..., :, None] * scale[..., None, :])
         whitener: FloatArray = inverse_root(scaled) / scale[..., None, :]
         return whitener
-
-    def pose_order(self, series: IntArray) -> list[tuple[str, int]]:
-        """The poses to measure for a plan, in order: what each is, and the row of the plan that it belongs to.
-
-        Each loaded pose follows the unloaded one at the same command, and every pose follows a reference; with
-        interpolation every pair ends with a reference of its own. Where the consecutive rows of a series share their
-        unloaded pose, it is measured once.
-        """
-        order: list[tuple[str, int]] = []
-        last: int | None = None
-        for row, number in enumerate(series):
-            if not (self.shared_reference and last == number):
-                order += [("reference", row), ("unloaded", row)]
-            order += [("reference", row), ("loaded", row)]
-            if self.interpolated:
-                order.append(("reference", row))
-            last = int(number)
-        return order
 
 
 def series_by_pose(configurations: FloatArray) -> IntArray:

@@ -19,27 +19,10 @@ import numpy as np
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.errors import InputError
 from expdesign.planning.plan import Plan
+from expdesign.planning.schema import CostsSection
 
 TRAVEL = 1e-6
 """Weight of the way between two poses, in parts of the plan's ranges: it decides between orders of the same cost."""
-
-
-@dataclass(frozen=True)
-class Costs:
-    """Minutes that a change of the pose, a change of the load, and one reading take."""
-
-    pose_change: float = 0.0
-    mass_change: float = 0.0
-    reading: float = 0.0
-
-    @property
-    def known(self) -> bool:
-        """Whether any of them is stated."""
-        return self.pose_change + self.mass_change + self.reading > 0.0
-
-    def minutes(self, poses: IntArray | int, load_changes: IntArray | int, readings: IntArray | int) -> FloatArray:
-        """The time of so many changes and readings (min)."""
-        return np.asarray(poses * self.pose_change + load_changes * self.mass_change + readings * self.reading)
 
 
 @dataclass(frozen=True)
@@ -60,27 +43,27 @@ class Steps:
     pose_changes: int
     load_changes: int
 
-    def minutes(self, costs: Costs) -> float:
+    def minutes(self, costs: CostsSection) -> float:
         """The time it takes."""
         return float(costs.minutes(self.pose_changes, self.load_changes, len(self.rows)))
 
 
 def in_plan_order(plan: Plan, *, referenced: bool, shared: bool) -> Steps:
     """The steps of a plan row by row as it stands, with the references that it needs."""
-    stops = [[row] for row in range(len(plan))]
-    if referenced and shared:
-        stops = _runs(plan.series)
-    return _steps(plan, stops, referenced=referenced, shared=shared, exact=False)
+    return _steps(plan, [list(range(len(plan)))], referenced=referenced, shared=shared, exact=False)
 
 
-def ordered(plan: Plan, costs: Costs, *, referenced: bool, shared: bool) -> Steps:
+def ordered(plan: Plan, costs: CostsSection, *, referenced: bool, shared: bool, travel: bool = True) -> Steps:
     """The steps of a plan in the order that costs least.
+
+    With deflections every order of the poses costs the same, and only the way between them decides.
 
     Args:
         plan: what is measured.
         costs: of changes; where none is stated they count alike.
         referenced: whether deflections are measured, which need references without load.
         shared: whether the measurements of a series share their reference.
+        travel: whether the way between poses matters where costs are equal.
 
     Raises:
         InputError: a series mixes poses.
@@ -93,13 +76,14 @@ def ordered(plan: Plan, costs: Costs, *, referenced: bool, shared: bool) -> Step
     # Within a stop: series stay together, and equal loads follow each other.
     stops = [sorted(group.tolist(), key=lambda row: (plan.series[row], load[row], row)) for group in groups]
     first = np.array([stop[0] for stop in stops])
-    cost, start = _costs(plan, pose[first], load[first], first, costs, referenced=referenced)
-    path = best_path(cost, start)
+    path = list(range(len(stops)))
+    if travel or not referenced:
+        path = best_path(*_costs(plan, pose[first], load[first], first, costs, referenced=referenced))
     return _steps(plan, [stops[k] for k in path], referenced=referenced, shared=shared, exact=len(stops) <= EXACT)
 
 
 def _costs(
-    plan: Plan, pose: IntArray, load: IntArray, first: IntArray, costs: Costs, *, referenced: bool
+    plan: Plan, pose: IntArray, load: IntArray, first: IntArray, costs: CostsSection, *, referenced: bool
 ) -> tuple[FloatArray, FloatArray]:
     """Cost between stops (n, n) and of going to each one first (n,)."""
     weights = (costs.pose_change, costs.mass_change) if costs.known else (1.0, 1.0)
@@ -137,16 +121,6 @@ def _steps(plan: Plan, stops: list[list[int]], *, referenced: bool, shared: bool
         load_changes += load != before_load
         before_pose, before_load = pose, load
     return Steps(np.array(rows), np.array(reference), exact, poses, load_changes)
-
-
-def _runs(series: IntArray) -> list[list[int]]:
-    runs: list[list[int]] = []
-    for row, number in enumerate(series):
-        if runs and series[runs[-1][-1]] == number:
-            runs[-1].append(row)
-        else:
-            runs.append([row])
-    return runs
 
 
 def _require_one_pose(plan: Plan) -> None:

@@ -21,8 +21,7 @@ from expdesign.planning.criteria.information import Information
 from expdesign.planning.criteria.targets import Targets
 from expdesign.planning.deflection_noise import DeflectionNoise
 from expdesign.planning.found_robot import FoundRobot
-from expdesign.planning.laboratory_sheet import Costs
-from expdesign.planning.schema import SearchOptions
+from expdesign.planning.schema import CostsSection, OptimiserSection
 from expdesign.planning.space import DesignSpace
 
 
@@ -70,13 +69,13 @@ class DesignProblem(Copied):
     target_loads: tuple[tuple[LoadedRobot, FloatArray], ...]
     space: DesignSpace
     objectives: tuple[Criterion, ...]
-    optimiser: SearchOptions
+    optimiser: OptimiserSection
     config: dict[str, Any]
     source: str
     found: FoundRobot | None = None
     coverage: Coverage = STANDARD
     constraints: Constraints | None = None
-    costs: Costs | None = None
+    costs: CostsSection | None = None
     budget: Budget | None = None
     validation: int = 0
     robot_file: str = ""

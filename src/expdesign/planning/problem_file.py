@@ -22,7 +22,7 @@ from expdesign.mechanics.loads.errors.source import LoadErrorSource
 from expdesign.mechanics.loads.load import Load, Payload, Wrench
 from expdesign.mechanics.robots.kinematic_tree import TIP_COLUMN
 from expdesign.mechanics.robots.robot import Robot
-from expdesign.planning.budget import Budget, read_budget, read_costs
+from expdesign.planning.budget import Budget, read_budget
 from expdesign.planning.constraints import read_constraints, required
 from expdesign.planning.criteria.criterion import Criterion, criteria_of_problem, kinds, known_criteria
 from expdesign.planning.criteria.targets import Targets
@@ -37,7 +37,7 @@ from expdesign.planning.experiment_sections import (
 from expdesign.planning.found_robot import FoundRobot, robot_of, with_geometric_stiffness
 from expdesign.planning.pose_settings import LEFT_OUT
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.schema import ExperimentSection, LoadSection, PosesSection, RunSection, SearchOptions
+from expdesign.planning.schema import ExperimentSection, LoadSection, PosesSection, RunSection
 from expdesign.planning.space import DesignSpace, PoseSet
 from expdesign.planning.tips import asked_tips, at_tips, pose_columns, pose_of, tip_number
 from expdesign.planning.variables import Choices, Interval, Quantity, fixed, steps_of
@@ -87,12 +87,12 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         own_loads=_own_loads(section, robot),
         space=space,
         objectives=(),
-        optimiser=SearchOptions(**section.optimiser.model_dump(exclude={"algorithm", "bound_seconds"})),
+        optimiser=section.optimiser,
         config=_resolved(section, written, poses),
         source=document.source,
         found=found,
         constraints=read_constraints(experiment, robot, load),
-        costs=read_costs(experiment),
+        costs=experiment.costs,
         budget=budget,
         estimator=experiment.estimator,
         validation=0 if experiment.validation is None else experiment.validation.measurements,

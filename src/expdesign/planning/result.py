@@ -16,9 +16,9 @@ import pandas as pd
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.references import reference_names
-from expdesign.planning.budget import plan_minutes
 from expdesign.planning.deflection_noise import ReferencedNoise, series_by_pose
 from expdesign.planning.front import Front, farthest
+from expdesign.planning.laboratory_sheet import in_plan_order, ordered
 from expdesign.planning.optimality.certificate import LowerBound
 from expdesign.planning.plan import Plan, as_set, plan_columns, plan_frame
 from expdesign.planning.problem import DesignProblem
@@ -80,9 +80,9 @@ def minutes_of_plan(problem: DesignProblem, decisions: FloatArray) -> float | No
     """What the plan of a design (m, g) takes with its rows for validation (min); None without costs."""
     if problem.costs is None or isinstance(problem.noise, ReferencedNoise):
         return None
-    plan, shared = _with_validation(problem, decisions), problem.noise.shared_reference
-    plan = as_set(plan, problem.loaded)
-    return plan_minutes(plan, problem.costs, referenced=problem.loaded.regressor.referenced, shared=shared)
+    plan = as_set(_with_validation(problem, decisions), problem.loaded)
+    referenced, shared = problem.loaded.regressor.referenced, problem.noise.shared_reference
+    return ordered(plan, problem.costs, referenced=referenced, shared=shared, travel=False).minutes(problem.costs)
 
 
 def _with_validation(problem: DesignProblem, decisions: FloatArray) -> Plan:
@@ -130,8 +130,9 @@ def validation_decisions(problem: DesignProblem, decisions: FloatArray) -> Float
 def protocol_frame(problem: DesignProblem, plan: Plan) -> pd.DataFrame | None:
     """Every pose of a plan in the order of measuring, for `expdesign correct` (docs/reference-poses.md).
 
-    Before every pose stands the reference; what is measured is filled in as `measured_x_m …`. None where the
-    configuration has no reference pose.
+    Each loaded pose follows the unloaded one at the same command, and every pose follows the reference; with
+    interpolation every pair ends with a reference of its own. What is measured is filled in as `measured_x_m …`. None
+    where the configuration has no reference pose.
     """
     noise = problem.noise
     if not isinstance(noise, ReferencedNoise):
@@ -140,7 +141,11 @@ def protocol_frame(problem: DesignProblem, plan: Plan) -> pd.DataFrame | None:
     frame = plan_frame(plan, loaded, problem.space.tilts)
     # Without the load its other columns, such as a centre of mass, keep their values and mean nothing.
     effective = [name for name in loaded.load.columns if name == "mass_kg" or name in loaded.robot.coordinates.wrench]
-    order = noise.pose_order(plan.series)
+    steps = in_plan_order(plan, referenced=True, shared=noise.shared_reference)
+    order: list[tuple[str, int]] = []
+    for row, unloaded in zip(steps.rows.tolist(), steps.reference, strict=True):
+        order += [("reference", row), ("unloaded" if unloaded else "loaded", row)]
+        order += [("reference", row)] if noise.interpolated and not unloaded else []
     rows = frame.iloc[[row for _, row in order]].reset_index(drop=True)
     kinds = np.array([kind for kind, _ in order])
     rows.loc[kinds != "loaded", effective] = 0.0

@@ -1,10 +1,12 @@
 """The run configuration as it stands in YAML (file-formats.md, Run configurations): keys, types and their meaning."""
 
-from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, Self
 
+import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
+from expdesign.arrays import FloatArray
 from expdesign.estimation.coverage import STANDARD, Coverage
 from expdesign.io.schema import LARGEST_COUNT, Count, NonNegative, Number, Positive, Section, invalid
 from expdesign.planning.quantity_fields import GridAxis, QuantityField
@@ -156,6 +158,16 @@ class CostsSection(Section):
     mass_change: NonNegative = Field(default=0.0, description="Changing the load (min).")
     reading: NonNegative = Field(default=0.0, description="Taking one reading (min).")
 
+    @property
+    def known(self) -> bool:
+        """Whether any of them is stated."""
+        return self.pose_change + self.mass_change + self.reading > 0.0
+
+    def minutes(self, poses: ArrayLike, load_changes: ArrayLike, readings: ArrayLike) -> FloatArray:
+        """The time of so many changes and readings (min)."""
+        changes = np.multiply(poses, self.pose_change) + np.multiply(load_changes, self.mass_change)
+        return np.asarray(changes + np.multiply(readings, self.reading))
+
 
 class BudgetSection(Section):
     """`experiment.budget`: time that measuring may take, in place of a number of measurements."""
@@ -210,12 +222,10 @@ class CollisionsSection(Section):
 class ReflectorSection(Section):
     """One entry of `experiment.constraints.visibility.reflectors`."""
 
-    at_m: Annotated[list[Number], Field(min_length=3, max_length=3)] = Field(
+    at_m: Vector = Field(
         default_factory=lambda: [0.0, 0.0, 0.0], description="Its place in the frame of platform or tip (m)."
     )
-    direction: Annotated[list[Number], Field(min_length=3, max_length=3)] = Field(
-        description="Where it looks, in the frame of platform or tip."
-    )
+    direction: Vector = Field(description="Where it looks, in the frame of platform or tip.")
     acceptance_rad: Annotated[Number, Field(gt=0.0, le=3.2)] = Field(
         description="Largest angle between its direction and the line to the station (rad)."
     )
@@ -227,9 +237,7 @@ class ReflectorSection(Section):
 class VisibilitySection(Section):
     """`experiment.constraints.visibility`: reflectors that the instrument has to see."""
 
-    station_m: Annotated[list[Number], Field(min_length=3, max_length=3)] = Field(
-        description="Place of the instrument in O, `[x, y, z]` (m)."
-    )
+    station_m: Vector = Field(description="Place of the instrument in O, `[x, y, z]` (m).")
     reflectors: Annotated[list[ReflectorSection], Field(min_length=1)] = Field(
         description="Reflectors on platform or tip."
     )
@@ -386,25 +394,6 @@ class ModelErrorsSection(Section):
     )
 
 
-@dataclass(frozen=True)
-class SearchOptions:
-    """How the front is searched: the section `optimiser`, with its defaults.
-
-    Attributes:
-        population: designs that survive from generation to generation, and fewest that a front is thinned to.
-        generations: of the search at most; None where only `effort` ends it.
-        seed: of all random numbers.
-        polish: whether designs descend along exact gradients.
-        effort: what a further turn of all operators has to bring.
-    """
-
-    population: int = 100
-    generations: int | None = None
-    seed: int = 1
-    polish: bool = True
-    effort: Effort = "normal"
-
-
 class OptimiserSection(Section):
     """`optimiser`."""
 
@@ -412,18 +401,16 @@ class OptimiserSection(Section):
         default="nsga2", description="The search: NSGA-II with exchanges and descents as operators."
     )
     effort: Effort = Field(
-        default=SearchOptions.effort,
+        default="normal",
         description="The search ends where a further turn of all operators promises less than 0.1 % of the hypervolume "
         "and 0.01 % of `total` (`normal`), 5 times (`quick`) or 0.1 times that (`thorough`).",
     )
     population: Annotated[int, Field(strict=True, ge=4, le=LARGEST_COUNT)] = Field(
-        default=SearchOptions.population, description="Designs in the population."
+        default=100, description="Designs in the population."
     )
     generations: Count | None = left_out("Largest number of generations. Default: `effort` alone ends the search.")
-    seed: Annotated[int, Field(strict=True, ge=0)] = Field(
-        default=SearchOptions.seed, description="Seed of all random numbers."
-    )
-    polish: Flag = Field(default=SearchOptions.polish, description="Whether designs descend along exact gradients.")
+    seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=1, description="Seed of all random numbers.")
+    polish: Flag = Field(default=True, description="Whether designs descend along exact gradients.")
     bound_seconds: Annotated[Number, Field(ge=0.0, le=86400.0)] = Field(
         default=0.0, description="No longer used: bounds are those of the convex relaxation."
     )

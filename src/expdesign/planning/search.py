@@ -235,7 +235,7 @@ def search_single(
         generations: at most; the problem's setting where left out.
         start: designs (d, m, g) that are known, instead of those of the relaxation (`first_designs`).
     """
-    options = replace(problem.optimiser, seed=seed, generations=generations or problem.optimiser.generations)
+    options = problem.optimiser.with_values(seed=seed, generations=generations or problem.optimiser.generations)
     return search(replace(problem, objectives=(criterion,), optimiser=options), start=start)
 
 

@@ -16,9 +16,10 @@ from expdesign.errors import InputError
 from expdesign.mechanics.loads.load import tilts_of
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.deflection_noise import ReferencedNoise
-from expdesign.planning.laboratory_sheet import Costs, Steps, in_plan_order, ordered
+from expdesign.planning.laboratory_sheet import Steps, in_plan_order, ordered
 from expdesign.planning.plan import Plan, as_set, plan_columns
 from expdesign.planning.problem import DesignProblem
+from expdesign.planning.schema import CostsSection
 from expdesign.report.laboratory_sheet import SheetResult
 
 
@@ -44,7 +45,7 @@ def sheet(config: Config, plan: TableInput) -> SheetResult:
     read = plan_of(plan, problem)
     table, planned, shared = read.table, read.plan, problem.noise.shared_reference
     referenced = problem.loaded.regressor.referenced
-    costs = problem.costs or Costs()
+    costs = problem.costs or CostsSection()
     stops = as_set(planned, problem.loaded)
     try:
         steps = ordered(stops, costs, referenced=referenced, shared=shared)

@@ -53,7 +53,7 @@ def optimised(
     """
     criteria, each = problem.criteria, each or here(problem)
     names = distinct_criteria(problem, seed)
-    first = first_designs(replace(problem, optimiser=replace(problem.optimiser, seed=seed)))
+    first = first_designs(replace(problem, optimiser=problem.optimiser.with_values(seed=seed)))
     brief = min(generations or problem.optimiser.generations or _BRIEF, _BRIEF)
     found = dict(each(_searched, [(name, seed, brief, first) for name in names]))
     report("searched")
