@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from expdesign.planning.optimality.bounds import lower_bound
+from expdesign.planning.optimality.certificate import Certificate
 from expdesign.planning.problem_file import read_problem
 from expdesign.planning.search import Progress, search
 from expdesign.planning.spending import spent
@@ -45,7 +45,7 @@ def planned(config: Path, seed: int) -> list[object]:
     watch = _Watch(time.process_time(), [], [])
     problem, front = spent(problem, search(problem, watch))
     searched = time.process_time() - watch.began
-    bound = lower_bound(problem, 1.0, front.decisions).value
+    bound = Certificate(problem, 1.0).bound(front.decisions).value
     total = float(front.criteria["total"].min())
     near = next((at for at, known in zip(watch.times, watch.totals, strict=True) if known <= 1.01 * total), searched)
     gap = np.nan if bound is None else total / bound - 1.0

@@ -21,7 +21,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.planning.front import hypervolume, non_dominated, reference_point
-from expdesign.planning.optimality.bounds import lower_bound
+from expdesign.planning.optimality.certificate import Certificate
 from expdesign.planning.problem_file import read_problem
 from expdesign.planning.search import search
 
@@ -41,7 +41,7 @@ def record(name: str, folder: Path, configs: list[Path], changes: dict[str, Any]
         started = time.process_time()
         front = search(problem)
         seconds = time.process_time() - started
-        bounds = [lower_bound(problem, factor, front.decisions).value for factor in (0.0, 1.0)]
+        bounds = [Certificate(problem, factor).bound(front.decisions).value for factor in (0.0, 1.0)]
         found = {
             "front": np.stack([front.criteria["duir"], front.criteria["feir"]], axis=1).tolist(),
             "kktpm": float(np.nanmax(front.kktpm)) if np.isfinite(front.kktpm).any() else None,

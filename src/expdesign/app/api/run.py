@@ -14,8 +14,7 @@ from expdesign.assurance.model_error.statement import AccuracyStatement, hidden_
 from expdesign.assurance.model_error.unseen import unseen_by
 from expdesign.errors import ArgumentError, InputError
 from expdesign.planning.front import Front
-from expdesign.planning.optimality.bounds import lower_bound
-from expdesign.planning.optimality.certificate import LowerBound
+from expdesign.planning.optimality.certificate import Certificate, LowerBound
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import design_minutes, run_record
 from expdesign.planning.search import BY_HAND, Progress, search
@@ -156,7 +155,7 @@ def _bounds(problem: DesignProblem, front: Front, callback: Callback, limit: _Li
         if limit.bounding():
             found.append(LowerBound(None, "not computed: the run was ended before"))
         else:
-            found.append(lower_bound(problem, errors, front.decisions, limit.bounding))
+            found.append(Certificate(problem, errors).bound(front.decisions, limit.bounding))
     callback("bounding", 2, 2, "DUIR and total")
     duir, total = found
     # DUIR is a part of every plan's total, and its relaxation may be the closer one.

@@ -5,6 +5,9 @@ design space: the largest sensitivity d = ‖R·Q‖² of any measurement in it.
 meets the relaxation's optimum. Over finitely many candidates the largest d is found by looking at all of them. Over a
 continuum it is sought by many gradient ascents, which is not a proof: the text that comes with a bound says so, and how
 sure the search was.
+
+Bounds on `total` are of generalised least squares (`experiment.estimator`, theory.md 10.4, 10.6), the best linear
+unbiased estimator. They hold for weighted least squares too, which come less close to them.
 """
 
 from collections.abc import Callable, Iterator
@@ -17,7 +20,7 @@ from expdesign.arrays import FloatArray
 from expdesign.estimation.load_errors import Estimator
 from expdesign.planning.optimality.measurement_maps import MeasurementMaps
 from expdesign.planning.optimality.pool import BRIEF, THOROUGH, Ascents, Pool
-from expdesign.planning.optimality.weights import Relaxation, dual_of, optimal_weights
+from expdesign.planning.optimality.weights import Relaxation, optimal_weights
 from expdesign.planning.problem import DesignProblem
 
 _GAP = 1e-3
@@ -47,7 +50,6 @@ class Refinement:
         value: optimum of the relaxation over the candidates so far, the criterion squared.
         bound: lower bound over the whole design space, the criterion squared.
         words: how the largest sensitivity was found.
-        count: m.
     """
 
     shortlist: FloatArray
@@ -55,19 +57,6 @@ class Refinement:
     value: float
     bound: float
     words: str
-    count: int
-
-    @property
-    def support(self) -> FloatArray:
-        """The weights that count, falling."""
-        found: FloatArray = np.sort(self.weights[self.weights > 0.01])[::-1]
-        return found
-
-    @property
-    def needs_parts(self) -> bool:
-        """Whether the optimum takes measurements a number of times that is not whole."""
-        times = self.count * self.support
-        return len(times) > self.count or bool(np.abs(times - np.rint(times)).max() > 0.1)
 
 
 class Certificate:
@@ -138,11 +127,9 @@ class Certificate:
         tolerance, best = self._tolerance, 0.0
         rows = pool.rows(candidates) if len(candidates) else np.zeros((0, 1, 1))
         for left in reversed(range(rounds if len(candidates) else 0)):
-            weights = optimal_weights(self.relaxation, rows, tolerance, known)
-            support = np.flatnonzero(weights.candidates > 0.0)
-            dual = dual_of(self.relaxation, rows[support], weights.candidates[support], weights.mixture)
+            weights, dual = optimal_weights(self.relaxation, rows, tolerance, known)
             found = pool.largest(dual, candidates, rows, BRIEF)
-            closed = dual.bound(found.largest) >= (1.0 - _GAP) * weights.value or left == 0 or ended()
+            closed = dual.bound(found.largest) >= (1.0 - _GAP) * dual.value or left == 0 or ended()
             if closed and self._effort != BRIEF and not pool.complete:
                 found = pool.largest(dual, candidates, rows, self._effort)
             bound = dual.bound(found.largest) if closed or pool.complete else 0.0
@@ -150,15 +137,10 @@ class Certificate:
             tolerance = tolerance if bound > best else max(0.1 * tolerance, 1e-9)
             best = max(bound, best)
             sensitivities = dual.sensitivities(rows)
-            sensitivities[support] = np.inf
+            sensitivities[weights > 0.0] = np.inf
             listed = np.argsort(-sensitivities, kind="stable")[:2000]
-            yield Refinement(
-                *pool.measurements(candidates[listed], weights.candidates[listed]),
-                weights.value,
-                bound,
-                found.words,
-                self.relaxation.count,
-            )
+            shortlist = pool.measurements(candidates[listed], weights[listed])
+            yield Refinement(*shortlist, dual.value, bound, found.words)
             if pool.complete:
                 continue
             # Candidates that are far from mattering are dropped, so that the pool stays small.
@@ -166,7 +148,7 @@ class Certificate:
             rows = pool.rows(candidates)
             # None of the listed ones repeats another.
             known = np.zeros(len(candidates))
-            known[: len(listed)] = weights.candidates[listed]
+            known[: len(listed)] = weights[listed]
 
     def _text(self, words: str, gap: float, last: Refinement) -> str:
         m = self._problem.space.measurements
@@ -179,11 +161,11 @@ class Certificate:
         if self.information.load_errors > 0.0:
             parts.append(_OF_ESTIMATOR[self._problem.estimator])
         parts.append(f"the relaxation's own optimum is at most {50.0 * max(gap, 0.0):.2g} % larger")
-        support = last.support
-        if last.needs_parts:
-            shares = ", ".join(f"{m * weight:.2f}" for weight in support[:8])
+        times = m * np.sort(last.weights[last.weights > 0.01])[::-1]
+        if len(times) > m or np.abs(times - np.rint(times)).max() > 0.1:
+            shares = ", ".join(f"{number:.2f}" for number in times[:8])
             parts.append(
-                f"that optimum takes {len(support)} different measurements {shares}{' …' if len(support) > 8 else ''} "
+                f"that optimum takes {len(times)} different measurements {shares}{' …' if len(times) > 8 else ''} "
                 "times, which a plan of whole measurements can only approach"
             )
         return "; ".join(parts)

@@ -72,12 +72,8 @@ class MeasurementMaps:
 
     def rows(self, variables: FloatArray, *, reference: bool = False) -> FloatArray:
         """R (j, k, q) of measurements with variables (j, g); [R, H] with the `reference` that they share."""
-        count = len(self.problem.noise.axes)
-        rows = np.empty((len(variables), count, len(self._scale) + int(self.common.sum()) + count * reference))
-        for start in range(0, len(variables), CHUNK):
-            quantities = self.problem.space.quantities(variables[start : start + CHUNK])
-            rows[start : start + CHUNK] = self.of_quantities(quantities, reference=reference)
-        return rows
+        parts = np.split(self.problem.space.quantities(variables), range(CHUNK, len(variables), CHUNK))
+        return np.concatenate([self.of_quantities(part, reference=reference) for part in parts])
 
     def of_quantities(self, quantities: FloatArray, *, reference: bool = False) -> FloatArray:
         """R (b, k, q) of readings with quantities (b, z), plain or recorded; behind it, where wanted, H (b, k, k), what

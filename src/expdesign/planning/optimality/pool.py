@@ -51,11 +51,8 @@ class Found(NamedTuple):
 
 def usable(problem: DesignProblem, variables: FloatArray) -> FloatArray:
     """Those of measurements (j, g) whose poses are within the robot's limits and not singular."""
-    keep = np.empty(len(variables), dtype=bool)
-    for start in range(0, len(variables), CHUNK):
-        part = slice(start, start + CHUNK)
-        keep[part] = problem.loaded.robot.usable(problem.space.decode(variables[part])[0])
-    return variables[keep]
+    parts = np.split(variables, range(CHUNK, len(variables), CHUNK))
+    return np.concatenate([part[problem.loaded.robot.usable(problem.space.decode(part)[0])] for part in parts])
 
 
 def enumerated(problem: DesignProblem, fixed: IntArray) -> FloatArray | None:

@@ -14,12 +14,14 @@ optimal, can therefore make the bound weaker but not wrong.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import Bounds, LinearConstraint, NonlinearConstraint, minimize
 
-from expdesign.arrays import FloatArray, IntArray
-from expdesign.planning.optimality.quadratic import Programs, solve
+from expdesign.arrays import FloatArray
 
 _TOGETHER = 50_000
 """Candidates whose sensitivities are computed together."""
+_TURNS, _ADDED = 60, 20
+"""Times that candidates may join, and how many do at most."""
 _REGULARISATION = 1e-7
 """Part of the mean eigenvalue of an information that is added to all of them: where the optimum leaves parameters
 unidentified that no target needs, Q would hang on weights that count for nothing. The bound holds for any Q."""
@@ -42,19 +44,26 @@ class Relaxation:
 
 @dataclass(frozen=True)
 class Dual:
-    """What a lower bound is made of: Q, and the two numbers that do not depend on the candidates.
+    """What a lower bound is made of: Q, and numbers that do not depend on the candidates.
 
     Attributes:
         matrix: Q, shape (q, r).
+        values: tr(C_t·X⁻¹) of every target at the weights, shape (t,).
         gain: tr(L·Q).
         prior: tr(QᵀPQ).
         count: m.
     """
 
     matrix: FloatArray
+    values: FloatArray
     gain: float
     prior: float
     count: int
+
+    @property
+    def value(self) -> float:
+        """The squared criterion at the weights."""
+        return float(self.values.max())
 
     def bound(self, largest: float) -> float:
         """Lower bound on the squared criterion when no candidate has a larger ‖R·Q‖² than `largest`."""
@@ -62,148 +71,88 @@ class Dual:
 
     def sensitivities(self, rows: FloatArray) -> FloatArray:
         """D = ‖R·Q‖² of candidates R (j, ..., k, q), shape (j, ...)."""
-        values = np.empty(rows.shape[:-2])
-        for start in range(0, len(rows), _TOGETHER):
-            products = rows[start : start + _TOGETHER] @ self.matrix
-            values[start : start + _TOGETHER] = (products**2).sum(axis=(-2, -1))
+        parts = np.split(rows, range(_TOGETHER, len(rows), _TOGETHER))
+        values: FloatArray = np.concatenate([((part @ self.matrix) ** 2).sum(axis=(-2, -1)) for part in parts])
         return values
-
-
-@dataclass(frozen=True)
-class Weights:
-    """Weights w of candidates (j,), the mixture π of the targets (t,), and the value of the relaxation."""
-
-    candidates: FloatArray
-    mixture: FloatArray
-    value: float
 
 
 def optimal_weights(
     relaxation: Relaxation, rows: FloatArray, tolerance: float = 1e-7, known: FloatArray | None = None
-) -> Weights:
-    """Solve the relaxation over candidates with maps R (j, k, q), by Newton's method on few of them at a time.
+) -> tuple[FloatArray, Dual]:
+    """Weights (j,) that solve the relaxation over candidates with maps R (j, k, q), and the dual there.
 
-    Candidates enter as their sensitivities call for it, so that the cost of a step is linear in their number. It ends
-    when the bound over these candidates is within the tolerance of the value, relative, both squares. It begins with
-    `known` weights (j,) of some of them where they are given.
+    Few candidates have weight at a time, and others enter as their sensitivities call for it, so that the cost of a
+    step is linear in their number. It ends when the bound over all candidates is within the tolerance of the value,
+    relative, both squares. It begins with `known` weights (j,) where they are given.
     """
-    count = len(rows)
-    mixture = np.full(len(relaxation.targets), 1.0 / len(relaxation.targets))
-    if known is None:
-        chosen = _start(relaxation, rows)
-        weights = np.full(len(chosen), 1.0 / len(chosen))
-    else:
-        support = np.flatnonzero(known > 0.0)
-        sensitivities = dual_of(relaxation, rows[support], known[support], mixture).sensitivities(rows)
-        chosen, weights = _joined(support, known[support], sensitivities)
-    value = np.inf
-    for _ in range(60):
-        weights, mixture, value = _newton(relaxation, rows[chosen], weights, 1e-2 * tolerance)
-        dual = dual_of(relaxation, rows[chosen], weights, mixture)
+    weights = _start(relaxation, rows) if known is None else known.copy()
+    for _ in range(_TURNS):
+        chosen = np.flatnonzero(weights)
+        own, mixture = _solved(relaxation, rows[chosen], weights[chosen], tolerance**2)
+        dual = dual_of(relaxation, rows[chosen], own, mixture)
         sensitivities = dual.sensitivities(rows)
-        largest = float(sensitivities.max())
-        if dual.bound(largest) >= (1.0 - tolerance) * value:
+        weights[chosen] = np.where(own > 1e-6, own, 0.0)
+        added = np.setdiff1d(np.argsort(-sensitivities, kind="stable")[:_ADDED], np.flatnonzero(weights))
+        if dual.bound(float(sensitivities.max())) >= (1.0 - tolerance) * dual.value or not added.size:
             break
-        keep = weights > 1e-6
-        before = chosen[keep]
-        chosen, weights = _joined(before, weights[keep], sensitivities)
-        if len(chosen) == len(before):
-            break
-    full = np.zeros(count)
-    full[chosen] = weights
-    return Weights(full, mixture, value)
+        weights[added] = 0.05 / len(added)
+    return weights / weights.sum(), dual
 
 
-def _joined(chosen: IntArray, weights: FloatArray, sensitivities: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Chosen candidates and weights with those that matter most, which share a twentieth of the weight."""
-    weights = weights / weights.sum()
-    added = np.setdiff1d(np.argsort(-sensitivities, kind="stable")[:20], chosen)
-    if added.size:
-        chosen = np.concatenate([chosen, added])
-        weights = np.concatenate([0.95 * weights, np.full(len(added), 0.05 / len(added))])
-    return chosen, weights
+def _start(relaxation: Relaxation, rows: FloatArray) -> FloatArray:
+    """Weights (j,) of a few candidates that together identify everything: those of an even sample that matter to its
+    optimum, by multiplicative steps (Silvey, Titterington & Torsney 1978).
+    """
+    sample = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), 400)).round().astype(np.int64))
+    weights, mixture = np.full(len(sample), 1.0 / len(sample)), np.full(len(relaxation.targets), 1.0)
+    for _ in range(30):
+        weights = weights * np.sqrt(dual_of(relaxation, rows[sample], weights, mixture).sensitivities(rows[sample]))
+        weights /= weights.sum()
+    found = np.zeros(len(rows))
+    found[sample[np.argsort(-weights, kind="stable")[:60]]] = 1.0
+    return found
+
+
+def _solved(
+    relaxation: Relaxation, rows: FloatArray, weights: FloatArray, tolerance: float
+) -> tuple[FloatArray, FloatArray]:
+    """Optimal weights (j,) of few candidates, and the mixture (t,): the least of a bound on all v_t(w)."""
+    start = weights / weights.sum()
+    each = np.eye(len(relaxation.targets))
+    size = dual_of(relaxation, rows, start, each[0]).value
+
+    def room(x: FloatArray) -> FloatArray:
+        found: FloatArray = x[-1] - dual_of(relaxation, rows, np.maximum(x[:-1], 0.0), each[0]).values / size
+        return found
+
+    def slopes(x: FloatArray) -> FloatArray:
+        duals = (dual_of(relaxation, rows, np.maximum(x[:-1], 0.0), one) for one in each)
+        return np.array([[*(relaxation.count / size * dual.sensitivities(rows)), 1.0] for dual in duals])
+
+    last = np.eye(len(rows) + 1)[-1]
+    found = minimize(  # type: ignore[call-overload]
+        lambda x: x @ last,
+        np.append(start, 1.0),
+        jac=lambda x: last,
+        bounds=Bounds(np.append(np.zeros(len(rows)), -np.inf), np.append(np.ones(len(rows)), np.inf)),
+        constraints=[LinearConstraint(1.0 - last, 1.0, 1.0), NonlinearConstraint(room, 0.0, np.inf, jac=slopes)],
+        method="SLSQP",
+        options={"ftol": tolerance, "maxiter": 80},
+    )
+    mixture = np.maximum(found.multipliers[1:], 0.0)
+    own = np.maximum(found.x[:-1], 0.0)
+    return own / own.sum(), mixture / mixture.sum()
 
 
 def dual_of(relaxation: Relaxation, rows: FloatArray, weights: FloatArray, mixture: FloatArray) -> Dual:
     """Q = X⁻¹·Lᵀ at the given weights (j,) of candidates (j, k, q) and mixture (t,) of the targets."""
-    inverse = np.linalg.inv(_information(relaxation, rows, weights))
-    root = (np.sqrt(mixture)[:, None, None] * relaxation.targets).reshape(-1, inverse.shape[0])
-    matrix = inverse @ root.T
-    return Dual(
-        matrix, float(np.trace(root @ matrix)), float(np.trace(matrix.T @ relaxation.prior @ matrix)), relaxation.count
+    stacked = (np.sqrt(weights)[:, None, None] * rows).reshape(-1, rows.shape[-1])
+    information = relaxation.prior + relaxation.count * (stacked.T @ stacked)
+    inverse = np.linalg.inv(
+        information + _REGULARISATION * np.trace(information) / len(information) * np.eye(len(information))
     )
-
-
-def _start(relaxation: Relaxation, rows: FloatArray) -> IntArray:
-    """A few candidates that together identify everything: those of an even sample that matter to its optimum."""
-    sample = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), 400)).round().astype(np.int64))
-    weights = np.full(len(sample), 1.0 / len(sample))
-    mixture = np.full(len(relaxation.targets), 1.0 / len(relaxation.targets))
-    for _ in range(30):
-        sensitivities = dual_of(relaxation, rows[sample], weights, mixture).sensitivities(rows[sample])
-        weights = weights * np.sqrt(sensitivities)
-        weights /= weights.sum()
-    order = np.argsort(-weights, kind="stable")[:60]
-    return np.sort(sample[order])
-
-
-def _information(relaxation: Relaxation, rows: FloatArray, weights: FloatArray) -> FloatArray:
-    stacked = (np.sqrt(np.maximum(weights, 0.0))[:, None, None] * rows).reshape(-1, rows.shape[-1])
-    matrix = relaxation.prior + relaxation.count * (stacked.T @ stacked)
-    return matrix + _REGULARISATION * np.trace(matrix) / len(matrix) * np.eye(len(matrix))
-
-
-def _values(relaxation: Relaxation, rows: FloatArray, weights: FloatArray) -> FloatArray:
-    inverse = np.linalg.inv(_information(relaxation, rows, weights))
-    values: FloatArray = np.einsum("trq,qs,trs->t", relaxation.targets, inverse, relaxation.targets)
-    return values
-
-
-def _newton(
-    relaxation: Relaxation, rows: FloatArray, weights: FloatArray, tolerance: float
-) -> tuple[FloatArray, FloatArray, float]:
-    """Optimal weights of few candidates, the mixture, and the value: damped Newton steps, each a quadratic program."""
-    number = len(weights)
-    mixture = np.full(len(relaxation.targets), 1.0 / len(relaxation.targets))
-    values = _values(relaxation, rows, weights)
-    for _ in range(40):
-        # Where few candidates identify all that the targets need, X is nearly singular and its inverse indefinite.
-        sizes, axes = np.linalg.eigh(_information(relaxation, rows, weights))
-        root = axes / np.sqrt(np.maximum(sizes, 1e-14 * sizes[-1]))
-        inverse = root @ root.T
-        gradients, curvatures = [], []
-        for target in relaxation.targets:
-            products = rows @ (inverse @ target.T)
-            gradients.append(-relaxation.count * (products**2).sum(axis=(1, 2)))
-            turned = ((rows @ root).swapaxes(1, 2) @ products).reshape(number, -1)
-            curvatures.append(2.0 * relaxation.count**2 * (turned @ turned.T))
-        size = float(values.max())
-        hessian = np.einsum("t,tij->ij", mixture, np.array(curvatures)) / size
-        hessian = hessian + 1e-9 * (1.0 + np.trace(hessian) / number) * np.eye(number)
-        program = Programs(
-            hessian=hessian[None],
-            values=(values / size)[None],
-            gradients=(np.array(gradients) / size)[None],
-            limits=np.array([[[float(weights.sum()) - 1.0]]]),
-            limit_gradients=np.ones((1, 1, 1, number)),
-            low=-weights[None] - 1e-12,
-            high=np.maximum(1.0 - weights, 1e-3)[None],
-            penalty=np.array([1e2]),
-        )
-        solution = solve(program)
-        mixture = np.maximum(solution.pieces[0], 0.0)
-        mixture = mixture / mixture.sum()
-        step, length = solution.step[0], 1.0
-        while length > 1e-6:
-            trial = np.maximum(weights + length * step, 0.0)
-            trial /= trial.sum()
-            found = _values(relaxation, rows, trial)
-            if found.max() < size:
-                break
-            length *= 0.5
-        if length <= 1e-6:
-            break
-        weights, values = trial, found
-        if size - float(values.max()) < tolerance * size:
-            break
-    return weights, mixture, float(values.max())
+    values = np.einsum("trq,qs,trs->t", relaxation.targets, inverse, relaxation.targets)
+    root = (np.sqrt(mixture)[:, None, None] * relaxation.targets).reshape(-1, len(inverse))
+    matrix = inverse @ root.T
+    prior = float(np.trace(matrix.T @ relaxation.prior @ matrix))
+    return Dual(matrix, values, float(mixture @ values), prior, relaxation.count)
