@@ -6,7 +6,7 @@ errors come together with the compliances, which knowledge beforehand keeps from
 calibration identifies them first, so that what is called missing is missing beside a calibrated geometry.
 """
 
-from abc import ABC, abstractmethod
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,116 +23,69 @@ from expdesign.estimation.geometric import calibration_of
 from expdesign.mechanics.robots.robot import Robot
 
 
-class BaseModel(ABC):
-    """One kind of base model.
+@dataclass(frozen=True)
+class BaseModel:
+    """The base model of a robot that goes with what an instrument reads; a body's support counts among its effects.
 
     Attributes:
-        most_effects: that are sought beside it, one at a time.
-        several_at_once: whether so many effects can show that all of them may have to be fitted together.
-        inexact: whether predictions take in by what share named effects are not exact, and are averaged where rows are
-            few.
-        located_by_force: whether a part's mismatch is any function of the force in it, with its own directions only
-            across; otherwise the effects of joints say how a joint can move the readings.
+        robot: the robot.
+        elastic: whether it is the elastic robot. A part's mismatch is any function of the force in it then, and
+            predictions take in by what share named effects are not exact. Otherwise so many effects can show that all
+            of them may have to be fitted together.
     """
 
-    most_effects: int
-    several_at_once: bool
-    inexact: bool
-    located_by_force: bool
+    robot: Robot
+    elastic: bool
+
+    @property
+    def most_effects(self) -> int:
+        """That are sought beside it, one at a time."""
+        return 3 if self.elastic and len(self.robot.stiffness) else 6
 
     def own_directions(self, part: Part) -> bool:
         """Whether the effects of a part say how it can move the readings."""
-        return part is Part.LINK or (part is Part.JOINT and not self.located_by_force)
+        return part is Part.LINK or (part is Part.JOINT and not self.elastic)
 
-    @abstractmethod
-    def calibrated(self, robot: Robot, recordings: Recordings) -> ArmCalibration | None:
+    def calibrated(self, recordings: Recordings) -> ArmCalibration | None:
         """What is calibrated before anything is missing, if anything; for what is raised see `calibrate`."""
+        if self.elastic or not self.robot.jointed:
+            return None
+        return calibrate(self.robot, recordings, calibration_of(self.robot, recordings, None))
 
-    @abstractmethod
-    def idle(self, robot: Robot, fitted: Recordings) -> BoolArray | None:
+    def idle(self, fitted: Recordings) -> BoolArray | None:
         """Actuators that no fitted row loads, shape (n_p,); None where that need not be known."""
+        jacobians = self.robot.jacobians(fitted.configurations) if self.elastic else None
+        return jacobians and idle_actuators(self.robot, jacobians, fitted.wrenches, fitted.axes)
 
-    @abstractmethod
-    def require_determined(self, robot: Robot, recordings: Recordings, base: Fit, idle: BoolArray | None) -> None:
-        """Raise a `NotIdentifiableError` where the recordings do not determine the base model."""
-
-    @abstractmethod
-    def require_plausible(self, robot: Robot, recordings: Recordings, base: Fit) -> None:
-        """Raise an `InputError` where a base model that fits is one that no robot has."""
-
-    @abstractmethod
-    def undetermined(self, fitted: Fit) -> list[str]:
-        """Parameters that are known no better than beforehand."""
-
-
-class ElasticRobot(BaseModel):
-    """The base model of deflections."""
-
-    several_at_once = False
-    inexact = True
-    located_by_force = True
-
-    def __init__(self, most_effects: int) -> None:
-        self.most_effects = most_effects
-
-    def calibrated(self, robot: Robot, recordings: Recordings) -> ArmCalibration | None:
-        return None
-
-    def idle(self, robot: Robot, fitted: Recordings) -> BoolArray | None:
-        return idle_actuators(robot, robot.jacobians(fitted.configurations), fitted.wrenches, fitted.axes)
-
-    def require_determined(self, robot: Robot, recordings: Recordings, base: Fit, idle: BoolArray | None) -> None:
+    def require_determined(self, recordings: Recordings, base: Fit, idle: BoolArray | None) -> None:
+        """Raise a `NotIdentifiableError` where deflections do not determine it; else knowledge beforehand does."""
         sizes = np.linalg.norm(as_matrix(base.sensitivities), axis=0)
         # A force that is nothing but rounding determines no compliance.
         known = base.determined & (sizes > RANK_TOLERANCE * sizes.max(initial=0.0))
         known |= False if idle is None else idle
-        if not known.all():
-            legs = ", ".join(name for name, one in zip(robot.actuators, known, strict=True) if not one)
+        if self.elastic and not known.all():
+            legs = ", ".join(name for name, one in zip(self.robot.actuators, known, strict=True) if not one)
             remedy = "Add recordings in which every actuator carries load and moves an axis that is measured."
             what = f"no load reaches {legs}, or no measured axis shows it"
             raise NotIdentifiableError(what, where=recordings.source, remedy=remedy)
 
-    def require_plausible(self, robot: Robot, recordings: Recordings, base: Fit) -> None:
-        require_positive(base, recordings, robot)
+    def require_plausible(self, recordings: Recordings, base: Fit) -> None:
+        """Raise an `InputError` where it fits as no robot does; geometry takes up what would turn a sign."""
+        if self.elastic:
+            require_positive(base, recordings, self.robot)
 
     def undetermined(self, fitted: Fit) -> list[str]:
-        return []
-
-
-class PlacedRobot(BaseModel):
-    """The base model of positions of markers and of poses."""
-
-    most_effects = 6
-    several_at_once = True
-    inexact = False
-    located_by_force = False
-
-    def calibrated(self, robot: Robot, recordings: Recordings) -> ArmCalibration | None:
-        if not robot.jointed:
-            return None
-        return calibrate(robot, recordings, calibration_of(robot, recordings, None))
-
-    def idle(self, robot: Robot, fitted: Recordings) -> BoolArray | None:
-        return None
-
-    def require_determined(self, robot: Robot, recordings: Recordings, base: Fit, idle: BoolArray | None) -> None:
-        """Knowledge beforehand determines what the recordings do not."""
-
-    def require_plausible(self, robot: Robot, recordings: Recordings, base: Fit) -> None:
-        """Geometry takes up what would turn a compliance's sign."""
-
-    def undetermined(self, fitted: Fit) -> list[str]:
+        """Parameters that are known no better than beforehand; none of the elastic robot."""
         return [
             parameter.name
             for parameter, variance in zip(fitted.chain.parameters, np.diag(fitted.covariance), strict=True)
-            if np.isfinite(parameter.spread)
+            if not self.elastic
+            and np.isfinite(parameter.spread)
             and parameter.spread > 1e-5
             and variance > (OPTIONS.half * parameter.spread) ** 2
         ]
 
 
 def base_model(robot: Robot, reading: Reading) -> BaseModel:
-    """The base model that goes with what an instrument reads; a body's support counts among its effects."""
-    if not reading.linear:
-        return PlacedRobot()
-    return ElasticRobot(most_effects=3 if len(robot.stiffness) else 6)
+    """The base model of a robot for what an instrument reads."""
+    return BaseModel(robot, reading.linear)

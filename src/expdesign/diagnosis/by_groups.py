@@ -64,7 +64,7 @@ class ByGroups:
 def by_groups(frame: Frame) -> tuple[ByGroups | None, str]:
     """Groups of effects and laws where the recordings call for them, and why they do or do not."""
     base, sample, robot = frame.base, frame.names.sample, frame.robot
-    many = frame.kind.several_at_once and len(robot.stiffness) > 0
+    many = not frame.kind.elastic and len(robot.stiffness) > 0
     count = int(sample.counts.sum())
     excess = float(np.sqrt(base.chi2 / max(sample.readings - base.rank, 1)))
     if not (many or robot.on_support):

@@ -202,7 +202,7 @@ def _inexact(frame: Frame, result: Diagnosis) -> Diagnosis:
         any(isinstance(effect, Law) for effect in result.predictive.fit.chain.effects) or result.verdict == "consistent"
     )
     few = int(frame.names.sample.counts.sum()) < OPTIONS.fewest_rows
-    if known or few or not frame.kind.inexact or not len(result.predictive.fit.values):
+    if known or few or not frame.kind.elastic or not len(result.predictive.fit.values):
         return result
     fit, state, sample = result.predictive.fit, frame.names.state(result.predictive), frame.names.sample
     blocks, scale = frame.names.blocks, state.noise_variance
@@ -215,7 +215,7 @@ def _inexact(frame: Frame, result: Diagnosis) -> Diagnosis:
 
 def _averaged(frame: Frame, result: Diagnosis) -> Diagnosis:
     """With predictions that are averaged over what may be there, where too little was measured to tell."""
-    if not frame.kind.inexact:
+    if not frame.kind.elastic:
         return result
     model = averaged(frame.names, result.predictive)
     if model is result.predictive:
@@ -283,7 +283,7 @@ def _with_verdict(frame: Frame, model: NamedModel, errors: HeldOut, method: Meth
         verdict = "unexplained" if reason else "explained"
         names.log.add("verdict", model, not reason, reason or "it explains the recordings")
     if verdict == "consistent":
-        frame.kind.require_plausible(frame.robot, frame.recordings, base)
+        frame.kind.require_plausible(frame.recordings, base)
     predictive = model
     if verdict == "unexplained":
         predictive, errors = _predictive(frame, model, errors)

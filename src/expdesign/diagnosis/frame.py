@@ -159,7 +159,7 @@ def framed(
     report(Stage.BASE, "")
     reading = reading_of(robot, recordings)
     kind = base_model(robot, reading)
-    calibrated = kind.calibrated(robot, recordings)
+    calibrated = kind.calibrated(recordings)
     identified = None if calibrated is None else identified_by(calibrated, recordings)
     if identified is not None and without & identified.physics:
         identified = None
@@ -178,7 +178,7 @@ def framed(
     if weighed is not None:
         sample = _weighing(sample, base, weighed)
         base = fit(base.chain, sample)
-    kind.require_determined(robot, recordings, base, sample.idle)
+    kind.require_determined(recordings, base, sample.idle)
     report(Stage.LIBRARY, "")
     known = frozenset() if identified is None else identified.physics
     offered = library(robot, recordings, without=without | known)
@@ -220,7 +220,7 @@ def _sampler(
     rows, counts = row_data(recordings, robot), fitted_rows(recordings)
     fitted = recordings.rows(counts)
     reading = reading_of(robot, recordings)
-    idle = kind.idle(robot, fitted)
+    idle = kind.idle(fitted)
     # What is not fitted shares no noise with what is.
     references = None if recordings.references is None else np.where(counts, recordings.references, "")
 

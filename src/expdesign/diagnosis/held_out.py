@@ -5,11 +5,15 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from expdesign.arrays import BoolArray, rms
-from expdesign.diagnosis.cross_validation import blocks_of, last_part
-from expdesign.diagnosis.dispersion import widened, widening
+from expdesign.diagnosis.cross_validation import blocks_of, last_part, readings_of
+from expdesign.diagnosis.dispersion import widening
+from expdesign.diagnosis.evidence.state import base_alone
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.estimation.coverage import HeldOutRows
-from expdesign.estimation.fit import Data, Fit, fit
+from expdesign.estimation.coverage import NORMAL_95, HeldOutRows
+from expdesign.estimation.fit import Data, Fit
+
+_UNTOLD = 1e6
+"""Variance of a prediction, in variances of the noise, from which it is none."""
 
 
 @dataclass(frozen=True)
@@ -66,59 +70,37 @@ def held_out(
 ) -> HeldOut:
     """Errors of two fitted models on fitted and on held-out rows.
 
-    All rows stay in the history of their series. `known_noise` is for the intervals, as in `widening`; `later` says
-    whether the last rows are predicted from those before, which takes further fits.
+    Blocks of fitted rows are left out in closed form, by models that are linear about their fits. All rows stay in the
+    history of their series. `known_noise` is for the intervals, as in `widening`; `later` says whether the last rows
+    are predicted from those before.
     """
     kept = sample.counts
     train_before, train_after = (_rms_on(f, sample, kept) for f in (base, model))
-    errors = _later(base, model, sample) if later else (float("nan"), float("nan"))
+    states = [base_alone(f, sample) for f in (base, model)]
+    last = readings_of(last_part(sample, OPTIONS.groups)[0], sample)
+    ends = [rms(state.left_out(last.astype(int))[last]) for state in states] if later and not last.all() else []
+    later_before, later_after = ends or (float("nan"), float("nan"))
     if test.any():
-        rows, how = held_out_rows(model, sample, test), f"{int(test.sum())} rows marked `test`"
+        rows, how, coverage = held_out_rows(model, sample, test), f"{int(test.sum())} rows marked `test`", float("nan")
         before, after, surprise = _rms_on(base, sample, test), rms(rows.residuals), _surprise(model, rows)
-        return HeldOut(train_before, train_after, before, after, surprise, how, float("nan"), *errors)
-    folds = blocks_of(sample, OPTIONS.groups)
-    squares, within = np.zeros(3), np.zeros(2)
-    count = 0
-    for fold in range(int(folds.max()) + 1):
-        gone = (folds == fold) & kept
-        fitted = sample.counting(kept & (folds != fold))
-        if not gone.any() or not fitted.counts.any():
-            continue
-        for index, original in enumerate((base, model)):
-            refitted = _refitted(original, fitted)
-            squares[index] += _rms_on(refitted, sample, gone) ** 2 * int(gone.sum())
-        rows, by = held_out_rows(refitted, sample, gone), widening(refitted, fitted, known_noise=known_noise)
-        within += rows.within(widened(refitted, by).estimable, by.readings)
-        squares[2] += _surprise(refitted, rows) ** 2 * int(gone.sum())
-        count += int(gone.sum())
-    before, after, surprise = (float(value) for value in np.sqrt(squares / max(count, 1)))
-    how = f"cross-validation in {OPTIONS.groups} blocks of series"
-    return HeldOut(train_before, train_after, before, after, surprise, how, _share(*within), *errors)
-
-
-def _refitted(original: Fit, sample: Data) -> Fit:
-    start = original.values if original.chain.effects else None
-    return fit(original.chain, sample, start, enough=OPTIONS.settled, rough=0.1 * OPTIONS.settled)
-
-
-def _later(base: Fit, model: Fit, sample: Data) -> tuple[float, float]:
-    """Errors of both on the last fifth, predicted from the rows before it."""
-    last, first = last_part(sample, OPTIONS.groups)
-    if not (last.any() and first.any()):
-        return float("nan"), float("nan")
-    before = sample.counting(first)
-    errors = [_rms_on(_refitted(each, before), sample, last) for each in (base, model)]
-    return errors[0], errors[1]
+    else:
+        blocks = readings_of(blocks_of(sample, OPTIONS.groups), sample)
+        how = f"cross-validation in {OPTIONS.groups} blocks of series"
+        errors, variances = states[1].left_out(blocks), states[1].left_out_variances(blocks) - 1.0
+        before, after = rms(states[0].left_out(blocks)), rms(errors)
+        surprise = rms(errors / np.sqrt(1.0 + np.minimum(variances, 1.0)))
+        by, told = widening(model, sample, known_noise=known_noise), variances < _UNTOLD
+        within = np.abs(errors) <= NORMAL_95 * np.hypot(by.readings, by.parameters * np.sqrt(variances))
+        coverage = float(within[told].mean()) if told.any() else float("nan")
+    return HeldOut(
+        train_before, train_after, before, after, surprise, how, coverage, later_before, later_after
+    )  # fmt: skip
 
 
 def held_out_rows(fitted: Fit, sample: Data, chosen: BoolArray) -> HeldOutRows:
     """Rows (N,) that were not fitted, as a fitted model predicts them."""
     residuals, slopes = sample.counting(chosen).residuals_with_sensitivities(fitted.chain, fitted.values)
     return HeldOutRows(residuals[chosen], slopes[chosen])
-
-
-def _share(part: float, whole: float) -> float:
-    return float(part / whole) if whole else float("nan")
 
 
 def _rms_on(fitted: Fit, sample: Data, chosen: BoolArray) -> float:

@@ -114,7 +114,7 @@ def _component_directions(sample: Data, robot: Robot, library: list[Candidate]) 
     force = np.einsum("nij,ni->nj", jacobians.forward, recordings.wrenches)
     blocks: dict[str, FloatArray] = {}
     kind = base_model(robot, sample.reading)
-    for leg in range(n_p if kind.located_by_force else 0):
+    for leg in range(n_p if kind.elastic else 0):
         edges = np.quantile(force[:, leg], np.linspace(0.0, 1.0, _FORCE_BINS + 1)[1:-1])
         inside = np.eye(_FORCE_BINS)[np.searchsorted(edges, force[:, leg])]
         moved = jacobians.pose[:, :, leg, None] * inside[:, None, :]

@@ -130,7 +130,7 @@ def residual_figures(result: Diagnosis) -> list[Block]:
     """Size of the residuals against order, load, pose and time, and as motions of the actuators."""
     recordings, robot, sample = result.recordings, result.robot, result.names.sample
     blocks: list[Block] = [_scatter(result, "sequence", recordings.sequence.astype(float), "sequence")]
-    if robot.actuators and base_model(robot, sample.reading).located_by_force:
+    if robot.actuators and base_model(robot, sample.reading).elastic:
         blocks.append(_leg_figure(result))
     forces, moments = np.split(recordings.wrenches, [robot.coordinates.translations], axis=1)
     part, unit = (forces, "N") if forces.any() else (moments, "N·m")
