@@ -54,8 +54,9 @@ class BaseModel:
 
     def idle(self, fitted: Recordings) -> BoolArray | None:
         """Actuators that no fitted row loads, shape (n_p,); None where that need not be known."""
-        jacobians = self.robot.jacobians(fitted.configurations) if self.elastic else None
-        return jacobians and idle_actuators(self.robot, jacobians, fitted.wrenches, fitted.axes)
+        if not self.elastic:
+            return None
+        return idle_actuators(self.robot, self.robot.jacobians(fitted.configurations), fitted.wrenches, fitted.axes)
 
     def require_determined(self, recordings: Recordings, base: Fit, idle: BoolArray | None) -> None:
         """Raise a `NotIdentifiableError` where deflections do not determine it; else knowledge beforehand does."""

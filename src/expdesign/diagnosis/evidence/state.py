@@ -303,7 +303,8 @@ def base_alone(about: Fit, sample: Data, *, known_noise: bool = True) -> Present
     """A model to first order about a fit as a base, in any rows, with what is known of its parameters."""
     residuals, slopes = sample.residuals_with_sensitivities(about.chain, about.values)
     directions, readings = as_matrix(slopes)[sample.kept], residuals.ravel()[sample.kept]
-    knowledge, precision = about.chain.knowledge(), np.zeros(directions.shape[1])
+    knowledge = about.chain.knowledge()
+    precision: FloatArray = np.zeros(directions.shape[1])
     if knowledge is not None:
         precision, held = 1.0 / knowledge[1] ** 2, np.isfinite(knowledge[1])
         readings = readings + directions[:, held] @ (about.values - knowledge[0])[held]
