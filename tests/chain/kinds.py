@@ -5,7 +5,7 @@ from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.plugins import implementations
 
-KINDS: list[type[Effect]] = implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
+KINDS: list[type[Effect]] = implementations("expdesign.chain.effects", Effect)
 
 
 def kind_for(robot: Robot, points: LoadedPoints, physics: str) -> type[Effect]:

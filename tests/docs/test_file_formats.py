@@ -88,6 +88,6 @@ def test_every_column_of_recordings_and_every_physics() -> None:
     text = section("Recordings")
     for names in (SPATIAL.pose, SPATIAL.wrench[:1], SPATIAL.deflection, SPATIAL.deviation, SPATIAL.gravity):
         assert all(f"`{name}`" in text for name in names)
-    kinds = implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
+    kinds = implementations("expdesign.chain.effects", Effect)
     known = {kind.physics for kind in kinds if kind.__module__.count(".") == 4}
     assert not {name for name in known if f"`{name}`" not in section("Identifiers of physics")}

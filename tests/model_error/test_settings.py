@@ -39,7 +39,7 @@ def test_every_shipped_effect_declares_itself_with_sizes_on_every_kind_of_robot(
                     continue
                 named = [parameter for parameter in effect.parameters if not parameter.shape]
                 assert not [p.name for p in named if effect.size(p).source == TYPICAL], machine.kind
-                assert effect.acts_at in port_classes()
+                assert effect.port_name in port_classes()
 
 
 class _Nameless(LegBacklash):

@@ -19,7 +19,7 @@ from tests.chain.bodies import BODY
 LEG = Component(Part.LEG, 1)
 EFFORT, LENGTH, TIME, WARMING = Quantity("effort"), Quantity("length"), Quantity("clock"), Quantity("warming")
 SLOW, STOP, CARRIED = Quantity("lag", 0, (60.0, 1.0)), Quantity("stop", 0, (5.0,)), Quantity("carried")
-EVERY = frozenset(kind.physics for kind in implementations("expdesign.chain.effects", Effect))  # type: ignore[type-abstract]
+EVERY = frozenset(kind.physics for kind in implementations("expdesign.chain.effects", Effect))
 
 
 def law(
@@ -77,7 +77,7 @@ def test_a_law_has_the_name_of_its_port_and_inputs(one: Law, name: str) -> None:
 
 
 def test_declared_laws_are_kinds_that_there_are() -> None:
-    for kind in implementations("expdesign.chain.effects", Effect):  # type: ignore[type-abstract]
+    for kind in implementations("expdesign.chain.effects", Effect):
         assert set(kind.declared.laws) <= set(FORMS), kind.identifier
         assert kind.declared.port or not kind.declared.laws, kind.identifier
 
@@ -87,12 +87,12 @@ def test_every_kind_of_physics_says_where_it_acts(body: bool) -> None:
     """Also where recordings decide which forms there are, as of what a body stands on."""
     here = BODY if body else robot("H1")
     asked = [
-        kind.ports_at(here, component)
-        for kind in implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
+        kind.port_at(component)
+        for kind in implementations("expdesign.chain.effects", Effect)
         for component in kind.components(here)
     ]
     assert len(asked) > 3
-    assert all(isinstance(port, str) for ports in asked for port in ports)
+    assert all(isinstance(port, str) for port in asked)
 
 
 def test_a_law_that_is_always_the_same_asks_no_time_of_points() -> None:

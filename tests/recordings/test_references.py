@@ -1,14 +1,15 @@
 """Which rows share an unloaded reading is read off the recordings, and said by an option or a configuration else."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
-from expdesign.chain.recordings.reader import join
+from expdesign.chain.recordings.reader import recordings_from_tables
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.recordings.references import Sharing, groups, sharing_rows, with_references
 from expdesign.errors import InputError
 from expdesign.estimation.identify import identify
-from tests.identification.experiments import Experiment, by_series, experiment, read
+from tests.identification.experiments import Experiment, by_series, experiment, read, table_of
 
 BY_CONFIGURATION = Sharing(configured=True, configuration="run.yaml")
 
@@ -86,13 +87,17 @@ def test_the_column_gives_the_estimate_of_shared_references() -> None:
     assert found.goodness.chi2 != identify(made().robot, read(frame, made().robot)).goodness.chi2
 
 
+def joined(*files: tuple[pd.DataFrame, str]) -> Recordings:
+    return recordings_from_tables([table_of(*file) for file in files], made().robot)
+
+
 def test_names_of_separate_sessions_are_of_separate_readings_and_of_one_session_the_same() -> None:
     frame = made().frame(made().exact).assign(reference=["a", "a", "b", "b", "c", "c"])
-    again = join([read(frame, made().robot, "monday.csv"), read(frame, made().robot, "tuesday.csv")])
+    again = joined((frame, "monday.csv"), (frame, "tuesday.csv"))
     assert len(set(numbers(again))) == 6
-    parts = join([read(frame.iloc[:3], made().robot, "a.csv"), read(frame.iloc[3:], made().robot, "b.csv")])
+    parts = joined((frame.iloc[:3], "a.csv"), (frame.iloc[3:], "b.csv"))
     assert numbers(parts) == [0, 0, 1, 1, 2, 2]
-    mixed = join([read(frame, made().robot, "a.csv"), read(frame.drop(columns="reference"), made().robot, "b.csv")])
+    mixed = joined((frame, "a.csv"), (frame.drop(columns="reference"), "b.csv"))
     assert sharing_rows(mixed).tolist() == [True] * 6 + [False] * 6
     assert sharing_rows(with_references(mixed, BY_CONFIGURATION)[0]).all()
 

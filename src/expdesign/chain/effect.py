@@ -9,12 +9,15 @@ overrides the links at which it acts; each override takes what comes from the le
 At the neutral values of its parameters every effect is the identity, so that base model and effect are nested and their
 comparison is a test of the parameters.
 
+Most of it is data: places, parameters, words, and where it separates a form for each of its variants.
+
 To add an effect: one file in `chain/effects` with one subclass of `Effect`, or a class of a package of your own that is
 registered (docs/extending.md). Identification, prediction, compensation, diagnosis and MEIR find it there.
 """
 
-from abc import ABC, abstractmethod
+from abc import ABC
 from collections.abc import Callable, Hashable, Sequence
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from typing import Any, ClassVar, Self
 
@@ -22,17 +25,21 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import PAYLOAD, Component, component_from_text
+from expdesign.chain.component import ACTUATORS, PAYLOAD, Component, component_from_text
 from expdesign.chain.declaration import ONLY, TYPICAL, Beyond, Declaration, Parameter, Size, Variant
+from expdesign.chain.form import Acting, Form
 from expdesign.chain.recorded_inputs import RecordedInputs
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES, POSITIONS, LoadedPoints, Measurand
 from expdesign.chain.row import Row
+from expdesign.chain.sentences import ENDLESS, Alone, Listed, Reported
 from expdesign.mechanics.robots.robot import Robot
 
 __all__ = ["Effect", "Parameter"]
 
 When = Callable[[Robot, LoadedPoints], object]
 """Whether recordings can show an effect on a robot."""
+Shows = Callable[[Component, Variant], object]
+"""Whether recordings can show an effect at a component in a variant."""
 Values = dict[str, tuple[float, float, float]]
 """Reported values with their 95 % intervals: estimate, low, high."""
 
@@ -40,8 +47,20 @@ LOAD_DIRECTION = "load direction"
 """Port at which gravity acts in another direction than stated, at targets as well."""
 
 
+def anywhere(robot: Robot, points: LoadedPoints) -> Shows:
+    """Recordings that can show an effect show it at every component, in every variant."""
+    return lambda component, variant: True
+
+
 class Effect(ABC):
     """One kind of physics at one component of a robot.
+
+    Where its variants are forms (`Form`), each of the actuators concerned gains what the form says of it, and the load
+    is what the form makes of it; parameters and sentence are those of the form if this has some.
+
+    Names of parameters may hold `{force}` and `{motion}`, the units where it acts (N and m, or Nm and rad), and
+    `{axis}` or `{deflection}`, for which they are repeated: along every axis of the robot's workspace, or for every
+    component of a deflection.
 
     Attributes:
         identifier: of the class, kept in model files: its place in `chain/effects` (`legs.backlash`), unless the class
@@ -52,6 +71,12 @@ class Effect(ABC):
         measurands: readings that show it. Geometry and own weight show in positions to first order and cancel from
             deflections; what only shifts or turns the instrument is part of every model of positions.
         when: whether recordings of one of these can show it on a robot.
+        at: its components on a robot.
+        shows: which of these, in which variants, recordings can show.
+        quantities: its parameters.
+        says: its sentence, with `{component}`, `{subject}` (the same as first word), `{variant}`, `{s}` (of a verb),
+            `{force}` and `{motion}`, and the reported values (`Reported`): `{first}`, `{all}`, and by name, with or
+            without these units.
         component: where it acts.
         variant: which of several forms, `ONLY` where there is one.
         parameters: in the order of `theta` in the overrides.
@@ -71,6 +96,10 @@ class Effect(ABC):
     forms: ClassVar[tuple[Variant, ...]] = (ONLY,)
     measurands: ClassVar[tuple[Measurand, ...]] = (DEFLECTIONS, POSITIONS, POSES)
     when: ClassVar[When] = lambda robot, points: True
+    at: ClassVar[Callable[[Robot], Sequence[Component]]]
+    shows: ClassVar[Callable[[Robot, LoadedPoints], Shows]] = anywhere
+    quantities: ClassVar[tuple[Parameter, ...]] = ()
+    says: ClassVar[str] = ""
     component: Component
     variant: Any
     parameters: tuple[Parameter, ...]
@@ -96,25 +125,55 @@ class Effect(ABC):
         self.component = component
         self.variant = variant
         self.parameters = self.describe()
+        if self.variant_form is not None and self.variant_form.memory:
+            self.states = self.variant_form.memory * len(self.actuators)
 
-    @abstractmethod
+    @property
+    def variant_form(self) -> Form | None:
+        """The form of its variant, where it separates."""
+        return self.variant if isinstance(self.variant, Form) else None
+
     def describe(self) -> tuple[Parameter, ...]:
         """The parameters of this component and variant."""
+        return self.described((self.variant_form is not None and self.variant_form.parameters) or self.quantities)
+
+    def described(self, quantities: Sequence[Parameter]) -> tuple[Parameter, ...]:
+        """Parameters with their names filled in."""
+        (force, motion), coordinates = self.units, self.robot.coordinates
+        repeated = {"axis": coordinates.axes, "deflection": coordinates.deflection}
+        found = []
+        for each in quantities:
+            along = next((name for name in repeated if f"{{{name}}}" in each.name), "")
+            for item in repeated.get(along, ("",)):
+                name = each.name.format(force=force, motion=motion, **{along: item})
+                found.append(replace(each, name=name))
+        return tuple(found)
+
+    @property
+    def units(self) -> tuple[str, str]:
+        """Units of force and motion where it acts, as names of parameters have them."""
+        turns = self.component.part in ACTUATORS and self.robot.units[self.actuators[0]] == "rad"
+        return ("Nm", "rad") if turns else ("N", "m")
 
     @property
     def of_weights(self) -> bool:
         """Whether it is an error of the loads that were applied, not of the machine nor of the direction of gravity."""
         return self.component == PAYLOAD and self.port_name != LOAD_DIRECTION
 
+    @classmethod
+    def port_at(cls, component: Component) -> str:
+        """Port of the chain at which it acts at a component, as laws without a name do."""
+        return cls.declared.port
+
     @property
     def port_name(self) -> str:
         """Port of the chain at which it acts."""
-        return self.declared.port
+        return self.port_at(self.component)
 
     @classmethod
-    @abstractmethod
     def components(cls, robot: Robot) -> Sequence[Component]:
         """Components of a robot at which this physics can be, by what the robot offers; none for other robots."""
+        return cls.at(robot)
 
     @classmethod
     def variants(cls, robot: Robot) -> Sequence[Variant]:
@@ -132,7 +191,8 @@ class Effect(ABC):
         """`places` on a robot that has components for it, in recordings that can show it; to be narrowed where these
         decide which.
         """
-        return [(component, variant) for component in cls.components(robot) for variant in cls.variants(robot)]
+        shows, variants = cls.shows(robot, points), cls.variants(robot)
+        return [(at, form) for at in cls.components(robot) for form in variants if shows(at, form)]
 
     @classmethod
     def candidates(cls, robot: Robot, points: LoadedPoints) -> list[Self]:
@@ -200,7 +260,8 @@ class Effect(ABC):
 
     def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         """Actual wrench (n,), from the assumed one."""
-        return wrench
+        law = self.variant_form.load if self.variant_form is not None else None
+        return wrench if law is None else law(wrench, row, theta)
 
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX
@@ -215,7 +276,16 @@ class Effect(ABC):
             state: the effect's states after the row before (zero at the start of a series).
             theta: parameters.
         """
-        return elongation, state
+        if self.variant_form is None or self.variant_form.law is None or self.component.part not in ACTUATORS:
+            return elongation, state
+        memory, gained, following = self.variant_form.memory, ca.SX.zeros(elongation.shape[0]), []
+        for number, index in enumerate(self.actuators):
+            own = state[number * memory : (number + 1) * memory] if memory else ca.SX.zeros(0)
+            before, place = row.reference_force[index], row.lengths[index]
+            at = Acting(index, before, force[index], compliance[index], elongation[index], place, own, row)
+            gained[index], after = self.variant_form.law(at, theta)
+            following.append(after)
+        return elongation + gained, ca.vertcat(*following) if memory else state
 
     def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         """Deflection of the platform (n,) in pose coordinates, from the one due to the actuators."""
@@ -237,8 +307,32 @@ class Effect(ABC):
 
     def sentence(self, values: Values) -> str:
         """What a technician should know, from reported values with their 95 % intervals."""
+        says = (self.variant_form is not None and self.variant_form.says) or self.says
+        if says:
+            return self.said(says, values)
         listed = ", ".join(f"{name} = {v[0]:.3g} ({v[1]:.3g} to {v[2]:.3g})" for name, v in values.items())
         return f"{self.component}: {self.physics.replace('_', ' ')}, {listed}."
+
+    def said(self, text: str, values: Values) -> str:
+        """A text like `says` with what it names filled in."""
+        force, motion = self.units
+        limits = {p.name: (max(p.low, ENDLESS[0]), min(p.high, ENDLESS[1])) for p in self.parameters}
+        known = {
+            name: Reported(Alone(best), Alone(low), Alone(high), limits.get(name, ENDLESS))
+            for name, (best, low, high) in values.items()
+        }
+        plain = {name.removesuffix(f"_{force}").removesuffix(f"_{motion}"): value for name, value in known.items()}
+        return text.format(
+            component=self.component,
+            subject=self.subject,
+            variant=self.variant,
+            s="" if self.component.several else "s",
+            force=force.replace("Nm", "N·m"),
+            motion=motion,
+            first=next(iter(known.values())),
+            all=Listed(known.values()),
+            **plain | known,
+        )
 
     @property
     def phrase(self) -> str:
@@ -249,24 +343,12 @@ class Effect(ABC):
     @property
     def form_name(self) -> str:
         """Name of its parametric form (file-formats.md, diagnosis.json)."""
-        return self.declared.form
-
-    @property
-    def acts_at(self) -> str:
-        """Where on the chain it acts, as laws without a name do."""
-        return self.declared.port
-
-    @classmethod
-    def ports_at(cls, robot: Robot, component: Component) -> set[str]:
-        """Ports at which it acts at a component: the declared one, unless its variants act elsewhere."""
-        if cls.acts_at is Effect.acts_at:
-            return {cls.declared.port}
-        return {cls(robot, component, variant).acts_at for variant in cls.variants(robot)}
+        return (self.variant_form is not None and self.variant_form.called) or self.declared.form
 
     @property
     def beyond(self) -> Beyond:
         """What it does beyond the recorded range of its inputs."""
-        return self.declared.beyond
+        return (self.variant_form is not None and self.variant_form.beyond) or self.declared.beyond
 
     def seen(self, row: Row) -> Row:
         """A row as it acts on it: where `beyond` says so, with times and temperatures held within what was recorded."""

@@ -52,7 +52,7 @@ class Form:
         name: text of the variant in files, which tells it from others; empty for the only one.
         memory: states of one actuator.
         load: what the load is.
-        parameters: with names as `DeclaredEffect.quantities` has them; empty where those of the physics are its own.
+        parameters: with names as `Effect.quantities` has them; empty where those of the physics are its own.
         says: its sentence, where it is another one than that of the physics.
         called: name of the parametric form, where its physics has several (`Effect.form_name`).
         beyond: what it does beyond the recorded range, where that is not what its physics does.

@@ -18,8 +18,9 @@ class Alone(float):
 class Reported:
     """An estimate with its interval in a sentence.
 
-    `{gap:1e6 .3g}` is `12 (10 to 14)` in millionths, `{ratio:100 .1f %}` is `12.0 % (10.0 to 14.0 %)`. An interval that
-    is all that is `possible` says nothing of the value.
+    `{gap:1e6 .3g}` is `12 (10 to 14)` in millionths, `{ratio:100 .1f %}` is `12.0 % (10.0 to 14.0 %)`, and
+    `{cubic:softens|stiffens}` a word for what is positive and one for what is not. An interval that is all that is
+    `possible` says nothing of the value.
     """
 
     best: Alone
@@ -32,6 +33,8 @@ class Reported:
         return (self.low, self.high) == self.possible
 
     def __format__(self, spec: str) -> str:
+        if "|" in spec:
+            return spec.split("|")[self.best <= 0.0]
         if self.undetermined:
             return "undetermined"
         spec, percent, _ = spec.partition(" %")

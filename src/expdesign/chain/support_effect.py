@@ -16,7 +16,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import BASE, on
 from expdesign.chain.declaration import Parameter, Variant, rounded
-from expdesign.chain.declared_effect import DeclaredEffect
+from expdesign.chain.effect import Effect, Shows
 from expdesign.chain.form import Form
 from expdesign.chain.recordings.recordings import LoadedPoints, measured_axes
 from expdesign.chain.row import Row
@@ -97,6 +97,12 @@ def shown_drives(points: LoadedPoints) -> set[Drive]:
     return {drive for drive in (*DRIVES, OBLIQUE) if all(i in seen and spread[i] > varies for i in drive.axes)}
 
 
+def driven(robot: Robot, points: LoadedPoints) -> Shows:
+    """Forms of these drives alone show."""
+    seen = shown_drives(points)
+    return lambda component, form: form.drive in seen  # type: ignore[attr-defined]
+
+
 def whole_load(wrench: ca.SX, row: Row) -> tuple[ca.SX, ca.SX]:
     """The whole load of a row and that of its reference state (6,) each."""
     return row.absolute + (wrench - row.wrench), row.absolute - row.wrench
@@ -164,7 +170,7 @@ def over_pose(points: LoadedPoints, names: tuple[str, ...]) -> list[Over]:
     ]
 
 
-class SupportEffect(DeclaredEffect):
+class SupportEffect(Effect):
     """An effect of what a body stands on, each of whose forms is a twist of the body."""
 
     at = on(lambda robot: robot.on_support, BASE)

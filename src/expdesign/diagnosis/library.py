@@ -38,7 +38,7 @@ def library(robot: Robot, points: LoadedPoints, *, without: frozenset[str] = fro
     Raises:
         InputError: no physics has such an identifier.
     """
-    kinds = implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
+    kinds = implementations("expdesign.chain.effects", Effect)
     unknown = without - {kind.physics for kind in kinds} - {OUTLIER}
     if unknown:
         what = f"no physics is called {', '.join(f'`{name}`' for name in sorted(unknown))}"

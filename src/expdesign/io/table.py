@@ -39,6 +39,7 @@ class Table:
         lines: line of the file on which each row stands.
         written: name in the file of the columns that were converted to SI, by their SI names.
         known: the columns that are known, for messages.
+        files: name of the file of each row, where they come from several; else None.
     """
 
     source: str
@@ -46,6 +47,7 @@ class Table:
     lines: IntArray
     written: dict[str, str] = field(default_factory=dict)
     known: KnownColumns = NONE_KNOWN
+    files: TextArray | None = None
 
     @property
     def columns(self) -> list[str]:
@@ -59,7 +61,8 @@ class Table:
         """File, row and column, as a person would look them up."""
         parts = [self.source]
         if row is not None:
-            parts.append(f"row {self.lines[row]}")
+            file = self.source if self.files is None else str(self.files[row])
+            parts = [file, f"row {self.lines[row]}"]
         if column is not None:
             in_file = self.written.get(column)
             parts.append(f"column {column}" if in_file is None else f"column {in_file} (as {column})")
@@ -131,7 +134,9 @@ class Table:
     def rows(self, chosen: BoolArray | IntArray) -> "Table":
         """The table of some of its rows, or of all in another order."""
         place = np.arange(len(self))[chosen]
-        return replace(self, frame=self.frame.iloc[place].reset_index(drop=True), lines=self.lines[place])
+        files = None if self.files is None else self.files[place]
+        frame = self.frame.iloc[place].reset_index(drop=True)
+        return replace(self, frame=frame, lines=self.lines[place], files=files)
 
     def numbers_where_filled(self, columns: tuple[str, ...]) -> FloatArray:
         """`numbers` with NaN in empty cells and for columns that are missing."""

@@ -99,7 +99,7 @@ def _entry(one: Offered) -> dict[str, Any]:
         "identifier": effect.identifier,
         "sentence": one.sentence,
         "usually": declared.usually,
-        "port": effect.acts_at,
+        "port": effect.port_name,
         "depends_on": [str(each) for each in declared.inputs],
         "beyond_recorded": str(effect.beyond),
         "components": [str(component) for component in one.components],

@@ -63,7 +63,8 @@ def _names(given: object) -> list[str]:
     if isinstance(given, Mapping):
         return [f"mapping {_digest(json.dumps(given, sort_keys=True, default=str))}"]
     if isinstance(given, Recordings):
-        return [file.partition(", sheet `")[0] for file in given.files or (given.source,)]
+        files = [given.source] if given.files is None else dict.fromkeys(given.files.tolist())
+        return [file.partition(", sheet `")[0] for file in files]
     source = str(getattr(given, "source", type(given).__name__))
     content = getattr(given, "content", None) or getattr(given, "config", None)
     return [source] if content is None or Path(source).exists() else [f"{source} {_names(content)[0]}"]

@@ -39,7 +39,7 @@ class EffectSection(Section):
 
 def effect_classes() -> list[type[Effect]]:
     """Every effect by its identifier, those from outside last; raises `ValueError` where two have one identifier."""
-    found = implementations("expdesign.chain.effects", Effect)  # type: ignore[type-abstract]
+    found = implementations("expdesign.chain.effects", Effect)
     found.sort(key=lambda cls: (not cls.__module__.startswith("expdesign."), cls.identifier))
     names = [cls.identifier for cls in found]
     twice = sorted({name for name in names if names.count(name) > 1})

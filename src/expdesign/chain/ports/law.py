@@ -273,9 +273,9 @@ def physics_of(
     inputs, channels = terms
     seen = {*inputs, *(channel.amplitude for channel in channels)}
     depends = {quantity.input for quantity in seen if quantity is not None}
-    for effect in implementations("expdesign.chain.effects", Effect):  # type: ignore[type-abstract]
+    for effect in implementations("expdesign.chain.effects", Effect):
         covers = effect.physics in known and kind in effect.declared.laws and depends <= {*effect.declared.inputs}
-        if covers and component in effect.components(robot) and port in effect.ports_at(robot, component):
+        if covers and component in effect.components(robot) and port == effect.port_at(component):
             return effect.physics
     return Law.physics
 

@@ -101,6 +101,7 @@ def points_of(table: Table, robot: Robot, *, measured: bool, recorded: bool) -> 
         leg_temperature=table.numbers(legs) if any(table.has(name) for name in legs) else None,
         extra=table.frame[[name for name in table.columns if name not in known]],
         written=table.written,
+        files=table.files,
         marker=marker,
         markers=markers,
         sites=sites,

@@ -104,8 +104,7 @@ class LoadedPoints:
         fixed: names of fixed points and gauges.
         along: unit vectors along gauges in O, shape (N, 3), 0 for rows without; None as `point`.
         poses: whether poses of the platform are measured.
-        files: names of the files, where the rows come from several.
-        file: index in `files` of every row, shape (N,), or None where there is one file.
+        files: name of the file of every row, shape (N,), where they come from several; else None.
         references: name of the unloaded reading from which a row is counted, shape (N,): rows of one name share its
             noise, half of each row's variance. Empty for one of the row's own; None where every row has one.
         errors: declared standard deviations of errors of the load, in the order of `load_errors.error_columns`, NaN in
@@ -137,8 +136,7 @@ class LoadedPoints:
     fixed: tuple[str, ...] = field(default=(), kw_only=True)
     along: FloatArray | None = field(default=None, kw_only=True)
     poses: bool = field(default=False, kw_only=True)
-    files: tuple[str, ...] = field(default=(), kw_only=True)
-    file: IntArray | None = field(default=None, kw_only=True)
+    files: TextArray | None = field(default=None, kw_only=True)
     references: TextArray | None = field(default=None, kw_only=True)
     errors: FloatArray | None = field(default=None, kw_only=True)
     weight: TextArray | None = field(default=None, kw_only=True)
@@ -187,7 +185,7 @@ class LoadedPoints:
 
     def where(self, row: int, column: str = "") -> str:
         """File, line and column of a row, as a person would look them up."""
-        source = self.source if self.file is None else self.files[int(self.file[row])]
+        source = self.source if self.files is None else self.files[row]
         return f"{source}, row {self.lines[row]}" + (f", column {column}" if column else "")
 
     def __len__(self) -> int:

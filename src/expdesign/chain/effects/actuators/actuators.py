@@ -11,7 +11,6 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import actuators_and_all
 from expdesign.chain.declaration import Declaration, Input, Size
-from expdesign.chain.declared_effect import DeclaredEffect
 from expdesign.chain.effect import Effect, Parameter, Values, When
 from expdesign.chain.form import Acting, Form
 from expdesign.chain.memory import carried, relaxed
@@ -28,7 +27,7 @@ def _creeps(at: Acting, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
     return ratio * crept, ca.vertcat(crept, at.force)
 
 
-class Creep(DeclaredEffect):
+class Creep(Effect):
     """Creep: the deflection grows with time under constant load (a Kelvin-Voigt element in series with a leg's spring).
 
     The load of a row was applied somewhere between the row before and itself: at the fraction `applied` of the
@@ -111,7 +110,7 @@ _FRICTION = Parameter("friction_{force}", 1.0, low=0.0, high=1e5)
 _CONTACT = Parameter("contact_stiffness_ratio", 1.0, neutral=3.0, low=0.05, high=1e3, shape=True)
 
 
-class FrictionHysteresis(DeclaredEffect):
+class FrictionHysteresis(Effect):
     """Loading and unloading differ: dry friction beside the spring of a leg or joint.
 
     A spring k_t that slips at the friction F acts beside the actuator's spring k (a Jenkins element, variant
@@ -190,7 +189,7 @@ def _named(name: str) -> Form:
     return Form(partial(_in_series, name=name), name, parameters=(size,), called=name)
 
 
-class LegNonlinearStiffness(DeclaredEffect):
+class LegNonlinearStiffness(Effect):
     """A leg's or joint's stiffness changes with its force: something non-linear in series, or a spring that hardens.
 
     `quadratic`, `square`, `cube`, `asymmetric` and `hertz`: Δq gains a·g(τ), g being τ·|τ|, τ², τ³, |τ| or
@@ -219,7 +218,8 @@ class LegNonlinearStiffness(DeclaredEffect):
             _cubic,
             "cubic",
             parameters=(Parameter("hardening_at_100{force}", 0.1, low=-0.3, high=1e3),),
-            says="The stiffness of {component} {changes} with its force (cubic spring, {all:+.3g} at 100 {force}).",
+            says="The stiffness of {component} {first:hardens|softens} with its force (cubic spring, {all:+.3g} at 100 "
+            "{force}).",
             called="cubic",
         ),
     )
@@ -227,10 +227,6 @@ class LegNonlinearStiffness(DeclaredEffect):
         "The stiffness of {component} changes with its force ({variant}): {all:1e6 +.2f} µ{motion} beyond the linear "
         "spring at 100 {force}."
     )
-
-    def said(self, text: str, values: Values) -> str:
-        hardens = next(iter(values.values()))[0] > 0.0
-        return super().said(text.replace("{changes}", "hardens" if hardens else "softens"), values)
 
 
 _OPENINGS = (0.2, 0.4, 0.6, 0.8)
@@ -266,7 +262,7 @@ def _flag(at: Acting, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
     return theta[0] * at.compliance * following, following
 
 
-class SelfCentring(DeclaredEffect):
+class SelfCentring(Effect):
     """A preloaded joint of a leg opens under load and closes later than it opened: a flag-shaped loop.
 
     Beside the spring stands a joint that is closed until the force exceeds F_o; beyond, it yields by a compliance of

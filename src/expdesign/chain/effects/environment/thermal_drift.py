@@ -19,8 +19,7 @@ from expdesign.chain.component import (
     long_links,
 )
 from expdesign.chain.declaration import IN_1000_S, Beyond, Declaration, Input, Size, Variant
-from expdesign.chain.declared_effect import DeclaredEffect, Shows
-from expdesign.chain.effect import Parameter, Values, When
+from expdesign.chain.effect import Effect, Parameter, Shows, Values, When
 from expdesign.chain.form import Acting, Form
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES, POSITIONS, LoadedPoints, Measurand
 from expdesign.chain.row import Row
@@ -66,7 +65,7 @@ def _seen_drivers(robot: Robot, points: LoadedPoints) -> Shows:
     )
 
 
-class ThermalDrift(DeclaredEffect):
+class ThermalDrift(Effect):
     """A deflection that follows temperature or time, not load.
 
     Legs: Δq gains α·q·ΔT (variant empty) or rate·q·t (`time`). `environment`: the reading gains a constant times
@@ -99,9 +98,9 @@ class ThermalDrift(DeclaredEffect):
         """Whether it follows time, not the temperature."""
         return str(self.variant) == _TIME
 
-    @property
-    def acts_at(self) -> str:
-        return "environment" if self.component == ENVIRONMENT else self.declared.port
+    @classmethod
+    def port_at(cls, component: Component) -> str:
+        return "environment" if component == ENVIRONMENT else cls.declared.port
 
     @classmethod
     def components(cls, robot: Robot) -> list[Component]:
@@ -181,7 +180,7 @@ class ArmThermalDrift(ThermalDrift):
         if str(self.variant) == _WARM_UP:
             if self.component.part is Part.LINK:
                 raise ValueError(f"`{self.component}` has no variant `{self.variant}`")
-            return DeclaredEffect.describe(self)
+            return Effect.describe(self)
         unit, scale = ("per_s", 1e-8) if self.of_time else ("per_K", 1e-6)
         name = f"drift_{{motion}}_{unit}"
         if self.component.part is Part.LINK:
@@ -202,7 +201,7 @@ class ArmThermalDrift(ThermalDrift):
 
     def sentence(self, values: Values) -> str:
         if len(values) > 1:
-            return DeclaredEffect.sentence(self, values)
+            return Effect.sentence(self, values)
         per = "second" if self.of_time else "kelvin"
         if self.component.part is Part.LINK:
             return self.said(f"{{subject}} grows: {{first:1e6 .3g}} µm per metre and {per}.", values)
@@ -213,7 +212,7 @@ FEWEST = 10
 """Rows below which a slow drift is not looked for."""
 
 
-class WarmUpByRows(DeclaredEffect):
+class WarmUpByRows(Effect):
     """A joint shifts as the machine warms up, in recordings without time: along `sequence`, one row like the next.
 
     Δq gains drift·(e^(−n₀/ν) − e^(−n/ν)), n rows after the first of all. Deflections are relative to the first row of

@@ -10,8 +10,7 @@ import casadi as ca
 
 from expdesign.chain.component import INSTRUMENT, Component, on_any
 from expdesign.chain.declaration import Beyond, Declaration, Input, Size, Variant, rounded
-from expdesign.chain.declared_effect import DeclaredEffect
-from expdesign.chain.effect import Parameter, Values, When
+from expdesign.chain.effect import Effect, Parameter, Values, When
 from expdesign.chain.form import Form
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSITIONS, LoadedPoints, measured_axes
 from expdesign.chain.row import Row
@@ -25,7 +24,7 @@ _DRIFT = tuple(Parameter(f"drift_{axis}_m_per_h", 1e-4) for axis in "xyz")
 _TURNING = tuple(Parameter(f"drift_r{axis}_rad_per_h", 1e-5) for axis in "xyz")
 
 
-class InstrumentDrift(DeclaredEffect):
+class InstrumentDrift(Effect):
     """An instrument that measures positions drifts: its frame shifts and turns slowly against the robot's base.
 
     The reading y gains v·t + (w·t)×y, t the time since the first recorded row. Variants: `shift` and `shift and turn`
@@ -83,7 +82,7 @@ def _seen_turns(points: LoadedPoints) -> list[Axes]:
     return [Axes.POSES] if len(seen) == len(pairs) else seen
 
 
-class InstrumentMisalignment(DeclaredEffect):
+class InstrumentMisalignment(Effect):
     """The instrument's axes are rotated from the base frame by Q.
 
     An instrument that measures poses reads the position Qᵀ·p and the orientation Qᵀ·R·Q in its own axes, and a
@@ -147,7 +146,7 @@ class InstrumentMisalignment(DeclaredEffect):
         return rates @ ca.vertcat(turn.T @ twist[:3], turn.T @ twist[3:])
 
 
-class InstrumentScale(DeclaredEffect):
+class InstrumentScale(Effect):
     """The instrument's scale is wrong on one or more axes: it reads (1 + s_i)·d_i on the translational axes."""
 
     identifier = "instrument.scale"
@@ -197,7 +196,7 @@ class Duration:
         return cls(float(match.group(1)))
 
 
-class FrameWander(DeclaredEffect):
+class FrameWander(Effect):
     """The base, or the instrument's stand, wanders during a campaign: Brownian motion of the frame between them.
 
     The reading y gains x(t) + w(t)×y. Each coordinate is a Brownian motion from the first row on, as the

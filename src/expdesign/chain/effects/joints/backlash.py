@@ -6,7 +6,7 @@ import numpy as np
 
 from expdesign.chain.component import each_joint, sliding_joints
 from expdesign.chain.declaration import STRAIN_WAVE, Input, Parameter, Size
-from expdesign.chain.declared_effect import DeclaredEffect, Shows
+from expdesign.chain.effect import Effect, Shows
 from expdesign.chain.effects.legs.transmission import LegBacklash
 from expdesign.chain.form import Form
 from expdesign.chain.play import SLACK, play, resting
@@ -23,7 +23,7 @@ def _pushed_by_nothing(robot: Robot, points: LoadedPoints) -> Shows:
     return lambda joint, rest: str(rest) == "middle" or free[joint.index]
 
 
-class JointBacklash(DeclaredEffect):
+class JointBacklash(Effect):
     """A joint has play: it jumps by the gap where its torque changes sign.
 
     The torque is the whole one, the weight of the links included: unloaded, a joint rests on the side to which the
@@ -47,7 +47,7 @@ class JointBacklash(DeclaredEffect):
     says = LegBacklash.says
 
 
-class ExtensionPlay(DeclaredEffect):
+class ExtensionPlay(Effect):
     """A telescope's play along its axis changes with its extension: a worn spindle, a guide that overlaps less.
 
     A joint that nothing pushes rests in the middle of its gap.

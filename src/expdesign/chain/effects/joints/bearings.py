@@ -16,8 +16,7 @@ from expdesign.chain.component import (
     with_links_beyond,
 )
 from expdesign.chain.declaration import Declaration, Input, Size, Variant
-from expdesign.chain.declared_effect import DeclaredEffect
-from expdesign.chain.effect import Parameter, Values
+from expdesign.chain.effect import Effect, Parameter, Values
 from expdesign.chain.form import Form
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
@@ -33,7 +32,7 @@ _ALIKE = Form(parameters=_lateral("lateral"))
 _TWO = Form(name="two directions", parameters=_lateral("lateral_1", "lateral_2"))
 
 
-class JointCompliance(DeclaredEffect):
+class JointCompliance(Effect):
     """A joint's gearbox and bearing yield off the joint's axis.
 
     The base model's joint turns about its axis only. Its bearing also tilts under the moment across the axis: the arm
@@ -112,7 +111,7 @@ def across(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
     return first, np.cross(axis, first)
 
 
-class ExtensionCompliance(DeclaredEffect):
+class ExtensionCompliance(Effect):
     """A telescope's guide yields more the farther it is extended.
 
     The arm beyond a prismatic joint turns by (C₀ + C₁·q)·M about the joint, M being the moment there and q its

@@ -18,8 +18,7 @@ from expdesign.chain.component import (
     yielded,
 )
 from expdesign.chain.declaration import LOOSELY, Declaration, Input, Size, Variant
-from expdesign.chain.declared_effect import DeclaredEffect
-from expdesign.chain.effect import Parameter, Values
+from expdesign.chain.effect import Effect, Parameter, Values
 from expdesign.chain.effects.legs.geometry import GeometricStiffness
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSITIONS, LoadedPoints, Measurand
 from expdesign.chain.row import Row
@@ -32,7 +31,7 @@ ANGLE, LENGTH = 2e-3, 5e-4
 MADE = "assumed: zeros set by marks and castings machined to 2 mrad and 0.5 mm, not calibrated"
 
 
-class GeometricError(DeclaredEffect):
+class GeometricError(Effect):
     """Geometry of an arm, as its positions show it: zeros of joints, and frames of links that are not in place.
 
     Components: `joint k` (its zero), `all joints` (all zeros), `link k` (the frame at its far end, six motions),
@@ -202,7 +201,7 @@ class ArmGeometryError(GeometricError):
 _PASSES = 2
 
 
-class ArmGeometricStiffness(DeclaredEffect):
+class ArmGeometricStiffness(Effect):
     """The change of an arm's geometry under load, by its own weight as well as by the payload's (theory.md 2.3).
 
     The joints stand in equilibrium where they are, not where they were sent: δ = c∘(τ_g(q + δ) + J(q + δ)ᵀF(q + δ)),

@@ -8,8 +8,7 @@ import numpy as np
 
 from expdesign.chain.component import ALL_JOINTS, each_joint, each_leg, on
 from expdesign.chain.declaration import Declaration, Input, Size, Variant
-from expdesign.chain.declared_effect import DeclaredEffect, Shows
-from expdesign.chain.effect import Effect, Parameter, Values, When
+from expdesign.chain.effect import Effect, Parameter, Shows, Values, When
 from expdesign.chain.effects.legs.transmission import EncoderPeriodicError, pitch
 from expdesign.chain.form import Acting, Form
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSITIONS, LoadedPoints
@@ -29,7 +28,7 @@ def _short_of_load(at: Acting, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
     return -missing, at.elongation - missing
 
 
-class ReadBeforeSettled(DeclaredEffect):
+class ReadBeforeSettled(Effect):
     """Positions were read before the arm had settled: its joints had not yet come where they were sent.
 
     The joints stand at 1 − ρ of the way from where they stood in the row before to the command, so that the logged
@@ -112,7 +111,7 @@ _HARMONIC = 1.5e-4
 """rad; the largest errors that makers of strain-wave gears state are twice this."""
 
 
-class JointHarmonics(DeclaredEffect):
+class JointHarmonics(Effect):
     """Errors of all joints' positions that repeat once and twice a turn: an eccentric and an oval scale or gear.
 
     Δq_k gains Σ_n a_nk·sin(n·q_k) + b_nk·cos(n·q_k), n = 1, 2, for every turning joint k. A calibration of an arm puts

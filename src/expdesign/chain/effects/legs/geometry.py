@@ -7,8 +7,7 @@ import numpy as np
 
 from expdesign.chain.component import GEOMETRY, Component, each_leg, on, turned_lever
 from expdesign.chain.declaration import ONLY, Declaration, Input, Size, Variant
-from expdesign.chain.declared_effect import DeclaredEffect
-from expdesign.chain.effect import Parameter, Values
+from expdesign.chain.effect import Effect, Parameter, Values
 from expdesign.chain.recordings.recordings import POSES, POSITIONS
 from expdesign.chain.row import Row
 from expdesign.mechanics.elastostatics.maps import geometric_stiffness_expression
@@ -27,7 +26,7 @@ class LegEnd(StrEnum):
     PLATFORM = "platform"
 
 
-class JointPositionError(DeclaredEffect):
+class JointPositionError(Effect):
     """A joint is not where the geometry says, so that both the true pose and the lever arms differ.
 
     True minus nominal position of a leg's `base` or `platform` joint (variant), in the frame it is fixed to.
@@ -68,7 +67,7 @@ class JointPositionError(DeclaredEffect):
         return moved
 
 
-class LegGeometry(DeclaredEffect):
+class LegGeometry(Effect):
     """Every joint's place and every leg's length, as absolute poses show them (theory.md 9.I).
 
     The true pose X solves q(X; g + δg) = q(X_C; g) + δl, X_C being the command: the controller computes lengths with
@@ -114,7 +113,7 @@ class Correction(StrEnum):
     MAPPING = "mapping"
 
 
-class GeometricStiffness(DeclaredEffect):
+class GeometricStiffness(Effect):
     """The change of geometry under load: the conservative stiffness mapping, and more (theory.md 2.3, plant P2).
 
     The loaded pose satisfies q(X + ΔX) = q(X) + Δq with the actuator forces of the loaded pose. One Newton step from

@@ -8,8 +8,7 @@ import casadi as ca
 
 from expdesign.chain.component import each_leg, legs_and_all, on, passive_joint_turns
 from expdesign.chain.declaration import Declaration, Input, Size, Variant
-from expdesign.chain.declared_effect import DeclaredEffect
-from expdesign.chain.effect import Parameter
+from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.effects.legs.geometry import LegEnd
 from expdesign.chain.form import Acting, Form
 from expdesign.chain.row import Row
@@ -36,7 +35,7 @@ def _yields(at: Acting, theta: ca.SX, end: LegEnd) -> tuple[ca.SX, ca.SX]:
 _ENDS = tuple(Form(partial(_yields, end=end), str(end)) for end in LegEnd)
 
 
-class PassiveJointCompliance(DeclaredEffect):
+class PassiveJointCompliance(Effect):
     """A leg's passive joint, or its mount, yields differently along different directions.
 
     Only the part of the yielding that lies along the leg changes its length. A compliance that is the same in all
@@ -98,7 +97,7 @@ _SHARES = {
 resist being turned about the leg with half of it."""
 
 
-class PassiveJointStiffness(DeclaredEffect):
+class PassiveJointStiffness(Effect):
     """Joints or flexures resist rotation, with `joint_Nm_per_rad` at both ends of the legs.
 
     A leg between two joints with rotational stiffness k bends both of them as the platform moves: with the leg's own

@@ -9,8 +9,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component, each_leg, on
 from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size, Variant
-from expdesign.chain.declared_effect import DeclaredEffect
-from expdesign.chain.effect import Parameter, Values, When
+from expdesign.chain.effect import Effect, Parameter, Values, When
 from expdesign.chain.form import Acting, Form
 from expdesign.chain.play import resting
 from expdesign.chain.recordings.recordings import LoadedPoints
@@ -18,7 +17,7 @@ from expdesign.chain.row import Row
 from expdesign.mechanics.robots.robot import Robot
 
 
-class LegBacklash(DeclaredEffect):
+class LegBacklash(Effect):
     """A leg has play: its length jumps by the gap where its force changes sign.
 
     Variants: the unloaded leg rests in the `middle` of the gap, or at its `short` or `long` end.
@@ -62,7 +61,7 @@ class Partner:
         return f"{'shared with' if self.shared else 'force of'} {self.leg}"
 
 
-class LegCoupling(DeclaredEffect):
+class LegCoupling(Effect):
     """The force in one leg deflects another, as through a mount that they share: Δq_j gains κ·τ_k.
 
     Variants: `force of leg k` (one way) and `shared with leg k` (both ways, as Maxwell and Betti have it for an elastic
@@ -117,7 +116,7 @@ def _repeats(at: Acting, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
     return theta[0] * ca.sin(angle) + theta[1] * ca.cos(angle), at.state
 
 
-class EncoderPeriodicError(DeclaredEffect):
+class EncoderPeriodicError(Effect):
     """A leg's commanded length has an error that repeats with the pitch of its screw.
 
     Δq gains amplitude·sin(2π·q/pitch + phase). In deflections it is an offset of all rows of a series that depends on

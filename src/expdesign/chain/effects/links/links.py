@@ -11,13 +11,12 @@ from expdesign.chain.component import (
     with_links_beyond,
 )
 from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size
-from expdesign.chain.declared_effect import DeclaredEffect
-from expdesign.chain.effect import Parameter
+from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.recordings.recordings import POSITIONS
 from expdesign.chain.row import Row
 
 
-class LinkCompliance(DeclaredEffect):
+class LinkCompliance(Effect):
     """A link bends and twists as a beam that is clamped where it begins and carries what lies beyond its far end.
 
     With force f and moment M at the far end of a link of length L along d (Euler and Bernoulli; κ = L/EI, κ_t = L/GJ),
@@ -61,7 +60,7 @@ _SPREAD = 0.3
 """Standard deviation of a link's true mass about that of its CAD model, which lacks cables, covers and grease."""
 
 
-class LinkMassError(DeclaredEffect):
+class LinkMassError(Effect):
     """A link weighs something else than its URDF says (CAD masses without cables, covers or grease).
 
     `link k`, with what hangs on it, weighs 1 + `relative_mass_error` times as much as assumed. Own weight cancels from

@@ -11,8 +11,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import PAYLOAD, PLATFORM, Component, heavy_links, on, on_any, tilted_load
 from expdesign.chain.declaration import ONLY, Declaration, Input, Size, Variant, rounded
-from expdesign.chain.declared_effect import DeclaredEffect
-from expdesign.chain.effect import Parameter, Values, When
+from expdesign.chain.effect import Effect, Parameter, Values, When
 from expdesign.chain.form import Form
 from expdesign.chain.recordings.recordings import POSITIONS, LoadedPoints
 from expdesign.chain.row import Row
@@ -20,7 +19,7 @@ from expdesign.mechanics.robots.orientation import moment
 from expdesign.mechanics.robots.robot import Robot
 
 
-class PayloadComOffset(DeclaredEffect):
+class PayloadComOffset(Effect):
     """The payload's centre of mass is not where it was assumed (theory.md 5.2: L = [0; −[m g]ₓ R]).
 
     The force acts at R·(c + d): its moment about the origin of P grows by (R·d) × f.
@@ -52,7 +51,7 @@ class PayloadComOffset(DeclaredEffect):
         return wrench + ca.vertcat(ca.SX.zeros(split), moment(row.rotation @ theta, wrench[:split]))
 
 
-class LoadDirectionTilt(DeclaredEffect):
+class LoadDirectionTilt(Effect):
     """Gravity, or the load, does not act along the assumed direction (theory.md 5.2, tilt of gravity).
 
     The force is turned by small angles about x and y of O (`tilted_load`).
@@ -146,7 +145,7 @@ def _disc(size: float) -> Form:
     )
 
 
-class PayloadMassError(DeclaredEffect):
+class PayloadMassError(Effect):
     """The payload's mass, or the scale of the wrench, is not as assumed.
 
     An error that is the same fraction of every load is a change of scale of all compliances, which no deflection can
@@ -253,7 +252,7 @@ def _sensed(index: int, column: str) -> tuple[Form, Form]:
     return same, grows
 
 
-class ForceSensor(DeclaredEffect):
+class ForceSensor(Effect):
     """The sensor by which loads are known does not read in proportion on one axis, or has a wrong scale there.
 
     A scale that is wrong on all axes alike is a change of all compliances (theory.md 5.2) and cannot be seen; on one
@@ -293,7 +292,7 @@ _LIGHTEST = 1e-9
 """kg; a centre of less is not told."""
 
 
-class UnknownTool(DeclaredEffect):
+class UnknownTool(Effect):
     """A tool or a payload of unknown mass and centre rides on the tip in every row.
 
     Its weight is m·g, at R·c about the origin of P; the first moments m·c (`tool_moment_x_kgm`) are fitted, in which
@@ -331,7 +330,7 @@ class UnknownTool(DeclaredEffect):
 
     def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         weight = ca.vertcat(theta[0] * row.gravity, moment(row.rotation @ theta[1:], row.gravity))
-        return wrench + (weight if self.form is None else self._own_row(row, self.form) * weight)
+        return wrench + (weight if self.variant_form is None else self._own_row(row, self.variant_form) * weight)
 
     def _own_row(self, row: Row, tip: Form) -> ca.SX:
         """1 in rows of the tip that has the tool, of several, and 0 in others."""
@@ -340,15 +339,15 @@ class UnknownTool(DeclaredEffect):
 
     def own_weight_change(self, row: Row, theta: ca.SX) -> ca.SX:
         """In rows of other tips the tool weighs as a part of the robot."""
-        if self.form is None:
+        if self.variant_form is None:
             return super().own_weight_change(row, theta)
         tree = self.robot.links.tree
         q = ca.SX.sym("q", len(self.robot.configuration))
-        pose = tree.forward(q)[self.form.name]
+        pose = tree.forward(q)[self.variant_form.name]
         # The first moments are no functions of q: their sum with the mass is m·p, of which gravity makes the torque.
         potential = ca.dot(row.gravity, theta[0] * pose[:3, 3] + pose[:3, :3] @ theta[1:])
         torque = ca.gradient(potential, q)[: len(self.robot.stiffness)]
-        return (1.0 - self._own_row(row, self.form)) * ca.substitute(torque, q, row.pose)
+        return (1.0 - self._own_row(row, self.variant_form)) * ca.substitute(torque, q, row.pose)
 
     def reported(self, theta: ca.SX) -> dict[str, ca.SX]:
         mass = ca.if_else(ca.fabs(theta[0]) > _LIGHTEST, theta[0], _LIGHTEST)
@@ -357,6 +356,6 @@ class UnknownTool(DeclaredEffect):
 
     def sentence(self, values: Values) -> str:
         centre = ", ".join(f"{1e3 * values[name][0]:.0f}" for name in values if name.startswith("tool_com"))
-        tip = "the tip `{variant}`" if self.form is not None else "the tip"
+        tip = "the tip `{variant}`" if self.variant_form is not None else "the tip"
         rides = f"rides on {tip}, its centre of mass at ({centre}) mm in its axes."
         return self.said(f"A tool of {{tool_mass_kg:.3g}} kg that nothing accounts for {rides}", values)

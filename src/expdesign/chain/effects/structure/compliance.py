@@ -1,25 +1,21 @@
 """Compliances in series with the legs, fixed to the platform and to the ground."""
 
-from enum import StrEnum
+from abc import abstractmethod
 from typing import ClassVar
 
 import casadi as ca
 
 from expdesign.chain.component import BASE, PLATFORM, on, on_any, symmetric
 from expdesign.chain.declaration import TEN_PERCENT, Declaration, Input, Size
-from expdesign.chain.declared_effect import DeclaredEffect
-from expdesign.chain.effect import Parameter, When
+from expdesign.chain.effect import Effect, Parameter, When
+from expdesign.chain.form import Form
 from expdesign.chain.recordings.recordings import measured_axes
 from expdesign.chain.row import Row
 from expdesign.coordinates import Coordinates
 from expdesign.mechanics.robots.orientation import frame_turn, twist_transfer
 
-
-class Shape(StrEnum):
-    """Which elements of a compliance are not zero."""
-
-    DIAGONAL = "diagonal"
-    FULL = "full"
+_DIAGONAL, _FULL = Form(name="diagonal"), Form(name="full")
+"""Which elements of a compliance are not zero."""
 
 
 def compliance_parameters(coordinates: Coordinates, full: bool) -> tuple[Parameter, ...]:
@@ -40,7 +36,24 @@ def compliance_parameters(coordinates: Coordinates, full: bool) -> tuple[Paramet
     return tuple(diagonal + upper)
 
 
-class PlatformCompliance(DeclaredEffect):
+class _Carrier(Effect):
+    """What carries the platform moves by the twist C·F, F being the wrench that passes through it."""
+
+    forms = (_DIAGONAL, _FULL)
+
+    def describe(self) -> tuple[Parameter, ...]:
+        return compliance_parameters(self.robot.coordinates, self.variant == _FULL)
+
+    def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
+        carry, load = self.through(wrench, row, self.robot.coordinates.n)
+        return deflection + row.rates @ carry @ symmetric(theta, load.shape[0]) @ carry.T @ load
+
+    @abstractmethod
+    def through(self, wrench: ca.SX, row: Row, n: int) -> tuple[ca.SX, ca.SX]:
+        """The transfer (n, n) of its twist to the platform, and the wrench (n,) at the platform that loads it."""
+
+
+class PlatformCompliance(_Carrier):
     """The platform or the payload's mount deforms: a compliance fixed to the platform, in series with the legs.
 
     ΔX gains T·diag(R, R)·C·diag(R, R)ᵀ·F with C constant in the platform frame, about the origin of P.
@@ -59,20 +72,14 @@ class PlatformCompliance(DeclaredEffect):
         inputs=(Input.FORCE,),
         sizes=(Size("compliance_*", 0.1, TEN_PERCENT, "pose compliance"),),
     )
-    forms = tuple(Shape)
     at = on(lambda robot: not robot.on_support, PLATFORM)  # a body is rigid; what it stands on yields
     says = "The platform or the payload's mount yields: the payload moves against the joints' plate under load."
 
-    def describe(self) -> tuple[Parameter, ...]:
-        return compliance_parameters(self.robot.coordinates, self.variant is Shape.FULL)
-
-    def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        n = self.robot.coordinates.n
-        turn = frame_turn(row.rotation, n)
-        return deflection + row.rates @ turn @ symmetric(theta, n) @ turn.T @ wrench
+    def through(self, wrench: ca.SX, row: Row, n: int) -> tuple[ca.SX, ca.SX]:
+        return frame_turn(row.rotation, n), wrench
 
 
-class BaseCompliance(DeclaredEffect):
+class BaseCompliance(_Carrier):
     """The base or the ground deforms: a compliance fixed to the ground, in series with the legs.
 
     The base moves by the twist C·F_O, F_O being the wrench referred to the origin of O, and carries all along.
@@ -91,17 +98,11 @@ class BaseCompliance(DeclaredEffect):
         inputs=(Input.FORCE,),
         sizes=(Size("compliance_*", 0.1, TEN_PERCENT, "pose compliance"),),
     )
-    forms = tuple(Shape)
     # In the plane a base that only shifts moves as a mount on the platform does, and neither turns anything.
     at = on_any(BASE)
     # Without translations this is what `support.compliance` of a body says with fewer parameters.
     when: ClassVar[When] = lambda robot, points: not robot.on_support or measured_axes(points) & {0, 1, 2}
     says = "The base or the ground yields: the whole robot moves against the instrument under load."
 
-    def describe(self) -> tuple[Parameter, ...]:
-        return compliance_parameters(self.robot.coordinates, self.variant is Shape.FULL)
-
-    def structure(self, deflection: ca.SX, wrench: ca.SX, compliance: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        n = self.robot.coordinates.n
-        carry = twist_transfer(row.position, n)
-        return deflection + row.rates @ carry @ symmetric(theta, n) @ carry.T @ (wrench + row.weight)
+    def through(self, wrench: ca.SX, row: Row, n: int) -> tuple[ca.SX, ca.SX]:
+        return twist_transfer(row.position, n), wrench + row.weight

@@ -7,7 +7,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.chain.component import BASE, Component, symmetric
+from expdesign.chain.component import Component, symmetric
 from expdesign.chain.declaration import Input, Size, Variant
 from expdesign.chain.effect import Parameter, When
 from expdesign.chain.effects.actuators.actuators import Creep, FrictionHysteresis
@@ -15,7 +15,7 @@ from expdesign.chain.effects.support.statics import entries
 from expdesign.chain.memory import carried, relaxed
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
-from expdesign.chain.support_effect import DRIVES, OBLIQUE, SupportEffect, SupportForm, shown_drives
+from expdesign.chain.support_effect import DRIVES, OBLIQUE, SupportEffect, SupportForm, driven
 from expdesign.mechanics.robots.robot import Robot
 
 _AZIMUTHS = tuple(np.linspace(0.0, np.pi, 6, endpoint=False))
@@ -60,15 +60,12 @@ class SupportFriction(SupportEffect):
         )
         for drive in (*DRIVES, OBLIQUE)
     )
+    shows = driven
     builds_on = "base_compliance"
     says = (
         "Loading and unloading of the support differ: part of it follows the load {variant.drive.where} only when that "
         "has changed by more than {friction:.3g} {force}."
     )
-
-    @classmethod
-    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        return [(BASE, form) for form in cls.forms if form.drive in shown_drives(points)]
 
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
         drive = self.variant.drive

@@ -19,6 +19,7 @@ from expdesign.chain.support_effect import (
     OBLIQUE,
     SupportEffect,
     SupportForm,
+    driven,
     over_pose,
     shown_drives,
     taken_up,
@@ -161,7 +162,7 @@ class SupportNonlinearity(SupportEffect):
                 name=f"{_STIFFENING} {drive}",
                 twist=_cubic,
                 parameters=(Parameter("cubic_{motion}_at_100_{force}", 1e-6),),
-                says="The support {softens} with the load {variant.drive.where} (cubic).",
+                says="The support {first:softens|stiffens} with the load {variant.drive.where} (cubic).",
                 called=_STIFFENING,
                 drive=drive,
             )
@@ -178,25 +179,18 @@ class SupportNonlinearity(SupportEffect):
             for drive in (*DRIVES, OBLIQUE)
         ),
     )
+    shows = driven
     builds_on = "base_compliance"
     says = (
         "The support yields differently beyond {lift_off.best:.3g} {force} {variant.drive.where}, as where a foot "
         "lifts off."
     )
 
-    @classmethod
-    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        return [(BASE, form) for form in cls.forms if form.drive in shown_drives(points)]
-
     def starts(self, points: LoadedPoints) -> list[FloatArray]:
         drive = self.variant.drive
         if self.variant.called == _STIFFENING:
             return [self.neutral()]
         return drive.starts(_AROUND, lambda a: np.quantile(drive.load(points.absolute.T, *a), (0.25, 0.5, 0.75)))
-
-    def said(self, text: str, values: Values) -> str:
-        softens = next(iter(values.values()))[0] > 0.0
-        return super().said(text.replace("{softens}", "softens" if softens else "stiffens"), values)
 
 
 _PLAY = (
