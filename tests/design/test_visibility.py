@@ -12,9 +12,10 @@ import expdesign as xd
 from expdesign.app.api.configuration import problem_of
 from expdesign.errors import InfeasibleError, InputError
 from expdesign.mechanics.robots.serial import SerialRobot
-from expdesign.planning.visibility import Reflector, Visibility, distance_between
+from expdesign.planning.visibility import Visibility, distance_between
 from tests.commands.calls import yaml_file
 from tests.design.problems import changed, searched
+from tests.oracle import Array
 from tests.robots.urdf import joint_text, link_text, robot_of
 
 ARM = (
@@ -52,7 +53,13 @@ CONFIG: dict[str, Any] = {
     "objectives": ["duir"],
     "optimiser": {"population": 8, "generations": 2, "seed": 1, "effort": "quick"},
 }
-FORWARD = Reflector(np.zeros(3), np.array([1.0, 0.0, 0.0]), np.deg2rad(30.0))
+FORWARD = (np.zeros(3), np.array([1.0, 0.0, 0.0]), np.deg2rad(30.0))
+
+
+def looked(station: Array, reflectors: list[Any], radius: float, least: int | None = None) -> Visibility:
+    """What reflectors with place, direction and acceptance show a station."""
+    places, directions, acceptances = (np.array(column) for column in zip(*reflectors, strict=True))
+    return Visibility(station, places, directions, acceptances, radius, np.zeros(len(places), dtype=np.int64), least)
 
 
 def arm(folder: Path) -> SerialRobot:
@@ -67,7 +74,7 @@ def written(folder: Path, **change: Any) -> Path:
 
 def test_the_cone_is_the_angle_to_the_station(tmp_path: Path) -> None:
     """The tip stands at (1.2·cos a, 1.2·sin a, 1) and looks along a; the station is straight ahead at a = 0."""
-    seen, robot = Visibility(np.array([3.0, 0.0, 1.0]), (FORWARD,), 0.0), arm(tmp_path)
+    seen, robot = looked(np.array([3.0, 0.0, 1.0]), [FORWARD], 0.0), arm(tmp_path)
     for angle in (0.0, 0.1, 0.3, 1.0, 2.0):
         line = np.array([3.0 - 1.2 * np.cos(angle), -1.2 * np.sin(angle)])
         away = angle - np.arctan2(line[1], line[0])
@@ -76,13 +83,13 @@ def test_the_cone_is_the_angle_to_the_station(tmp_path: Path) -> None:
 
 def test_links_hide_what_is_behind_them(tmp_path: Path) -> None:
     """A station behind the base sees the tip through the beam, by its whole radius; from above it sees past it."""
-    back = Reflector(np.array([0.0, 0.0, 0.1]), np.array([-1.0, 0.0, 0.0]), 3.1)
+    back = (np.array([0.0, 0.0, 0.1]), np.array([-1.0, 0.0, 0.0]), 3.1)
     robot, still = arm(tmp_path), np.zeros(3)
     # From (-2, 0, 1) the line rises from the beam's height to 0.1 m above the tip: nearest at the column's head.
     height = 0.1 * 2.0 / 3.2
-    hidden = Visibility(np.array([-2.0, 0.0, 1.0]), (back,), 0.2).excess(robot, still)[1]
+    hidden = looked(np.array([-2.0, 0.0, 1.0]), [back], 0.2).excess(robot, still)[1]
     assert hidden == pytest.approx(0.2 - height * np.cos(np.arctan2(0.1, 3.2)), abs=1e-6)
-    above = Visibility(np.array([1.2, 0.0, 4.0]), (back,), 0.05).excess(robot, still)[1]
+    above = looked(np.array([1.2, 0.0, 4.0]), [back], 0.05).excess(robot, still)[1]
     assert above == pytest.approx(0.05 - np.hypot(0.2, 0.1), abs=1e-9)  # the beam ends 0.2 m before the tip
 
 
@@ -101,10 +108,10 @@ def test_distances_of_segments_are_the_least_of_many_points() -> None:
 
 def test_of_several_reflectors_as_many_have_to_be_seen_as_asked(tmp_path: Path) -> None:
     robot, station = arm(tmp_path), np.array([3.0, 0.0, 1.0])
-    away = Reflector(np.zeros(3), np.array([-1.0, 0.0, 0.0]), np.deg2rad(30.0))
+    away = (np.zeros(3), np.array([-1.0, 0.0, 0.0]), np.deg2rad(30.0))
     still = np.zeros(3)
-    assert Visibility(station, (FORWARD, away), 0.0, least=1).excess(robot, still).max() < 0.0
-    assert Visibility(station, (FORWARD, away), 0.0).excess(robot, still)[0] == pytest.approx(np.deg2rad(150.0))
+    assert looked(station, [FORWARD, away], 0.0, least=1).excess(robot, still).max() < 0.0
+    assert looked(station, [FORWARD, away], 0.0).excess(robot, still)[0] == pytest.approx(np.deg2rad(150.0))
 
 
 @pytest.mark.parametrize("listed", [True, pytest.param(False, marks=pytest.mark.slow)])

@@ -9,13 +9,14 @@ that a model has from its own recordings are those of the model, and not drawn.
 """
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.models.model_file import Model
+from expdesign.chain.models.model_file import Model, model_of_robot
 from expdesign.chain.readings.position import MarkerPosition, TipPose
 from expdesign.chain.readings.reading import MeasuredPose, Reading
 from expdesign.chain.recordings.recordings import LoadedPoints
@@ -23,6 +24,7 @@ from expdesign.chain.row import row_data
 from expdesign.errors import InputError
 from expdesign.estimation.acting_loads import ACTING
 from expdesign.estimation.compensation.target_loads import TargetLoads
+from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.errors.source import DirectionError
 from expdesign.planning.plan import Plan
@@ -31,7 +33,7 @@ from expdesign.planning.problem import DesignProblem
 _LOAD_STREAM, _NOISE_STREAM, _PAYLOAD_STREAM, _CHECK_STREAM = 1, 2, 3, 4
 
 
-def simulated_deflections(
+def simulated_readings(
     problem: DesignProblem,
     plan: Plan,
     points: LoadedPoints,
@@ -42,30 +44,37 @@ def simulated_deflections(
     errors: bool,
     targets: TargetLoads | None = None,
 ) -> FloatArray:
-    """Deflections of all pose coordinates (m, rad), shape (N, n), noise on the measured ones only.
+    """Deflections of all pose coordinates (m, rad), or poses where these are measured, shape (N, n), noise on the
+    measured axes only.
 
     Args:
         problem: noise, load errors, and the base model with the approximate stiffness.
         plan: the measurements, rows as in the file.
         points: the same rows in the order of their sequence.
-        model: what deflects in place of the base model, or None.
+        model: what deflects in place of the configuration's robot, or None.
         seed: the same seed gives the same errors of the loads and the same noise, whichever of them is switched off.
         noise: whether there is noise.
         errors: whether the loads have errors.
         targets: what the rows carry, in the order of the file, where these are check measurements; else None.
+
+    Raises:
+        InputError: poses are measured, and the model is of positions of markers.
     """
-    loaded, model = problem.loaded, _truth(problem, model)
+    loaded, model = problem.loaded, truth(problem, model).at_targets
     added: FloatArray = np.zeros((len(plan), loaded.robot.coordinates.n))
-    if errors:
+    if errors and loaded.regressor.needs_load:
         added = load_errors(loaded, plan, seed, targets, model)
-    if model is None:
-        deflections = loaded.deflections(plan.configurations, plan.loads, added)
+    loads = with_errors(points, added)
+    if loaded.regressor.referenced:
+        found = _predicted(model.chain, model, loads, targets)
+    elif loaded.robot.jointed:
+        found = _tip_poses(model, loads, targets)
     else:
-        order = np.argsort(points.lines, kind="stable")
-        deflections = _predicted(model.chain, model, with_errors(points, added), targets)[order]
+        found = _predicted(_with_poses(model), model, loads, targets)
+    found = found[np.argsort(points.lines, kind="stable")]
     if noise:
-        deflections[:, problem.noise.axes] += plan_noise(problem, plan, seed, check=targets is not None)
-    return deflections
+        found[:, problem.noise.axes] += plan_noise(problem, plan, seed, check=targets is not None)
+    return found
 
 
 def plan_noise(problem: DesignProblem, plan: Plan, seed: int, *, check: bool = False) -> FloatArray:
@@ -75,11 +84,11 @@ def plan_noise(problem: DesignProblem, plan: Plan, seed: int, *, check: bool = F
     return problem.noise.drawn(plan.series, 1, np.random.default_rng([seed, stream]), pose_map)[0]
 
 
-def _truth(problem: DesignProblem, model: Model | None) -> Model | None:
-    """What deflects, with the errors of the loads that it has from its own recordings."""
+def truth(problem: DesignProblem, model: Model | None) -> Model:
+    """What deflects: a model, or the robot of the configuration."""
     if model is None and problem.found is not None:
         model = problem.found.model
-    return None if model is None else model.at_targets
+    return model or model_of_robot(problem.loaded.robot, YamlDocument(problem.source, Path(), {}))
 
 
 def load_errors(
@@ -115,10 +124,10 @@ def _own_errors(loaded: LoadedRobot, plan: Plan, seed: int, targets: TargetLoads
     return added
 
 
-def _predicted(chain: Chain, model: Model | None, points: LoadedPoints, targets: TargetLoads | None) -> FloatArray:
+def _predicted(chain: Chain, model: Model, points: LoadedPoints, targets: TargetLoads | None) -> FloatArray:
     """Readings (N, r) in the order of the sequence, of what the rows carry where they are of targets."""
-    if model is None or targets is None:
-        return chain.predict(row_data(points, chain.robot), chain.start() if model is None else model.values)
+    if targets is None:
+        return chain.predict(row_data(points, chain.robot), model.values)
     carries = np.empty_like(targets.carries)
     carries[np.argsort(points.lines, kind="stable")] = targets.carries
     return replace(targets, carries=carries).motions(chain, model, points)
@@ -131,40 +140,6 @@ def with_errors(points: LoadedPoints, added: FloatArray) -> LoadedPoints:
     return replace(points, wrenches=points.wrenches + in_sequence, absolute=points.absolute + in_sequence)
 
 
-def simulated_poses(
-    problem: DesignProblem,
-    plan: Plan,
-    points: LoadedPoints,
-    model: Model | None,
-    seed: int,
-    *,
-    noise: bool,
-    errors: bool,
-    targets: TargetLoads | None = None,
-) -> FloatArray:
-    """Measured poses (m, rad), shape (N, n), noise on the measured axes only; arguments as in `simulated_deflections`.
-
-    Without a model they are the commands, with the deflections of the base model where there are loads; of arms the
-    poses of the tip in the base's frame, with the sag under the links' weight.
-
-    Raises:
-        InputError: the model is of positions of markers.
-    """
-    loaded, model = problem.loaded, _truth(problem, model)
-    if loaded.robot.jointed:
-        chain = Chain(loaded.robot) if model is None else model.chain
-        chain = Chain(chain.robot, chain.effects, reading=_tip(chain.reading))
-    else:
-        chain = Chain(loaded.robot, reading=MeasuredPose()) if model is None else _with_poses(model, problem)
-    none = np.zeros((len(plan), loaded.robot.coordinates.n))
-    added = load_errors(loaded, plan, seed, targets, model) if errors and loaded.regressor.needs_load else none
-    predicted = _tip_poses if loaded.robot.jointed else _predicted
-    poses = predicted(chain, model, with_errors(points, added), targets)[np.argsort(points.lines, kind="stable")]
-    if noise:
-        poses[:, problem.noise.axes] += plan_noise(problem, plan, seed, check=targets is not None)
-    return poses
-
-
 def _tip(identified: Reading) -> TipPose:
     """The reading of a tip's pose in the base's frame; of an absolute one, in which the links' weight shows."""
     if identified.absolute:
@@ -172,8 +147,9 @@ def _tip(identified: Reading) -> TipPose:
     return TipPose(MarkerPosition(("tip",), {"tip": np.zeros(3)}, np.zeros(6), np.zeros(0)))
 
 
-def _tip_poses(chain: Chain, model: Model | None, points: LoadedPoints, targets: TargetLoads | None) -> FloatArray:
-    """Poses (N, 6) of the tip of an arm, x ... rz with R = Rz·Ry·Rx."""
+def _tip_poses(model: Model, points: LoadedPoints, targets: TargetLoads | None) -> FloatArray:
+    """Poses (N, 6) of the tip of an arm, x ... rz with R = Rz·Ry·Rx, with the sag under the links' weight."""
+    chain = Chain(model.chain.robot, model.chain.effects, reading=_tip(model.chain.reading))
     aim = chain.robot.jacobians(points.configurations).rotation
     names = chain.reading.names
     marker = np.zeros(len(points), dtype=np.int64)
@@ -182,7 +158,7 @@ def _tip_poses(chain: Chain, model: Model | None, points: LoadedPoints, targets:
     return np.column_stack([found[:, :3], Rotation.from_matrix(turned).as_euler("xyz")])
 
 
-def _with_poses(model: Model, problem: DesignProblem) -> Chain:
+def _with_poses(model: Model) -> Chain:
     """The model's chain with a reading of poses; one of deflections has no parameters of the instrument either."""
     chain = model.chain
     if "frames" in chain.reading.record:

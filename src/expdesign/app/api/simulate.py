@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -29,7 +28,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.component import component_from_text
 from expdesign.chain.effect import Effect, Parameter
 from expdesign.chain.models.effect_entry import effect_classes, effects_of
-from expdesign.chain.models.model_file import Model, model_of_robot
+from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES, measured_names
 from expdesign.chain.recordings.references import reference_names
@@ -38,11 +37,10 @@ from expdesign.estimation.compensation.prediction import require_history
 from expdesign.estimation.compensation.target_loads import checked_targets
 from expdesign.io.nearest import nearest
 from expdesign.io.units import NUMBER, QUANTITY, quantities, quantity, require_dimension
-from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import require_same_robot
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.synthetic import simulated_deflections, simulated_poses
+from expdesign.planning.synthetic import simulated_readings, truth
 from expdesign.report.recording_texts import SimulationResult
 from expdesign.report.result import filled
 
@@ -97,14 +95,15 @@ def simulate(
         own = problem.loaded.robot
         require_same_robot(identified.chain.robot, identified.source, own, problem.source, confirmed=other_robot)
     if conceal:
-        base = identified or (None if problem.found is None else problem.found.model)
-        base = base or model_of_robot(problem.loaded.robot, YamlDocument(problem.source, Path(), {}))
-        identified = with_concealed(base, [conceal] if isinstance(conceal, str) else conceal, problem)
+        identified = with_concealed(
+            truth(problem, identified), [conceal] if isinstance(conceal, str) else conceal, problem
+        )
         require_history(identified, complete)
     referenced = problem.loaded.regressor.referenced
-    made = simulated_deflections if referenced else simulated_poses
     targets = checked_targets(complete, problem.loaded.robot)
-    readings = made(problem, given, points, identified, seed, noise=noise, errors=load_errors, targets=targets)
+    readings = simulated_readings(
+        problem, given, points, identified, seed, noise=noise, errors=load_errors, targets=targets
+    )
     frame = complete.frame.drop(columns=[REFERENCE if referenced else "kind"], errors="ignore")
     if not referenced:
         frame["kind"] = "pose"
