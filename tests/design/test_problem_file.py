@@ -146,7 +146,7 @@ WRONG: list[tuple[dict[str, Any], dict[str, Any], str, str]] = [
     (BIPOD, {"targets.0.tolerance.dx_m": 0.0}, "targets[0].tolerance.dx_m", "greater"),
     (BIPOD, {"targets.0.tolerance.dx": 1.0}, "targets[0].tolerance.dx", "dx_m"),
     (BIPOD, {"targets.0.weight": -1.0}, "targets[0].weight", "greater"),
-    (BIPOD, {"targets.0.gravity_m_s2": [0, 0, 1]}, "targets[0].gravity_m_s2", "2 components"),
+    (BIPOD, {"targets.0.gravity_m_s2": [0, 0, 1]}, "targets[0].gravity_m_s2", "2 numbers"),
     (BIPOD, {"aggregate": "median"}, "aggregate", "mean"),
     (BIPOD, {"objectives": []}, "objectives", "at least one"),
     (BIPOD, {"objectives": ["duir", "duir"]}, "objectives", "twice"),

@@ -68,17 +68,24 @@ class YamlDocument:
         """The error to raise where what stands here cannot be meant."""
         return InputError(what, where=str(self), remedy=remedy)
 
-    def file(self, name: str) -> Path:
-        """The place of a file that is named in this one.
+    @property
+    def file(self) -> Path:
+        """The file that is named here.
 
         Raises:
-            InputError: it is a pipe or a device, which only a person can name: reading may never end.
+            InputError: there is none, or it is a pipe or a device, which only a person can name: reading may never end.
         """
-        place = self.folder / name
-        there = os.path.exists(place)  # False for a name that no file can have, which its reader says
-        if there and not (place.is_file() or place.is_dir()):
+        place = self.folder / self.content
+        if os.path.isfile(place):  # False for a name that no file can have
+            return place
+        if os.path.exists(place) and not os.path.isdir(place):
             raise InputError("this is a pipe or a device, not a file", where=str(place), remedy="Name a file.")
-        return place
+        raise self.fault(f"there is no file {place}", "Paths are relative to the file in which they stand.")
+
+    @property
+    def written_out(self) -> "YamlDocument":
+        """What stands in the file that is named here; the document itself where none is named."""
+        return read_yaml(self.file) if isinstance(self.content, str) else self
 
 
 def dotted(path: KeyPath) -> str:

@@ -19,7 +19,6 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.errors import InputError
-from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.elastostatics.maps import actuator_forces
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.loads.load import Load
@@ -27,7 +26,7 @@ from expdesign.mechanics.robots.drawing import Drawing
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.schema import CollisionsSection, ConstraintsSection, ExperimentSection, PrimitiveSection
 from expdesign.planning.space import DesignSpace, Required
-from expdesign.planning.tips import tips_of
+from expdesign.planning.tips import pose_of, tips_of
 from expdesign.planning.visibility import Visibility, read_visibility
 
 
@@ -301,26 +300,27 @@ def required(section: ConstraintsSection | None, space: DesignSpace, robot: Robo
     """
     if section is None:
         return Required()
-    m = space.measurements
     _require_as_many(section, space)
-    for name, count in (("poses", len(section.poses)), ("masses_kg", len(section.masses_kg))):
-        if count > m:
-            what = f"{count} are more than the {m} measurements"
-            raise section.where(name).fault(what, "Name fewer, or measure more.")
     poses = []
-    for index, pose in enumerate(section.poses):
-        place = section.where("poses", index)
-        tips = bool(tips_of(robot))  # whichever is measured there
-        if len(pose) != space.n_pose - tips:
-            count = space.n_pose - tips
-            raise place.fault(f"{count} numbers are needed here", "Like `targets[].pose`.")
-        if not bool(robot.usable(np.array([*pose, *[1.0] * tips]))):
+    for index, stated in enumerate(section.poses):
+        place, tips = section.where("poses", index), bool(tips_of(robot))  # whichever is measured there
+        poses.append(pose_of(stated, robot, place))
+        if not bool(robot.usable(np.array([*poses[-1], *[1.0] * tips]))):
             raise place.fault("the pose is beyond the limits, or singular", "Choose another pose.")
-        poses.append(_decisions(space, np.array(pose), 0, place))
-    masses = []
-    for index, mass in enumerate(section.masses_kg):
-        masses.append(_decisions(space, np.array([mass]), space.n_pose, section.where("masses_kg", index)))
-    return Required(tuple(poses), tuple(masses))
+    masses = [np.array([mass]) for mass in section.masses_kg]
+    found: list[list[FloatArray]] = [[], []]
+    wanted = (("poses", 0, poses), ("masses_kg", space.n_pose, masses))
+    for decisions, (key, first, values) in zip(found, wanted, strict=True):
+        if len(values) > space.measurements:
+            what = f"{len(values)} are more than the {space.measurements} measurements"
+            raise section.where(key).fault(what, "Name fewer, or measure more.")
+        for index, value in enumerate(values):
+            decision = space.decisions_of(value, first)
+            if decision is None:
+                remedy = "Only what `experiment.poses` and `experiment.load` allow can occur."
+                raise section.where(key, index).fault("this cannot be chosen", remedy)
+            decisions.append(decision)
+    return Required(*map(tuple, found))
 
 
 def _require_as_many(section: ConstraintsSection, space: DesignSpace) -> None:
@@ -334,12 +334,3 @@ def _require_as_many(section: ConstraintsSection, space: DesignSpace) -> None:
         if demanded > offered:
             what = f"{demanded} different {noun} are demanded, and `experiment.{source}` offers {offered:.0f}"
             raise section.where(key).fault(what, "Demand fewer, or offer more.")
-
-
-def _decisions(space: DesignSpace, wanted: FloatArray, first: int, place: YamlDocument) -> FloatArray:
-    """Genes (g,) at which the quantities from `first` on are as wanted; NaN for decisions that others depend on."""
-    found = space.decisions_of(wanted, first)
-    if found is None:
-        remedy = "Only what `experiment.poses` and `experiment.load` allow can occur."
-        raise place.fault("this cannot be chosen", remedy)
-    return found

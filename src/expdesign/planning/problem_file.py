@@ -14,7 +14,7 @@ from expdesign.estimation.compensation.target_loads import TargetLoads
 from expdesign.estimation.coverage import STANDARD
 from expdesign.io.kinds import require_kind
 from expdesign.io.nearest import nearest
-from expdesign.io.schema import validate
+from expdesign.io.schema import Section, validate
 from expdesign.io.table import read_table
 from expdesign.io.yaml_reader import YamlDocument, read_yaml
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
@@ -62,7 +62,6 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
     if not robot.actuated:
         what = f"a {robot.kind} has no actuators whose stiffness a plan could identify"
         raise section.where("robot").fault(what, "`expdesign diagnose` finds from recordings what it stands on.")
-    _gravity_matches(section, robot)
     experiment = section.experiment
     regressor = read_regressor(section, robot)
     load = _load(load_section(experiment), robot)
@@ -76,7 +75,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         found = with_geometric_stiffness(robot, found, document.source)
     loaded = LoadedRobot(robot, load, sources, regressor, None if found is None else found.physics)
     noise = read_noise(experiment.deflection_noise, robot, referenced=regressor.referenced)
-    targets, wrenches, target_loads = _targets(section, loaded)
+    targets, wrenches, target_loads, own_loads = _targets(section, loaded)
     space = _space(experiment, robot, load, poses, budget)
     problem = DesignProblem(
         loaded=loaded,
@@ -84,7 +83,7 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         targets=targets,
         target_wrenches=wrenches,
         target_loads=target_loads,
-        own_loads=_own_loads(section, robot),
+        own_loads=own_loads,
         space=space,
         objectives=(),
         optimiser=section.optimiser,
@@ -129,14 +128,7 @@ def _resolved(section: RunSection, robot: Any, poses: PoseSet) -> dict[str, Any]
 
 def _robot(section: RunSection) -> tuple[Robot, Any, FoundRobot | None]:
     """The robot, the content of its file, and what it was found to be where that is a model file."""
-    if isinstance(section.robot, str):
-        path = section.document.file(section.robot)
-        if not _is_file(path):
-            remedy = "Paths are relative to the configuration file."
-            raise section.where("robot").fault(f"there is no file {path}", remedy)
-        part = read_yaml(path)
-    else:
-        part = section.document.where("robot")
+    part = section.where("robot").written_out
     robot, found = robot_of(part)
     return robot, part.content, found
 
@@ -146,19 +138,6 @@ def _require_plain(found: FoundRobot | None, experiment: ExperimentSection) -> N
     if found is not None and found.physics is not None and experiment.calibration != "elastostatic":
         what = "a model with effects is planned for elastostatic calibration only"
         raise experiment.where("calibration").fault(what, "Take the key out, or name the robot file.")
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except OSError:  # a name that is too long, or a folder that may not be read
-        return False
-
-
-def _gravity_matches(section: RunSection, robot: Robot) -> None:
-    for target in section.targets:
-        if target.gravity_m_s2 is not None and len(target.gravity_m_s2) != len(robot.gravity):
-            raise target.where("gravity_m_s2").fault(f"{len(robot.gravity)} components are needed here", "In m/s².")
 
 
 def _load(section: LoadSection, robot: Robot) -> Load:
@@ -201,49 +180,35 @@ def _sources(experiment: ExperimentSection, load: Load) -> tuple[LoadErrorSource
     return tuple(sources)
 
 
-def _own_loads(section: RunSection, robot: Robot) -> TargetLoads | None:
-    """How well the payloads at the targets are known; None where wrenches act at some."""
-    found = TargetLoads.exact(len(section.targets), robot.coordinates)
-    for index, target in enumerate(section.targets):
-        if target.payload is None:
-            continue
-        found.carries[index] = target.payload.same_as is not None
-        stated = target.payload.std
-        if stated is not None:
-            found.deviations[index, 0] = stated.mass_kg or 0.0
-        if stated is not None and stated.com_m is not None:
-            centre = robot.coordinates.centre_of_mass
-            found.deviations[index, 1:] = _vector(stated.com_m, centre, stated.where("com_m"))
-    if not any(target.payload is None for target in section.targets):
-        return found
-    if found.carries.any() or found.deviations.any():
-        what = "a target states how well its payload is known, or whose weights it carries, and another has a wrench"
-        raise section.where("targets").fault(what, "Give every target a payload, or leave out `std` and `same_as`.")
-    return None
-
-
 def _targets(
     section: RunSection, loaded: LoadedRobot
-) -> tuple[Targets, FloatArray, tuple[tuple[LoadedRobot, FloatArray], ...]]:
+) -> tuple[Targets, FloatArray, tuple[tuple[LoadedRobot, FloatArray], ...], TargetLoads | None]:
+    """The targets, the wrenches there (t, n), the robot under each one's kind of load with the load's parameters, and
+    how well their payloads are known: None where wrenches act at some.
+    """
     robot, coordinates = loaded.robot, loaded.robot.coordinates
     poses, observations, wrenches, loads = [], [], [], []
     importance = np.zeros((len(section.targets), coordinates.n))
     axes = np.array([tolerance_axes(target, robot) for target in section.targets])
+    own = TargetLoads.exact(len(section.targets), coordinates)
     kinds: dict[type[Load], LoadedRobot] = {}  # one object for each kind: its expressions are built once
     for index, target in enumerate(section.targets):
         joints = pose_of(target.pose, robot, target.where("pose"))
         pose = np.concatenate([joints, tip_number(target.tip, robot, target.where("tip"))])
-        gravity = robot.gravity if target.gravity_m_s2 is None else np.array(target.gravity_m_s2)
+        stated = _vector(target, "gravity_m_s2", coordinates.gravity)
+        gravity = robot.gravity if target.gravity_m_s2 is None else stated
         load: Load
         if target.payload is not None:
             load = Payload(coordinates)
-            centre = target.payload.com_m or [0.0] * len(coordinates.centre_of_mass)
-            _vector(centre, coordinates.centre_of_mass, target.payload.where("com_m"))
+            centre = _vector(target.payload, "com_m", coordinates.centre_of_mass)
             parameters = np.array([target.payload.mass_kg, *centre, *gravity])
+            own.carries[index] = target.payload.same_as is not None
+            if target.payload.std is not None:
+                stated = _vector(target.payload.std, "com_m", coordinates.centre_of_mass)
+                own.deviations[index] = target.payload.std.mass_kg or 0.0, *stated
         else:
             load = Wrench(coordinates)
-            wrench = [0.0] * coordinates.n if target.wrench is None else target.wrench
-            parameters = _vector(wrench, coordinates.wrench, target.where("wrench"))
+            parameters = _vector(target, "wrench", coordinates.wrench)
         require_usable(robot, pose, str(target.where("pose")))
         if type(load) not in kinds:
             kinds[type(load)] = loaded.under(load, instrument=False)
@@ -257,17 +222,25 @@ def _targets(
     if loaded.regressor.referenced and not np.any(wrenches):
         what = "no target carries a load, so that there is nothing to compensate"
         raise section.where("targets").fault(what, "Name a payload (under gravity) or a wrench.")
+    payloads = all(target.payload is not None for target in section.targets)
+    if not payloads and (own.carries.any() or own.deviations.any()):
+        what = "a target states how well its payload is known, or whose weights it carries, and another has a wrench"
+        raise section.where("targets").fault(what, "Give every target a payload, or leave out `std` and `same_as`.")
     weights = np.array([target.weight for target in section.targets])
     arrays = (np.array(poses), np.array(observations), importance, weights)
-    own = any(target.tolerance_axes == "body" for target in section.targets)
-    targets = Targets(*arrays, coordinates.translations, section.aggregate, axes if own else None)
-    return targets, np.array(wrenches), tuple(loads)
+    body = any(target.tolerance_axes == "body" for target in section.targets)
+    targets = Targets(*arrays, coordinates.translations, section.aggregate, axes if body else None)
+    return targets, np.array(wrenches), tuple(loads), own if payloads else None
 
 
-def _vector(values: list[float], names: tuple[str, ...], place: YamlDocument) -> FloatArray:
+def _vector(section: Section, key: str, names: tuple[str, ...]) -> FloatArray:
+    """The numbers at a key, one of each name; 0 where it is left out."""
+    values = getattr(section, key)
+    if values is None:
+        return np.zeros(len(names))
     if len(values) != len(names):
         what = f"{len(names)} numbers are needed here, not {len(values)}"
-        raise place.fault(what, f"Order: {', '.join(names)}." if names else "")
+        raise section.where(key).fault(what, f"Order: {', '.join(names)}." if names else "")
     return np.array(values, dtype=float)
 
 
@@ -335,10 +308,7 @@ def _poses(section: PosesSection, robot: Robot) -> PoseSet:
             raise place.fault("there is no candidate", "Name at least one pose, or a file (CSV).")
         return PoseSet(candidates=at_tips(_distinct(np.array(rows)), tips))
     if section.candidates is not None:
-        path = section.document.file(section.candidates)
-        if not _is_file(path):
-            raise place.fault(f"there is no file {path}", "Paths are relative to the configuration.")
-        table = read_table(path, COLUMNS)
+        table = read_table(place.file, COLUMNS)
         if tips is not None and table.has(TIP_COLUMN):
             return PoseSet(candidates=_distinct(with_joint_columns(table, robot).numbers(robot.configuration)))
         return PoseSet(candidates=at_tips(_distinct(table.numbers(names)), tips))

@@ -17,7 +17,7 @@ from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.errors import ExpdesignError
 from expdesign.io.table import Table
-from expdesign.io.yaml_reader import YamlDocument, read_yaml
+from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import require_same_robot, robot_from_document
 from expdesign.planning.plan import Plan, completed, read_plan
@@ -151,9 +151,7 @@ def require_reachable(problem: DesignProblem, plan: Plan, table: Table) -> None:
 def target_findings(document: YamlDocument) -> list[Implausibility]:
     """What speaks against the robot and the targets' poses of a configuration that could not be read as a whole."""
     try:
-        robot = document.content["robot"]
-        named = isinstance(robot, str)
-        robot = robot_from_document(read_yaml(document.file(robot)) if named else document.where("robot"))
+        robot = robot_from_document(document.where("robot").written_out)
         poses = np.array([target["pose"] for target in document.content["targets"]], dtype=float)
     except (ExpdesignError, KeyError, TypeError, ValueError):
         return []

@@ -32,7 +32,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from expdesign.errors import InputError
 from expdesign.io.kinds import require_kind
 from expdesign.io.schema import LARGEST_COUNT, Count, Section, invalid, validate
-from expdesign.io.yaml_reader import YamlDocument, read_yaml
+from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.found_robot import robot_of
 from expdesign.planning.problem_file import problem_from_document, resolved_config
@@ -198,13 +198,7 @@ def text_of(value: Any) -> str:
 
 def _base(sweep: SweepSection, robots: "_Robots") -> dict[str, Any]:
     """The configuration that is varied, its robot read in and its paths made independent of where it lies."""
-    if isinstance(sweep.config, str):
-        path = sweep.document.file(sweep.config)
-        if not path.is_file():
-            raise sweep.where("config").fault(f"there is no file {path}", "Paths are relative to the sweep file.")
-        found = read_yaml(path)
-    else:
-        found = sweep.document.where("config")
+    found = sweep.where("config").written_out
     require_kind(found, "run configuration")
     if not isinstance(found.content, dict):
         raise found.where().fault("a run configuration is needed here", "See `expdesign new`.")
@@ -241,10 +235,7 @@ class _Robots:
     def content(self, path: Path, source: str) -> Any:
         """The mapping in the file of a robot."""
         if path not in self._contents:
-            if not path.is_file():
-                remedy = "Paths are relative to the file in which they stand."
-                raise InputError(f"there is no file {path}", where=f"{source}, robot", remedy=remedy)
-            document = read_yaml(path)
+            document = YamlDocument(source, path.parent, path.name, prefix=("robot",)).written_out
             content = document.content
             if isinstance(content, dict) and isinstance(content.get("urdf"), str):
                 content = content | {"urdf": str((document.folder / content["urdf"]).resolve())}

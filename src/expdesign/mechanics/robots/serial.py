@@ -119,14 +119,7 @@ class SerialRobot(Robot):
     @classmethod
     def from_document(cls, document: YamlDocument) -> Self:
         section = validate(SerialSection, document)
-        path = document.file(section.urdf)
-        try:
-            known = path.is_file()
-        except OSError:  # a name that is too long, or a folder that may not be read
-            known = False
-        if not known:
-            raise section.where("urdf").fault(f"there is no file {path}", "Paths are relative to the robot file.")
-        tree = _tree(section, path)
+        tree = _tree(section, section.where("urdf").file)
         names = configuration_names(tree)
         stiffness = section.actuator_stiffness or [np.inf] * len(tree.coordinates)
         if len(stiffness) != len(tree.coordinates):
