@@ -22,6 +22,7 @@ import numpy as np
 from autograd.core import VJPNode
 from autograd.numpy.numpy_boxes import ArrayBox
 from autograd.tracer import notrace_primitives, trace_primitives_map
+from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from expdesign.arrays import FloatArray
 
@@ -59,7 +60,7 @@ def _node(parents: Sequence[Any], vjp: Callable[[Any], Sequence[Any]]) -> Any:
     return node
 
 
-class _Recorded(ArrayBox):  # type: ignore[misc]
+class _Recorded(NDArrayOperatorsMixin, ArrayBox):  # type: ignore[misc]
     """A recorded array that NumPy's functions accept, so that code need not know whether it is differentiated."""
 
     __slots__ = ()
@@ -71,41 +72,9 @@ class _Recorded(ArrayBox):  # type: ignore[misc]
         return NotImplemented if rule is None else rule(*inputs, **kwargs)
 
     def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
-        rule = _FUNCTIONS.get(function)
-        if rule is None:
-            module = library.linalg if function.__module__ == "numpy.linalg" else library
-            rule = getattr(module, function.__name__, None)
+        module = library.linalg if function.__module__ == "numpy.linalg" else library
+        rule = _OPERATIONS.get(function) or getattr(module, function.__name__, None)
         return NotImplemented if rule is None else rule(*args, **kwargs)
-
-    def __add__(self, other: Any) -> Any:
-        return _add(self, other)
-
-    def __radd__(self, other: Any) -> Any:
-        return _add(other, self)
-
-    def __mul__(self, other: Any) -> Any:
-        return _multiply(self, other)
-
-    def __rmul__(self, other: Any) -> Any:
-        return _multiply(other, self)
-
-    def __neg__(self) -> Any:
-        return _multiply(self, -1.0)
-
-    def __sub__(self, other: Any) -> Any:
-        return _add(self, -other)
-
-    def __truediv__(self, other: Any) -> Any:
-        return library.true_divide(self, other) if type(other) is _Recorded else _multiply(self, 1.0 / other)
-
-    def __pow__(self, other: Any) -> Any:
-        return _square(self) if np.isscalar(other) and other == 2 else library.power(self, other)
-
-    def __matmul__(self, other: Any) -> Any:
-        return _matmul(self, other)
-
-    def __rmatmul__(self, other: Any) -> Any:
-        return _matmul(other, self)
 
     def __getitem__(self, index: Any) -> Any:
         value = self._value[index]
@@ -123,22 +92,6 @@ class _Recorded(ArrayBox):  # type: ignore[misc]
             return (result,)
 
         return _box(value, (self._node,), pull)
-
-    def reshape(self, *shape: Any) -> Any:
-        before = self._value.shape
-        return _box(self._value.reshape(*shape), (self._node,), lambda seed: (seed.reshape(before),))
-
-    def swapaxes(self, first: int, second: int) -> Any:
-        return _box(self._value.swapaxes(first, second), (self._node,), lambda seed: (seed.swapaxes(first, second),))
-
-    def sum(self, axis: Any = None, keepdims: bool = False) -> Any:
-        shape = self._value.shape
-
-        def pull(seed: FloatArray) -> tuple[FloatArray]:
-            spread = seed if keepdims or axis is None else np.expand_dims(seed, axis)
-            return (spread + np.zeros(shape),)
-
-        return _box(self._value.sum(axis=axis, keepdims=keepdims), (self._node,), pull)
 
 
 for _kind in (np.ndarray, np.float64):
@@ -227,21 +180,6 @@ def recorded(value: FloatArray, arguments: Sequence[Any], pulls: Sequence[Callab
     return _box(value, [node for node, _ in kept], lambda seed: [pull(seed) for _, pull in kept])
 
 
-def _of_two(
-    value: FloatArray,
-    first: Any,
-    second: Any,
-    to_first: Callable[[FloatArray], FloatArray],
-    to_second: Callable[[FloatArray], FloatArray],
-) -> Any:
-    """`recorded` for two arguments, one of which at least is recorded."""
-    if type(first) is not _Recorded:
-        return _box(value, (second._node,), lambda seed: (to_second(seed),))
-    if type(second) is not _Recorded:
-        return _box(value, (first._node,), lambda seed: (to_first(seed),))
-    return _box(value, (first._node, second._node), lambda seed: (to_first(seed), to_second(seed)))
-
-
 def recorded_parts(
     values: Sequence[FloatArray],
     arguments: Sequence[Any],
@@ -288,58 +226,22 @@ def transposed(matrices: FloatArray) -> FloatArray:
     return matrices.swapaxes(-1, -2)
 
 
-def _add(first: Any, second: Any) -> Any:
-    a, b = _numbers(first), _numbers(second)
-    return _of_two(a + b, first, second, lambda s: unbroadcast(s, a.shape), lambda s: unbroadcast(s, b.shape))
+Rule = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+"""(partial derivatives with respect to the result, first, second argument) → those with respect to one of them."""
 
 
-def _subtract(first: Any, second: Any) -> Any:
-    return _add(first, -second)
+def _operation(function: Callable[..., Any], to_first: Rule, to_second: Rule) -> Callable[[Any, Any], Any]:
+    """A function of two arrays that are broadcast against each other, with its adjoints."""
 
+    def recording(first: Any, second: Any) -> Any:
+        a, b = _numbers(first), _numbers(second)
+        pulls = (
+            lambda seed: unbroadcast(to_first(seed, a, b), a.shape),
+            lambda seed: unbroadcast(to_second(seed, a, b), b.shape),
+        )
+        return recorded(function(a, b), (first, second), pulls)
 
-def _multiply(first: Any, second: Any) -> Any:
-    a, b = _numbers(first), _numbers(second)
-    return _of_two(a * b, first, second, lambda s: unbroadcast(s * b, a.shape), lambda s: unbroadcast(s * a, b.shape))
-
-
-def _square(values: Any) -> Any:
-    numbers = values._value
-    return _box(numbers * numbers, (values._node,), lambda seed: (2.0 * numbers * seed,))
-
-
-def _matmul(first: Any, second: Any) -> Any:
-    a, b = _numbers(first), _numbers(second)
-    if min(a.ndim, b.ndim) < 2:
-        return library.matmul(first, second)
-    return _of_two(
-        a @ b,
-        first,
-        second,
-        lambda s: unbroadcast(s @ b.swapaxes(-1, -2), a.shape),
-        lambda s: unbroadcast(a.swapaxes(-1, -2) @ s, b.shape),
-    )
-
-
-def _where(condition: Any, first: Any, second: Any) -> Any:
-    a, b = _numbers(first), _numbers(second)
-    return _of_two(
-        np.where(condition, a, b),
-        first,
-        second,
-        lambda s: unbroadcast(np.where(condition, s, 0.0), a.shape),
-        lambda s: unbroadcast(np.where(condition, 0.0, s), b.shape),
-    )
-
-
-def _concatenate(arrays: Sequence[Any], axis: int = 0) -> Any:
-    values = [_numbers(array) for array in arrays]
-    ends = np.cumsum([value.shape[axis] for value in values]).tolist()
-    before = (slice(None),) * (axis % values[0].ndim)
-
-    def pull(start: int, end: int) -> Callable[[FloatArray], FloatArray]:
-        return lambda seed: seed[(*before, slice(start, end))]
-
-    return recorded(np.concatenate(values, axis=axis), arrays, list(map(pull, [0, *ends[:-1]], ends)))
+    return recording
 
 
 def _inverse_adjoint(inverse: FloatArray, matrices: FloatArray, seed: FloatArray) -> FloatArray:
@@ -376,11 +278,7 @@ def inverse_root(covariance: FloatArray) -> FloatArray:
 
 def product_transposed(first: Any, second: Any) -> Any:
     """A·Bᵀ of two batches of matrices of one batch shape."""
-    a, b = _numbers(first), _numbers(second)
-    value = a @ b.swapaxes(-1, -2)
-    if type(first) is not _Recorded and type(second) is not _Recorded:
-        return value
-    return _of_two(value, first, second, lambda s: s @ b, lambda s: s.swapaxes(-1, -2) @ a)
+    return _product_transposed(first, second)
 
 
 @with_adjoint(lambda product, matrices, seed: (seed + transposed(seed)) @ matrices)
@@ -419,10 +317,17 @@ def _qr(matrices: Any) -> tuple[Any, ...]:
     return recorded_parts((orthogonal, triangular), (matrices,), pull)
 
 
-_OPERATIONS: dict[Any, Any] = {np.matmul: _matmul, np.multiply: _multiply, np.add: _add, np.subtract: _subtract}
-_FUNCTIONS: dict[Any, Any] = {
+_product_transposed = _operation(
+    lambda a, b: a @ transposed(b), lambda seed, a, b: seed @ b, lambda seed, a, b: transposed(seed) @ a
+)
+_matrix_product = _operation(
+    np.matmul, lambda seed, a, b: seed @ transposed(b), lambda seed, a, b: transposed(a) @ seed
+)
+_OPERATIONS: dict[Any, Any] = {
+    np.add: _operation(np.add, lambda seed, a, b: seed, lambda seed, a, b: seed),
+    np.subtract: _operation(np.subtract, lambda seed, a, b: seed, lambda seed, a, b: -seed),
+    np.multiply: _operation(np.multiply, lambda seed, a, b: seed * b, lambda seed, a, b: seed * a),
+    np.matmul: lambda a, b: _matrix_product(a, b) if min(a.ndim, b.ndim) > 1 else library.matmul(a, b),
     np.linalg.qr: _qr,
     np.linalg.inv: inverse_with_adjoint(np.linalg.inv),
-    np.where: _where,
-    np.concatenate: _concatenate,
 }
