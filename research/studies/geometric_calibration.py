@@ -11,7 +11,6 @@ from pydantic import Field
 from expdesign.arrays import FloatArray
 from expdesign.io.schema import Positive
 from expdesign.io.yaml_reader import YamlDocument
-from expdesign.mechanics.robots.forward_kinematics import forward_kinematics
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import problem_from_document
@@ -169,11 +168,11 @@ def _variant(document: YamlDocument, settings: Settings, calibration: str, frame
 def _montecarlo(problem: DesignProblem, poses: FloatArray, settings: Settings) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Standard deviation of the attained pose at the first target, and how far it is from linear."""
     robot = problem.loaded.robot.inverse_kinematics
-    kinematics, joints = forward_kinematics(robot), len(robot.geometry)
+    joints = len(robot.geometry)
     count = joints + len(robot.stiffness)
     truth = settings.geometry_error_m * np.random.default_rng(settings.plan_seed).standard_normal(count)
     geometry, lengths = robot.geometry + truth[:joints], truth[joints:]
-    exact = kinematics.pose(robot.lengths(poses) + lengths, poses, geometry)
+    exact = robot.pose_of(robot.lengths(poses) + lengths, poses, geometry)
     assessment = _assess(problem, poses)
     gain, wanted = assessment.gain[0], problem.targets.observation[0]
     target = problem.targets.configurations[0]
@@ -183,7 +182,7 @@ def _montecarlo(problem: DesignProblem, poses: FloatArray, settings: Settings) -
         """Attained errors and −A^g_D·ε_π of readings with noise (s, m, 6)."""
         found = np.einsum("ipk,sik->sp", gain, exact - poses + noise)
         commands = target - found @ wanted.T
-        pose = kinematics.pose(robot.lengths(commands) + lengths, commands, geometry)
+        pose = robot.pose_of(robot.lengths(commands) + lengths, commands, geometry)
         return pose - target, -(found - truth) @ wanted.T
 
     errors = []

@@ -17,7 +17,6 @@ from expdesign.estimation.preparation.thermal_correction import (
 )
 from expdesign.io.schema import Count, Number, Positive
 from expdesign.io.yaml_reader import YamlDocument
-from expdesign.mechanics.robots.forward_kinematics import forward_kinematics
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import read_robot
 from research.studies.drawing import COLOURS, panels
@@ -148,7 +147,7 @@ def _measured(commands: FloatArray, poses: FloatArray, settings: Settings) -> Me
 
 
 def _true_poses(robot: ParallelRobot, commands: FloatArray, growth: FloatArray) -> FloatArray:
-    return forward_kinematics(robot).pose(robot.lengths(commands) + growth, commands)
+    return robot.pose_of(robot.lengths(commands) + growth, commands)
 
 
 def _corrected(robot: ParallelRobot, measured: MeasuredPoses, method: str) -> FloatArray:

@@ -7,7 +7,6 @@ import pytest
 
 from expdesign.errors import InputError
 from expdesign.mechanics.elastostatics.arm_calibration import regressor_for
-from expdesign.mechanics.robots.forward_kinematics import ForwardKinematics
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.criterion import known_criteria
@@ -33,7 +32,7 @@ def assessed(here: DesignProblem, seed: int = 0) -> Assessment:
 def moved(here: ParallelRobot, poses: Array, errors: Array) -> Array:
     """True poses at commanded poses (..., n) with geometric errors (..., p): q(X; g + δg) = q_cmd + δl."""
     joints, lengths = errors[..., : len(here.geometry)], errors[..., len(here.geometry) :]
-    return ForwardKinematics(here).pose(here.lengths(poses) + lengths, poses, here.geometry + joints)
+    return here.pose_of(here.lengths(poses) + lengths, poses, here.geometry + joints)
 
 
 @pytest.mark.parametrize("base", ["hexapod", "bipod"])

@@ -22,7 +22,6 @@ from expdesign.io.output import csv_text
 from expdesign.io.table import parse_table
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.elastostatics.maps import observation_matrix
-from expdesign.mechanics.robots.forward_kinematics import ForwardKinematics
 from expdesign.mechanics.robots.hexapod import Hexapod
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.robots.robot_file import RobotFile
@@ -61,7 +60,7 @@ def planned(*, interpolate: bool = False) -> tuple[DesignProblem, Plan, Hexapod,
 def measured(frame: pd.DataFrame, robot: ParallelRobot, growth: Array, noise: Array) -> pd.DataFrame:
     """The protocol filled in: legs grown by `growth` (N, 6), base model's deflection, noise (N, 6)."""
     commands = frame[list(robot.coordinates.pose)].to_numpy(dtype=float)
-    grown = ForwardKinematics(robot).pose(robot.lengths(commands) + growth, commands)
+    grown = robot.pose_of(robot.lengths(commands) + growth, commands)
     frame = frame.copy()
     for axis, name in enumerate(robot.coordinates.pose):
         frame[f"measured_{name}"] = (grown + base_deflections(robot, frame) + noise)[:, axis]
@@ -108,14 +107,14 @@ def test_growth_that_lasts_from_reference_to_pose_is_removed_exactly() -> None:
     _, _, robot, frame = planned()
     growth = drift(len(frame), 1)
     commands = frame[list(robot.coordinates.pose)].to_numpy(dtype=float)
-    grown = ForwardKinematics(robot).pose(robot.lengths(commands) + growth, commands)
+    grown = robot.pose_of(robot.lengths(commands) + growth, commands)
     filled = measured(frame, robot, growth, np.zeros((len(frame), 6)))
     for axis, name in enumerate(robot.coordinates.pose):
         filled[f"measured_{name}"] = grown[:, axis]
     poses = read(filled, robot)
     corrected = correct_poses(robot, poses)
     # All poses are those of the legs as the first reference found them.
-    first = ForwardKinematics(robot).pose(robot.lengths(commands) + growth[0], commands)[corrected.rows]
+    first = robot.pose_of(robot.lengths(commands) + growth[0], commands)[corrected.rows]
     np.testing.assert_allclose(corrected.after, first, atol=1e-13)
     assert np.abs(corrected.before - first).max() > 1e-6
 

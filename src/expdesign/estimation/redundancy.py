@@ -9,7 +9,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.effects.joints.geometry import CalibratedGeometryError
 from expdesign.mechanics.minimal_set import MinimalSet
 from expdesign.mechanics.robots.kinematic_tree import FRAME_AXES
-from expdesign.mechanics.robots.robot import Links
+from expdesign.mechanics.robots.serial import SerialRobot
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def labels_of(chain: Chain) -> list[str]:
     return labels
 
 
-def geometry_label(links: Links, index: int) -> str:
+def geometry_label(links: SerialRobot, index: int) -> str:
     """Of a geometric error of the tree: a joint's zero, or a coordinate of the frame of a joint or a tip."""
     count = len(links.tree.coordinates)
     if index < count:
@@ -79,7 +79,7 @@ def geometry_label(links: Links, index: int) -> str:
     return f"{frame_owner(links, (index - count) // len(FRAME_AXES))}'s frame, {axis}" if end else ""
 
 
-def frame_owner(links: Links, number: int) -> str:
+def frame_owner(links: SerialRobot, number: int) -> str:
     """Whose frame the far end of a link is: `joint 3`, the joint's name where it has no number, or a tip's."""
     end = links.tree.ends[number]
     if end.is_tip:

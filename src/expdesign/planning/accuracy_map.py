@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.mechanics.robots.robot import CONDITION_LIMIT
+from expdesign.mechanics.robots.robot import CONDITION_LIMIT, LIMIT_MARGIN
 from expdesign.planning.criteria.targets import body_axes
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.variables import Rows
@@ -98,7 +98,7 @@ def _weights(problem: DesignProblem, target: int, grid: FloatArray) -> FloatArra
     robot = problem.loaded.robot
     loaded, parameters = problem.target_loads[target]
     measured = loaded.measure(grid, np.broadcast_to(parameters, (*grid.shape[:-1], len(parameters))))
-    usable = (measured.jacobians.condition <= CONDITION_LIMIT) & (robot.limit_excess(grid) <= 1e-9)
+    usable = (measured.jacobians.condition <= CONDITION_LIMIT) & (robot.limit_excess(grid) <= LIMIT_MARGIN)
     observation = measured.observation
     if problem.config["targets"][target].get("tolerance_axes") == "body":
         observation = body_axes(robot, grid) @ observation

@@ -18,7 +18,7 @@ from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.errors import ExpdesignError
 from expdesign.io.table import Table
 from expdesign.io.yaml_reader import YamlDocument
-from expdesign.mechanics.robots.robot import Robot
+from expdesign.mechanics.robots.robot import LIMIT_MARGIN, Robot
 from expdesign.mechanics.robots.robot_file import require_same_robot, robot_from_document
 from expdesign.planning.plan import Plan, completed, read_plan
 from expdesign.planning.problem import DesignProblem
@@ -118,31 +118,24 @@ def plan_of(plan: TableInput, problem: DesignProblem, name: str = "plan", *, wit
     return GivenPlan(given, table, complete, points)
 
 
-BEYOND = 1e-9
-"""m or rad beyond a limit that are the rounding of a file."""
-
-
 def require_reachable(problem: DesignProblem, plan: Plan, table: Table) -> None:
     """Raise where a row is singular, or beyond the robot's limits."""
     robot = problem.loaded.robot
     robot.jacobians(plan.configurations).require_regular(table.where)
-    beyond = np.flatnonzero(robot.limit_excess(plan.configurations) > BEYOND)
-    if beyond.size:
-        row = int(beyond[0])
-        more = f" (and {beyond.size - 1} more)" if beyond.size > 1 else ""
-        what = f"the pose is beyond the robot's limits: {robot.limit_message(plan.configurations[row])}{more}"
-        raise table.fault(what, row, remedy="Choose a pose within them.")
+    rows, beyond = robot.beyond_limits(plan.configurations)
+    if rows.size:
+        raise table.fault(f"the pose is {beyond}", int(rows[0]), remedy="Choose a pose within them.")
     if problem.constraints is None:
         return
     collisions, seen = problem.constraints.collisions, problem.constraints.visibility
     excess = np.zeros(len(plan)) if collisions is None else collisions.excess(robot, plan.configurations)
-    if collisions is not None and (excess > BEYOND).any():
+    if collisions is not None and (excess > LIMIT_MARGIN).any():
         row = int(np.argmax(excess))
         distance = 1e3 * (collisions.stated.clearance_m - excess[row])
         what = f"parts of the robot or its payload come within {distance:.3g} mm (`experiment.constraints.collisions`)"
         raise table.fault(what, row, remedy="Choose another pose, or correct the parts.")
     hidden = np.zeros((len(plan), 2)) if seen is None else seen.excess(robot, plan.configurations)
-    if seen is not None and (hidden > BEYOND).any():
+    if seen is not None and (hidden > LIMIT_MARGIN).any():
         row = int(np.argmax(hidden.max(axis=1)))
         what = f"{seen.sentence(hidden[row])} (`experiment.constraints.visibility`)"
         raise table.fault(what, row, remedy="Choose another pose, or correct station and reflectors.")

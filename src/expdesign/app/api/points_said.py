@@ -8,13 +8,10 @@ import logging
 import re
 from collections.abc import Sequence
 
-import numpy as np
-
 from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.chain.recordings.columns import COLUMNS, SPELT
 from expdesign.chain.recordings.recordings import SESSION, STATION, LoadedPoints, Recordings
 from expdesign.coordinates import SPATIAL
-from expdesign.estimation.compensation.compensate import LIMIT_MARGIN
 from expdesign.mechanics.robots.robot import Robot
 
 _LOG = logging.getLogger(__name__)
@@ -69,8 +66,6 @@ def _with_near(name: str) -> str:
 
 def say_limits(points: LoadedPoints, robot: Robot) -> None:
     """Say which points are beyond the robot's limits: recorded rows may be, where a file states them too narrow."""
-    beyond = np.flatnonzero(robot.limit_excess(points.configurations) > LIMIT_MARGIN)
-    if beyond.size:
-        row, further = int(beyond[0]), f" (and {beyond.size - 1} more)" if beyond.size > 1 else ""
-        what = f"a point is beyond the robot's limits: {robot.limit_message(points.configurations[row])}{further}"
-        say([Implausibility(what, "Can the robot stand there?")], points.where(row))
+    rows, beyond = robot.beyond_limits(points.configurations)
+    if rows.size:
+        say([Implausibility(f"a point is {beyond}", "Can the robot stand there?")], points.where(int(rows[0])))

@@ -32,8 +32,6 @@ from expdesign.mechanics.robots.robot import Robot
 
 TOLERANCE = 1e-13
 """m, rad: largest remaining error of the predicted pose."""
-LIMIT_MARGIN = 1e-9
-"""m or rad; actuators beyond their limits by less are rounding."""
 _ANOTHER = "Choose another target."
 _ITERATIONS = 100
 
@@ -127,11 +125,10 @@ def _not_converged(targets: LoadedPoints, errors: FloatArray, iterations: int) -
 
 def require_within_limits(robot: Robot, targets: LoadedPoints, commands: FloatArray) -> None:
     """Raise an `InfeasibleError` that names the first target whose command (N, n_q) is beyond the robot's limits."""
-    beyond = np.flatnonzero(robot.limit_excess(commands) > LIMIT_MARGIN)
-    if beyond.size:
-        row = int(beyond[0])
-        what = f"the command would be beyond the robot's limits: {robot.limit_message(commands[row])}"
-        raise InfeasibleError(what, where=targets.where(row), remedy="Choose a pose within them.")
+    rows, beyond = robot.beyond_limits(commands)
+    if rows.size:
+        where = targets.where(int(rows[0]))
+        raise InfeasibleError(f"the command would be {beyond}", where=where, remedy="Choose a pose within them.")
 
 
 @dataclass(frozen=True)

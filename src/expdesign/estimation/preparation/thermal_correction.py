@@ -22,7 +22,6 @@ from expdesign.chain.recordings.points import points_from_table, require_one_com
 from expdesign.chain.recordings.recordings import POSES, LoadedPoints, in_order
 from expdesign.errors import InputError
 from expdesign.io.table import Table
-from expdesign.mechanics.robots.forward_kinematics import forward_kinematics
 from expdesign.mechanics.robots.parallel import ParallelRobot
 
 
@@ -140,7 +139,7 @@ def correct_poses(robot: ParallelRobot, measured: MeasuredPoses, *, interpolate:
         weights[index, 0] -= 1.0
     grown = robot.lengths(measured.poses[references])
     lengths = robot.lengths(measured.poses[rows]) - weights @ grown
-    after = forward_kinematics(robot).pose(lengths, measured.poses[rows])
+    after = robot.pose_of(lengths, measured.poses[rows])
     at_reference = robot.jacobians(measured.points.configurations[references[0]]).pose
     transfer = robot.jacobians(measured.points.configurations[rows]).pose @ np.linalg.inv(at_reference)
     own = spread = None

@@ -4,7 +4,6 @@ from typing import Annotated, Self
 
 import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike
 from pydantic import Field
 
 from expdesign.arrays import FloatArray
@@ -13,8 +12,8 @@ from expdesign.io.schema import Number, Positive, validate
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.drawing import Drawing, DrawnPart
 from expdesign.mechanics.robots.hexapod import LimitsSection
-from expdesign.mechanics.robots.parallel import ParallelRobot
-from expdesign.mechanics.robots.robot import RobotSection, gravity_or_standard
+from expdesign.mechanics.robots.parallel import StraightLegs
+from expdesign.mechanics.robots.robot import RobotSection
 
 Point = Annotated[list[Number], Field(min_length=2, max_length=2)]
 
@@ -34,34 +33,12 @@ class BipodSection(RobotSection):
     limits: LimitsSection = Field(default=LimitsSection(), description="Limits of the legs.")
 
 
-class Bipod(ParallelRobot):
+class Bipod(StraightLegs):
     """Two-leg planar robot; pose `[x, y]` of the tool point relative to `home`."""
 
     kind = "bipod"
-    on_straight_legs = True
     coordinates = PLANAR
     configuration = PLANAR.pose
-
-    def __init__(
-        self,
-        *,
-        base_joints: FloatArray,
-        home: FloatArray,
-        stiffness: FloatArray,
-        gravity: ArrayLike | None = None,
-        leg_length: tuple[float, float] | None = None,
-        name: str = "bipod",
-    ) -> None:
-        """See file-formats.md, Robot files; `base_joints` has shape (2, 2), `home` and `stiffness` (2,)."""
-        self.name = name
-        self.base_joints = np.asarray(base_joints, dtype=float)
-        self.platform_joints: FloatArray = np.zeros((2, 2))
-        self.home = np.asarray(home, dtype=float)
-        self.stiffness = np.asarray(stiffness, dtype=float)
-        self.gravity = gravity_or_standard(gravity, 2)
-        self.leg_length = leg_length
-        self.geometry = self.base_joints.ravel()
-        self.geometry_names = tuple(f"base {leg} {axis}" for leg in (1, 2) for axis in "xy")
 
     @classmethod
     def from_document(cls, document: YamlDocument) -> Self:
@@ -77,17 +54,6 @@ class Bipod(ParallelRobot):
 
     def rotation(self, pose: ca.SX) -> ca.SX:
         return ca.SX.eye(2)
-
-    @property
-    def straight_legs(self) -> Self:
-        return self
-
-    def leg_vectors(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
-        """Vectors from base joint to tool point (m), 2×2."""
-        return ca.repmat(ca.SX(self.home) + pose, 1, 2) - ca.reshape(geometry, 2, 2)
-
-    def actuator_lengths(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
-        return ca.sqrt(ca.sum1(self.leg_vectors(pose, geometry) ** 2)).T
 
     def scaling_frame(self) -> tuple[FloatArray, float]:
         return np.zeros(2), 1.0

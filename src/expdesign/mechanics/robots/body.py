@@ -93,9 +93,3 @@ class Body(PosedRobot):
 
     def actuator_coordinates(self, configurations: FloatArray) -> FloatArray:
         return np.zeros((*configurations.shape[:-1], 0))
-
-    def limit_excess(self, configurations: FloatArray) -> FloatArray:
-        return np.full(configurations.shape[:-1], -np.inf)
-
-    def limit_message(self, configuration: FloatArray) -> str:
-        return "a body has no limits"

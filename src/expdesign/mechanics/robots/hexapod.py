@@ -11,7 +11,6 @@ from typing import Annotated, Self
 
 import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
 from expdesign.arrays import FloatArray
@@ -20,8 +19,8 @@ from expdesign.io.schema import Number, Positive, Section, invalid, validate
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.robots.drawing import Drawing, DrawnPart
 from expdesign.mechanics.robots.orientation import Orientation, rotation_matrix
-from expdesign.mechanics.robots.parallel import ParallelRobot
-from expdesign.mechanics.robots.robot import RobotSection, gravity_or_standard
+from expdesign.mechanics.robots.parallel import StraightLegs
+from expdesign.mechanics.robots.robot import RobotSection
 
 _PAIRS = np.array([0.0, 120.0, 240.0])
 
@@ -131,39 +130,13 @@ class HexapodSection(RobotSection):
         return base, platform
 
 
-class Hexapod(ParallelRobot):
+class Hexapod(StraightLegs):
     """Six-leg parallel robot; pose `[x, y, z, rx, ry, rz]` relative to `home`."""
 
     kind = "hexapod"
-    on_straight_legs = True
+    orientation: Orientation
     coordinates = SPATIAL
     configuration = SPATIAL.pose
-
-    def __init__(
-        self,
-        *,
-        base_joints: FloatArray,
-        platform_joints: FloatArray,
-        home: FloatArray,
-        stiffness: FloatArray,
-        orientation: Orientation = "fixed-xyz",
-        gravity: ArrayLike | None = None,
-        leg_length: tuple[float, float] | None = None,
-        name: str = "hexapod",
-    ) -> None:
-        """See file-formats.md, Robot files; joints have shape (6, 3), `home` (3,), `stiffness` (6,)."""
-        self.name = name
-        self.base_joints = np.asarray(base_joints, dtype=float)
-        self.platform_joints = np.asarray(platform_joints, dtype=float)
-        self.home = np.asarray(home, dtype=float)
-        self.stiffness = np.asarray(stiffness, dtype=float)
-        self.orientation: Orientation = orientation
-        self.gravity = gravity_or_standard(gravity, 3)
-        self.leg_length = leg_length
-        self.geometry = np.concatenate([self.base_joints.ravel(), self.platform_joints.ravel()])
-        self.geometry_names = tuple(
-            f"{side} {leg} {axis}" for side in ("base", "platform") for leg in range(1, 7) for axis in "xyz"
-        )
 
     @classmethod
     def from_document(cls, document: YamlDocument) -> Self:
@@ -182,20 +155,6 @@ class Hexapod(ParallelRobot):
 
     def rotation(self, pose: ca.SX) -> ca.SX:
         return rotation_matrix(pose[3:6], self.orientation)
-
-    def leg_vectors(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
-        """Vectors from base joint to platform joint in base axes (m), 3×6 (theory.md 2.2: l = p + R b − a)."""
-        base = ca.reshape(geometry[:18], 3, 6)
-        platform = ca.reshape(geometry[18:], 3, 6)
-        position = ca.SX(self.home) + pose[0:3]
-        return ca.repmat(position, 1, 6) + self.rotation(pose) @ platform - base
-
-    @property
-    def straight_legs(self) -> Self:
-        return self
-
-    def actuator_lengths(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
-        return ca.sqrt(ca.sum1(self.leg_vectors(pose, geometry) ** 2)).T
 
     def scaling_frame(self) -> tuple[FloatArray, float]:
         centre: FloatArray = self.platform_joints.mean(axis=0)

@@ -6,15 +6,22 @@ CasADi's; the inverses of these small matrices are taken numerically, for whole 
 
 from abc import abstractmethod
 from functools import cached_property, partial
+from typing import Self
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 
 from expdesign.arrays import FloatArray
+from expdesign.errors import ConvergenceError
 from expdesign.mechanics.differentiation import plain
-from expdesign.mechanics.robots.orientation import angular_velocity_map, moments, velocities
-from expdesign.mechanics.robots.robot import CommandedState, Jacobians, Robot, invert
+from expdesign.mechanics.robots.orientation import Orientation, angular_velocity_map, moments, velocities
+from expdesign.mechanics.robots.robot import CommandedState, Jacobians, Robot, gravity_or_standard, invert
 from expdesign.mechanics.symbolic import BatchFunction
+
+_TOLERANCE = 1e-14
+"""m of leg length; rounding of lengths below a metre is 1e-16."""
+_PASSES = 30
 
 
 class PosedRobot(Robot):
@@ -100,6 +107,40 @@ class ParallelRobot(PosedRobot):
         (lengths,) = self._lengths(poses)
         return lengths
 
+    @cached_property
+    def _rates(self) -> BatchFunction:
+        pose, geometry = ca.SX.sym("X", self.coordinates.n), ca.SX.sym("g", len(self.geometry))
+        lengths = self.actuator_lengths(pose, geometry)
+        return BatchFunction("rates", [pose, geometry], [lengths, ca.jacobian(lengths, pose)])
+
+    def pose_of(self, lengths: FloatArray, start: FloatArray, geometry: FloatArray | None = None) -> FloatArray:
+        """Forward kinematics: poses (..., n) with given actuator coordinates, by Newton's method from poses nearby.
+
+        q(X + δX) = q(X) + ∂q/∂X·δX (thesis 1.13); from within the workspace it converges quadratically, and where it
+        does not, the coordinates belong to no pose near the start.
+
+        Args:
+            lengths: actuator coordinates (m or rad), shape (..., n_p).
+            start: poses nearby, shape (..., n).
+            geometry: joint coordinates in the order of `geometry_names` (m), shape (..., n_g); the robot's own if None.
+
+        Raises:
+            ConvergenceError: no pose near the start has these lengths.
+        """
+        coordinates = self.geometry if geometry is None else geometry
+        batch = np.broadcast_shapes(lengths.shape[:-1], start.shape[:-1], coordinates.shape[:-1])
+        pose: FloatArray = np.broadcast_to(start, (*batch, start.shape[-1])).copy()
+        for _ in range(_PASSES):
+            reached, rates = self._rates(pose, coordinates)
+            missing = lengths - reached
+            if not np.isfinite(rates).all():
+                break
+            pose += np.linalg.solve(rates, missing[..., None])[..., 0]
+            if np.abs(missing).max() < _TOLERANCE * max(1.0, float(np.abs(lengths).max()) / 0.1):
+                return pose
+        what = "there is no pose with these leg lengths near the one that is expected"
+        raise ConvergenceError(what, remedy="Check the lengths, or the geometry in the robot file.")
+
     @property
     def inverse_kinematics(self) -> "ParallelRobot":
         return self
@@ -149,19 +190,66 @@ class ParallelRobot(PosedRobot):
         condition: FloatArray = np.nan_to_num(norms / n, nan=np.inf, posinf=np.inf)
         return condition
 
-    def limit_excess(self, configurations: FloatArray) -> FloatArray:
-        if self.leg_length is None:
-            return np.full(configurations.shape[:-1], -np.inf)
-        lengths = self.lengths(configurations)
-        shortest, longest = self.leg_length
-        excess: FloatArray = np.maximum(shortest - lengths, lengths - longest).max(axis=-1)
-        return excess
 
-    def limit_message(self, configuration: FloatArray) -> str:
-        if self.leg_length is None:
-            return "the robot has no limits"
-        lengths = self.lengths(configuration)
-        excess = np.maximum(self.leg_length[0] - lengths, lengths - self.leg_length[1])
-        leg = int(np.argmax(excess))
-        shortest, longest = self.leg_length
-        return f"leg {leg + 1} would be {lengths[leg]:.6g} m long (limits {shortest:g} to {longest:g} m)"
+class StraightLegs(ParallelRobot):
+    """A platform on straight legs, each between a joint of the base and one of the platform.
+
+    Attributes:
+        base_joints: in O (m), shape (n_p, d).
+        platform_joints: in the platform's axes (m), shape (n_p, d).
+    """
+
+    on_straight_legs = True
+
+    def __init__(
+        self,
+        *,
+        base_joints: FloatArray,
+        home: FloatArray,
+        stiffness: FloatArray,
+        platform_joints: FloatArray | None = None,
+        orientation: Orientation = "fixed-xyz",
+        gravity: ArrayLike | None = None,
+        leg_length: tuple[float, float] | None = None,
+        name: str = "",
+    ) -> None:
+        """See file-formats.md, Robot files.
+
+        Args:
+            base_joints: shape (n_p, d).
+            home: shape (d,).
+            stiffness: shape (n_p,).
+            platform_joints: shape (n_p, d); None where all legs end at the tool point.
+            orientation: of poses with three angles.
+            gravity: shape (d,); the standard one if left out.
+            leg_length: shortest and longest leg, or None.
+            name: for reports; the kind if left out.
+        """
+        self.name = name or self.kind
+        self.base_joints = np.asarray(base_joints, dtype=float)
+        joints = {"base": self.base_joints}
+        if platform_joints is not None:
+            joints["platform"] = np.asarray(platform_joints, dtype=float)
+        self.platform_joints: FloatArray = joints.get("platform", np.zeros(self.base_joints.shape))
+        self.home = np.asarray(home, dtype=float)
+        self.stiffness = np.asarray(stiffness, dtype=float)
+        self.orientation = orientation if self.coordinates.rotations == 3 else None
+        self.gravity = gravity_or_standard(gravity, len(self.home))
+        self.leg_length = leg_length
+        self.geometry = np.concatenate([each.ravel() for each in joints.values()])
+        axes, legs = "xyz"[: len(self.home)], range(1, 1 + len(self.stiffness))
+        self.geometry_names = tuple(f"{side} {leg} {axis}" for side in joints for leg in legs for axis in axes)
+
+    def leg_vectors(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
+        """From base joint to platform joint in base axes (m), d×n_p (theory.md 2.2: l = p + R b − a)."""
+        legs, dimension = self.base_joints.shape
+        base, *platform = (ca.reshape(each, dimension, legs) for each in ca.vertsplit(geometry, legs * dimension))
+        ends = ca.repmat(ca.SX(self.home) + pose[:dimension], 1, legs)
+        return (ends + self.rotation(pose) @ platform[0] if platform else ends) - base
+
+    @property
+    def straight_legs(self) -> Self:
+        return self
+
+    def actuator_lengths(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
+        return ca.sqrt(ca.sum1(self.leg_vectors(pose, geometry) ** 2)).T

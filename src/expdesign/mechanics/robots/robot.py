@@ -13,7 +13,7 @@ gives all but `rotation`, `actuator_lengths`, `scaling_frame` and `from_document
   `jacobians_of`;
 - where the platform is: `position` and `frame`;
 - the actuators: `actuator_coordinates`, and `units` unless all of them are lengths;
-- limits: `limit_excess` and `limit_message`;
+- limits: `actuator_limits`, or `limits` where other coordinates have some as well;
 - where the rates of pose coordinates are not the components of the twist: `pose_rates`;
 - what else they have: own weight, a drawing, and the capabilities.
 
@@ -30,7 +30,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Protocol, Self
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Self
 
 import casadi as ca
 import numpy as np
@@ -44,58 +44,20 @@ from expdesign.io.schema import Number, Positive, Section, invalid
 from expdesign.io.yaml_reader import YamlDocument
 from expdesign.mechanics.differentiation import inverse_with_adjoint
 from expdesign.mechanics.robots.drawing import Drawing
-from expdesign.mechanics.robots.kinematic_tree import KinematicTree
 from expdesign.mechanics.robots.orientation import Orientation
 from expdesign.mechanics.symbolic import BatchFunction
 
 if TYPE_CHECKING:
-    from expdesign.mechanics.robots.parallel import ParallelRobot
-
-
-class StraightLegs(Protocol):
-    """Actuators that are straight legs between a joint of the base and one of the platform.
-
-    Attributes:
-        platform_joints: in the platform's axes (m), shape (n_p, d).
-    """
-
-    platform_joints: FloatArray
-
-    def leg_vectors(self, pose: ca.SX, geometry: ca.SX) -> ca.SX:
-        """From base joint to platform joint in base axes (m), d×n_p."""
-        ...
-
-
-class Links(Protocol):
-    """Links one after the other, with their masses and with errors of their geometry: robots commanded in joints.
-
-    Attributes:
-        tree: the kinematics, with all geometric errors and masses.
-        low, high: limits of the joint coordinates (rad or m), infinite where there are none, shape (n_q,).
-    """
-
-    tree: KinematicTree
-    low: FloatArray
-    high: FloatArray
-
-    def tip(self, q: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX]:
-        """Position (3,) in m and orientation (3×3) of the tip at joint coordinates (n_q,)."""
-        ...
-
-    def jacobian_expressions(self, configuration: ca.SX, geometry: ca.SX | None = None) -> tuple[ca.SX, ca.SX, ca.SX]:
-        """J, J̌ and R with errors of the geometry."""
-        ...
-
-    def own_weight_expression(
-        self, q: ca.SX, gravity: ca.SX, geometry: ca.SX | None = None, factors: ca.SX | None = None
-    ) -> ca.SX:
-        """Torques about the joints by the links' own weight (N·m or N), shape (n_q,)."""
-        ...
+    from expdesign.mechanics.robots.parallel import ParallelRobot, StraightLegs
+    from expdesign.mechanics.robots.serial import SerialRobot
 
 
 #: A configuration whose scaled condition number (`Jacobians.condition`) exceeds this is treated as singular: a unit
 #: error along the best direction becomes a hundred along the worst, and the linear deflection model has no meaning.
 CONDITION_LIMIT = 100.0
+
+LIMIT_MARGIN = 1e-9
+"""m or rad beyond a limit that are the rounding of a file."""
 
 STANDARD_GRAVITY = 9.80665
 """m/s², the standard magnitude (file-formats.md, Conventions)."""
@@ -280,13 +242,45 @@ class Robot(ABC):
     def actuator_coordinates(self, configurations: FloatArray) -> FloatArray:
         """Commanded coordinates of the actuators (m or rad) at configurations (..., n_q), shape (..., n_p)."""
 
-    @abstractmethod
+    def limited(self, configurations: FloatArray) -> FloatArray:
+        """Coordinates (m or rad) that `limits` are of, at configurations (..., n_q), shape (..., l)."""
+        return self.actuator_coordinates(configurations)
+
+    @property
+    def limits(self) -> tuple[FloatArray, FloatArray]:
+        """Least and largest `limited` coordinates, infinite without a limit, shapes (l,)."""
+        return self.actuator_limits
+
+    def _limited_by(self, index: int) -> tuple[str, str]:
+        """What has a limited coordinate, in words, and its unit."""
+        return f"{self.actuators[index]} would be", self.units[index]
+
     def limit_excess(self, configurations: FloatArray) -> FloatArray:
         """How far each configuration (..., n_q) is beyond the robot's limits (m or rad), ≤ 0 within; shape (...)."""
+        low, high = self.limits
+        if not np.isfinite([low, high]).any():
+            return np.full(configurations.shape[:-1], -np.inf)
+        at = self.limited(configurations)
+        excess: FloatArray = np.maximum(low - at, at - high).max(axis=-1)
+        return excess
 
-    @abstractmethod
     def limit_message(self, configuration: FloatArray) -> str:
         """Which limit the configuration (n_q,) is nearest to or beyond, in words."""
+        low, high = self.limits
+        if not np.isfinite([low, high]).any():
+            return "the robot has no limits"
+        at = self.limited(configuration)
+        index = int(np.argmax(np.maximum(low - at, at - high)))
+        words, unit = self._limited_by(index)
+        return f"{words} at {at[index]:.6g} {unit} (limits {low[index]:.6g} to {high[index]:.6g} {unit})"
+
+    def beyond_limits(self, configurations: FloatArray) -> tuple[IntArray, str]:
+        """Which of N configurations (N, n_q) are beyond the limits by more than rounding, and the first in words."""
+        rows = np.flatnonzero(self.limit_excess(configurations) > LIMIT_MARGIN)
+        if not rows.size:
+            return rows, ""
+        more = f" (and {rows.size - 1} more)" if rows.size > 1 else ""
+        return rows, f"beyond the robot's limits: {self.limit_message(configurations[rows[0]])}{more}"
 
     def commanded_state(self, configuration: ca.SX, gravity: ca.SX) -> CommandedState:
         """Position, rates, lengths and own weight at a symbolic configuration under gravity (d,), for robots that have
@@ -318,12 +312,12 @@ class Robot(ABC):
         raise self._lacks("closed form of the actuators' coordinates")
 
     @property
-    def straight_legs(self) -> StraightLegs:
+    def straight_legs(self) -> "StraightLegs":
         """The directions of the legs, of a robot `on_straight_legs`."""
         raise self._lacks("straight legs")
 
     @property
-    def links(self) -> Links:
+    def links(self) -> "SerialRobot":
         """The chain of links with their masses, of a robot that is `jointed`."""
         raise self._lacks("links")
 

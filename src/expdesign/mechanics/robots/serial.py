@@ -264,20 +264,16 @@ class SerialRobot(Robot):
         reference: FloatArray = np.where(within, 0.0, 0.5 * (np.nan_to_num(self.low) + np.nan_to_num(self.high)))
         return reference
 
-    def limit_excess(self, configurations: FloatArray) -> FloatArray:
-        excess: FloatArray = np.maximum(self.low - configurations, configurations - self.high).max(axis=-1)
-        return excess
+    def limited(self, configurations: FloatArray) -> FloatArray:
+        return configurations
 
-    def limit_message(self, configuration: FloatArray) -> str:
-        excess = np.maximum(self.low - configuration, configuration - self.high)
-        joint = int(np.argmax(excess))
-        if not np.isfinite(excess[joint]):
-            return "the robot has no limits"
-        coordinate = (*self.tree.coordinates, *self.tree.branch_coordinates)[joint]
-        return (
-            f"joint {joint + 1} (`{coordinate.joint}`) would stand at {configuration[joint]:.6g} {coordinate.unit} "
-            f"(limits {self.low[joint]:.6g} to {self.high[joint]:.6g} {coordinate.unit})"
-        )
+    @property
+    def limits(self) -> tuple[FloatArray, FloatArray]:
+        return self.low, self.high
+
+    def _limited_by(self, index: int) -> tuple[str, str]:
+        coordinate = (*self.tree.coordinates, *self.tree.branch_coordinates)[index]
+        return f"joint {index + 1} (`{coordinate.joint}`) would stand", coordinate.unit
 
     def drawing(self, configurations: FloatArray) -> Drawing:
         points, axes = self._drawn(configurations)
