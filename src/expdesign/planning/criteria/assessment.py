@@ -131,7 +131,7 @@ class Assessment(TargetVariances):
         return self.white(self._observation)
 
     @cached_property
-    def _before(self) -> Information | None:
+    def before(self) -> Information | None:
         """What is known beside the readings: also a reading for every parameter that is idle, which shows nowhere and
         matters at no target, as a joint about the vertical under weights alone.
         """
@@ -185,7 +185,7 @@ class Assessment(TargetVariances):
             columns if self._weights is None else self._weights @ columns
             for columns in map(self._rows, (self._observation, *errors))
         )
-        known = self._before if closed else None
+        known = self.before if closed else None
         return Information.of_measurements(
             rows, tuple(seen), shared, self._mixing, known, self.estimator, closed=closed
         )

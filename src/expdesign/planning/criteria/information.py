@@ -202,6 +202,12 @@ class Information:
         """Members of a batch."""
         return self._with(self.root[index], tuple(each[index] for each in self.errors))
 
+    def repeated(self, times: FloatArray) -> "Information":
+        """Of so many copies (k,) of the measurements, in which the errors of a shared source are the same, (k, ...)."""
+        root = np.sqrt(times)[:, None, None]
+        pairs = zip(self.errors, self.shared, strict=True)
+        return self._with(root * self.root, tuple(each * (root if common else root**0) for each, common in pairs))
+
     def without_readings(self) -> "Information":
         """What is known of the same unknowns where nothing is measured."""
         widths = (each.shape[-1] * common for each, common in zip(self.errors, self.shared, strict=True))
