@@ -45,6 +45,25 @@ def say(findings: Sequence[Implausibility], source: str) -> None:
         _LOGGER.warning("expdesign: warning: %s: %s. %s", where, finding.what, finding.likely)
 
 
+def outside(
+    value: float, low: float, high: float, what: str, likely: str, where: str = "", impossible: float = np.inf
+) -> list[Implausibility]:
+    """A number that machines and laboratories do not have.
+
+    Args:
+        value: the number; NaN is not asked about.
+        low: the least that they have.
+        high: the most.
+        what: the sentence, with a place for the number.
+        likely: what is probably meant.
+        where: the key or the column.
+        impossible: factor beyond the range from which it is no machine's, and not merely unusual.
+    """
+    if not (value < low or value > high):
+        return []
+    return [Implausibility(what.format(value), likely, where, value < low / impossible or value > high * impossible)]
+
+
 def extent(robot: Robot) -> float | None:
     """Largest distance (m) between the parts of a robot at its reference configuration; None for one without a drawing.
 

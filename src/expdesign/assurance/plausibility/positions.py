@@ -3,11 +3,11 @@
 import numpy as np
 
 from expdesign.assurance.plausibility.evidence import CHANCE, REPEATABILITY
-from expdesign.assurance.plausibility.finding import Implausibility, extent
+from expdesign.assurance.plausibility.finding import Implausibility, extent, outside
 from expdesign.assurance.plausibility.interpretations import explained
 from expdesign.assurance.plausibility.mistakes.numbers import agreeing_rows
 from expdesign.assurance.plausibility.registration import FEWEST, left_of, misfit_of, placed, some, spread_of
-from expdesign.assurance.plausibility.targets import deflection_finding
+from expdesign.assurance.plausibility.targets import deflection_findings
 from expdesign.chain.recordings.recordings import POSITION, Recordings, complete_positions
 from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, KinematicTree
 from expdesign.mechanics.robots.robot import Robot
@@ -56,13 +56,12 @@ def _payloads(recordings: Recordings, robot: Robot) -> list[Implausibility]:
     for carrier in tree.carriers:
         first = robot.configuration.index(f"{carrier}_{PAYLOAD_COLUMNS[1]}")
         centres[robot.configuration[first]] = recordings.configurations[:, first : first + 3]
-    found = []
+    found = list[Implausibility]()
     for column, centre in centres.items():
         farthest = float(np.linalg.norm(centre, axis=1).max(initial=0.0))
-        if farthest > FARTHEST * size + SLACK:
-            what = f"a payload's centre of mass lies {farthest:.3g} m away, but the robot spans {size:.3g} m"
-            likely = "Write centres of mass in m: they look like mm."
-            found.append(Implausibility(what, likely, f"column {column}", impossible=True))
+        what = f"a payload's centre of mass lies {{:.3g}} m away, but the robot spans {size:.3g} m"
+        likely = "Write centres of mass in m: they look like mm."
+        found += outside(farthest, 0.0, FARTHEST * size + SLACK, what, likely, f"column {column}", 1.0)
     return found
 
 
@@ -72,8 +71,7 @@ def _loads(recordings: Recordings, robot: Robot) -> list[Implausibility]:
     forces = np.einsum("nij,ni->nj", forward, recordings.absolute) * robot.compliance
     deflections = np.einsum("nij,nj->ni", forward, forces)
     row = int(np.argmax(np.linalg.norm(deflections, axis=1)))
-    found = deflection_finding(robot, deflections[[row]], f"row {recordings.lines[row]}")
-    return [] if found is None else [found]
+    return deflection_findings(robot, deflections[[row]], f"row {recordings.lines[row]}")
 
 
 def _units(train: Recordings, robot: Robot) -> list[Implausibility]:
@@ -82,15 +80,11 @@ def _units(train: Recordings, robot: Robot) -> list[Implausibility]:
     own, tip, turn = (spread_of(x) for x in (train.deflections, robot.position(train.configurations), rotations))
     nominal = tip + ARM * turn
     ratio = own / max(nominal, 1e-12)
-    for factor, unit in ((1e3, "mm"), (1e6, "µm")):
-        if factor / LARGER < ratio < factor * LARGER:
-            what = f"the positions spread over {own:.3g} m, and the tip of the robot over {tip:.3g} m"
-            return [
-                Implausibility(
-                    what, f"Write them in m: they look like {unit}.", f"column {POSITION[0]}", impossible=True
-                )
-            ]
-    return []
+    what = f"the positions spread over {own:.3g} m, and the tip of the robot over {tip:.3g} m"
+    near = ("mm", "µm")[int(ratio > 1e3 * LARGER)]
+    where, most = f"column {POSITION[0]}", 1e6 * LARGER
+    likely = f"Write them in m: they look like {near}."
+    return outside(ratio, 0.0, 1e3 / LARGER, what, likely, where, 1.0) if ratio < most else []
 
 
 def _standing(tree: KinematicTree) -> list[Implausibility]:

@@ -3,9 +3,9 @@
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.plausibility.finding import Implausibility, extent, largest
+from expdesign.assurance.plausibility.finding import Implausibility, extent, largest, outside
 from expdesign.assurance.plausibility.robot import gravity_findings, robot_findings
-from expdesign.assurance.plausibility.targets import centre_findings, deflection_finding, pose_findings
+from expdesign.assurance.plausibility.targets import centre_findings, deflection_findings, pose_findings
 from expdesign.planning.problem import DesignProblem
 
 _UNITS = {True: ("m", "µm or mm"), False: ("rad", "µrad, mrad or degrees")}
@@ -78,34 +78,30 @@ def _ranges(problem: DesignProblem) -> list[Implausibility]:
 
 def _noise(problem: DesignProblem) -> list[Implausibility]:
     robot, noise = problem.loaded.robot, problem.noise
-    deviations = np.sqrt(np.diag(noise.covariance))
-    for axis, deviation in zip(noise.axes, deviations, strict=True):
+    found = list[Implausibility]()
+    for axis, deviation in zip(noise.axes, np.sqrt(np.diag(noise.covariance)).tolist(), strict=True):
         linear = bool(axis < robot.coordinates.translations)
-        low, high = NOISES if linear else ANGULAR_NOISES
-        if not low <= deviation <= high:
-            unit, others = _UNITS[linear]
-            likely = (
-                f"Is it in {others}?" if deviation > high else f"Is it a variance, or divided by 1e6 twice? In {unit}."
-            )
-            where = f"experiment.deflection_noise, {robot.coordinates.deflection[axis]}"
-            return [Implausibility(f"no instrument has a noise of {deviation:.3g} {unit}", likely, where)]
-    return []
+        limits, (unit, others) = NOISES if linear else ANGULAR_NOISES, _UNITS[linear]
+        likely = f"Is it in {others}?"
+        if deviation < limits[0]:
+            likely = f"Is it a variance, or divided by 1e6 twice? In {unit}."
+        where = f"experiment.deflection_noise, {robot.coordinates.deflection[axis]}"
+        found += outside(deviation, *limits, f"no instrument has a noise of {{:.3g}} {unit}", likely, where)
+    return found[:1]
 
 
 def _tolerances(problem: DesignProblem) -> list[Implausibility]:
     robot, importance = problem.loaded.robot, problem.targets.importance
+    found = list[Implausibility]()
     for target, axis in np.argwhere(importance > 0.0):
-        tolerance = float(1.0 / np.sqrt(importance[target, axis]))
-        linear = bool(axis < robot.coordinates.translations)
-        unit, others = _UNITS[linear]
+        tolerance, linear = float(1.0 / np.sqrt(importance[target, axis])), bool(axis < robot.coordinates.translations)
+        coarse, (unit, others) = COARSE if linear else ANGULAR_COARSE, _UNITS[linear]
         where = f"targets.{target}.tolerance, {robot.coordinates.deflection[axis]}"
-        if tolerance > (COARSE if linear else ANGULAR_COARSE):
-            what = f"a tolerance of {tolerance:.3g} {unit} needs no calibration"
-            return [Implausibility(what, f"Is it in {others}?", where)]
-        if tolerance < FINEST:
-            what = f"a tolerance of {tolerance:.3g} is below what can be measured"
-            return [Implausibility(what, "Check its unit.", where)]
-    return []
+        what = f"a tolerance of {{:.3g}} {unit} needs no calibration"
+        found += outside(tolerance, 0.0, coarse, what, f"Is it in {others}?", where)
+        what = "a tolerance of {:.3g} is below what can be measured"
+        found += outside(tolerance, FINEST, np.inf, what, "Check its unit.", where)
+    return found[:1]
 
 
 def _centres(problem: DesignProblem) -> list[Implausibility]:
@@ -127,16 +123,15 @@ def _masses(problem: DesignProblem) -> list[Implausibility]:
         return []
     split = loaded.robot.coordinates.translations
     wrenches = loaded.load.wrenches(loaded.robot.jacobians(poses).rotation, loads)
-    found = []
+    found = list[Implausibility]()
     for part, noun, units in (
         (slice(0, split), "force", "a mass in grams, or a force in kN"),
         (slice(split, None), "moment", "a moment in N·mm, or a centre of mass in millimetres"),
     ):
-        here = largest(np.linalg.norm(wrenches[:, part], axis=1))
-        there = largest(np.linalg.norm(problem.target_wrenches[:, part], axis=1))
-        if here > 0.0 and there > 0.0 and not 1.0 / RATIO <= here / there <= RATIO:
-            what = f"the largest {noun} is {here:.3g} in the experiment and {there:.3g} at the targets"
-            found.append(Implausibility(what, f"Is one of them {units}?", "experiment.load"))
+        here, there = (largest(np.linalg.norm(each[:, part], axis=1)) for each in (wrenches, problem.target_wrenches))
+        ratio = here / there if here > 0.0 and there > 0.0 else 1.0
+        what = f"the largest {noun} is {here:.3g} in the experiment and {there:.3g} at the targets"
+        found += outside(ratio, 1.0 / RATIO, RATIO, what, f"Is one of them {units}?", "experiment.load")
     return [*found[:1], *_carried(problem)]
 
 
@@ -164,11 +159,9 @@ def _deflections(problem: DesignProblem) -> list[Implausibility]:
     in_plan = np.zeros((0, robot.coordinates.n))
     if len(poses):
         in_plan = loaded.measure(poses, loads).observation @ robot.compliance
-    for values, where in ((at_targets, "targets"), (in_plan, "experiment.load")):
-        found = deflection_finding(robot, values, where)
-        if found is not None:
-            return [found]
-    return _seen(problem, in_plan)
+    found = [*deflection_findings(robot, at_targets, "targets")]
+    found += deflection_findings(robot, in_plan, "experiment.load")
+    return found[:1] or _seen(problem, in_plan)
 
 
 def _seen(problem: DesignProblem, in_plan: FloatArray) -> list[Implausibility]:
@@ -179,20 +172,22 @@ def _seen(problem: DesignProblem, in_plan: FloatArray) -> list[Implausibility]:
     deviations = np.sqrt(np.diag(noise.covariance))
     ratio = np.abs(in_plan[:, noise.axes]) / deviations
     linear = noise.axes < split
-    best = [float(ratio[:, kind].max()) for kind in (linear, ~linear) if kind.any()]
-    if max(best) < UNSEEN:
-        what = f"no deflection would be above the noise (the largest is {max(best):.2g} standard deviations)"
-        likely = "Is the noise in µm or mm, a mass in tonnes, a force in kN, or the stiffness in another unit?"
-        return [Implausibility(what, likely, "experiment.deflection_noise")]
-    if max(best) > PERFECT:
-        what = f"the noise would be {max(best):.2g} times smaller than the deflections"
-        likely = "Is it in another unit, or a load (a mass in grams) or the stiffness?"
-        return [Implausibility(what, likely, "experiment.deflection_noise")]
-    if len(best) == 2 and max(best) > UNEVEN * min(best) and min(best) < UNSEEN:
-        kinds = ("translations", "rotations") if best[0] < best[1] else ("rotations", "translations")
-        what = f"the largest of all {kinds[0]} is {min(best):.2g} standard deviations, of {kinds[1]} {max(best):.2g}"
-        return [Implausibility(what, f"Is the noise of the {kinds[0]} in another unit?", "experiment.deflection_noise")]
-    return []
+    best, where = (
+        [float(ratio[:, kind].max()) for kind in (linear, ~linear) if kind.any()],
+        "experiment.deflection_noise",
+    )
+    what = "no deflection would be above the noise (the largest is {:.2g} standard deviations)"
+    likely = "Is the noise in µm or mm, a mass in tonnes, a force in kN, or the stiffness in another unit?"
+    found = outside(max(best), UNSEEN, np.inf, what, likely, where)
+    what = "the noise would be {:.2g} times smaller than the deflections"
+    likely = "Is it in another unit, or a load (a mass in grams) or the stiffness?"
+    found += outside(max(best), 0.0, PERFECT, what, likely, where)
+    if found or len(best) < 2 or min(best) >= UNSEEN:
+        return found
+    kinds = ("translations", "rotations") if best[0] < best[1] else ("rotations", "translations")
+    what = f"the largest of all {kinds[0]} is {min(best):.2g} standard deviations, of {kinds[1]} {max(best):.2g}"
+    likely = f"Is the noise of the {kinds[0]} in another unit?"
+    return outside(max(best) / min(best) if min(best) else np.inf, 0.0, UNEVEN, what, likely, where)
 
 
 def _load_errors(problem: DesignProblem) -> list[Implausibility]:
@@ -208,15 +203,14 @@ def _load_errors(problem: DesignProblem) -> list[Implausibility]:
         "direction": ("a direction", "rad", UNKNOWN_DIRECTION, "Is it in degrees or mrad?"),
         "wrench": ("a force", "N", UNKNOWN_FORCE * forces, "Is it in mN?"),
     }
-    found = []
+    found = list[Implausibility]()
     for index, source in enumerate(problem.loaded.sources):
-        if not source.deviation.any():
-            what = f"a standard deviation of 0 declares no error of the {source.source}"
-            likely = "State how well the load is known, or remove the source."
-            found.append(Implausibility(what, likely, f"experiment.load_error.{index}"))
+        where = f"experiment.load_error.{index}"
+        what = f"a standard deviation of 0 declares no error of the {source.source}"
+        likely = "State how well the load is known, or remove the source."
+        found += outside(largest(source.deviation), 1e-300, np.inf, what, likely, where)
         noun, unit, limit, likely = known.get(source.source, ("", "", None, ""))
         of_limit = largest(source.deviation[:split]) if source.source == "wrench" else largest(source.deviation)
-        if limit and of_limit > limit:
-            what = f"{noun} with a standard deviation of {largest(source.deviation):.3g} {unit} is as good as unknown"
-            found.append(Implausibility(what, likely, f"experiment.load_error.{index}"))
+        what = f"{noun} with a standard deviation of {largest(source.deviation):.3g} {unit} is as good as unknown"
+        found += outside(of_limit, 0.0, limit or np.inf, what, likely, where)
     return found

@@ -1,9 +1,11 @@
 """Robot files: geometry in millimetres, stiffness in N/µm, masses in g, gravity in mm/s², limits without the robot."""
 
+from itertools import combinations
+
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.plausibility.finding import Implausibility, extent
+from expdesign.assurance.plausibility.finding import Implausibility, extent, outside
 from expdesign.assurance.plausibility.targets import pose_findings
 from expdesign.coordinates import SPATIAL
 from expdesign.mechanics.robots.drawing import Drawing
@@ -36,21 +38,22 @@ SAG, POSES = 0.1, 100
 
 def robot_findings(robot: Robot) -> list[Implausibility]:
     """What speaks against a robot file."""
-    found = [*_size(robot), *_proportions(robot), *_limits(robot), *_stiffness(robot), *_gravity(robot)]
+    drawing = robot.drawing(robot.reference_configuration())
+    drawn = [] if drawing is None else [*_sizes(robot, drawing), *_limits(robot)]
+    found = [*drawn, *_stiffness(robot), *gravity_findings(robot.gravity, "gravity_m_s2")]
     if robot.instrument is not None:
         found += pose_findings(robot, robot.instrument[None], "instrument", SPATIAL.pose)
-    return [*found, *_legs(robot), *_sag(robot)]
+    return [*found, *([] if drawing is None else _legs(drawing)), *_sag(robot)]
 
 
 COINCIDENT, STRAIGHT = 0.6, 0.02
 """Degrees that joints of a pair are apart at least, as half angles; part of a leg's length that legs pass at."""
 
 
-def _legs(robot: Robot) -> list[Implausibility]:
+def _legs(drawing: Drawing) -> list[Implausibility]:
     """Joints of pairs that coincide nearly, as by a half angle in rad, and legs that run through each other."""
-    drawing = robot.drawing(robot.reference_configuration())
-    legs = {name: ends for name, ends in drawing.components.items() if name.startswith("leg ")} if drawing else {}
-    if drawing is None or len(legs) < 3 or drawing.points.shape[-1] != 3:
+    legs = {name: ends for name, ends in drawing.components.items() if name.startswith("leg ")}
+    if len(legs) < 3 or drawing.points.shape[-1] != 3:
         return []
     ends = np.array([drawing.points[[path[0], path[-1]]] for path in legs.values()])
     found = []
@@ -63,12 +66,8 @@ def _legs(robot: Robot) -> list[Implausibility]:
             what = f"joints of the {name} are only {1e3 * apart.min():.2g} mm apart, a half angle of {half:.3g}°"
             likely = f"Is `half_angle_deg` in rad? {half:.3g} rad are {np.degrees(half):.3g}°; write half of the angle."
             found.append(Implausibility(what, likely, name))
-    names = list(legs)
-    crossing = [
-        (names[i], names[k]) for i in range(len(ends)) for k in range(i) if _cross(ends[i], ends[k])
-    ]  # fmt: skip
-    if crossing:
-        pairs = ", ".join(f"{second} and {first}" for first, second in crossing)
+    named = combinations(zip(legs, ends, strict=True), 2)
+    if pairs := ", ".join(f"{one} and {other}" for (one, first), (other, second) in named if _cross(first, second)):
         what = f"{pairs} cross at the reference pose"
         likely = "Are joints of the platform in another order than those of the base? A row is a leg in both."
         found.append(Implausibility(what, likely, "platform"))
@@ -85,26 +84,18 @@ def _cross(one: FloatArray, other: FloatArray) -> bool:
     return bool(rank == 2 and (places > 0.02).all() and (places < 0.98).all() and apart < STRAIGHT * length)
 
 
-def _size(robot: Robot) -> list[Implausibility]:
-    size = extent(robot)
-    if size is None or SIZES[0] <= size <= SIZES[1]:
-        return []
+def _sizes(robot: Robot, drawing: Drawing) -> list[Implausibility]:
+    """Of the robot, and of its parts beside each other."""
+    size = extent(robot) or np.nan
     unit = "millimetres" if size > SIZES[1] else "kilometres, or metres divided by 1000 once too often"
-    return [Implausibility(f"the robot would be {size:.3g} m large", f"Is its geometry in {unit}? It has to be in m.")]
-
-
-def _proportions(robot: Robot) -> list[Implausibility]:
-    drawing = robot.drawing(robot.reference_configuration())
-    if drawing is None:
-        return []
-    sizes = _part_sizes(drawing)
-    if len(sizes) < 2:
-        return []
-    big, small = max(sizes, key=lambda name: sizes[name]), min(sizes, key=lambda name: sizes[name])
-    if sizes[big] <= DISPROPORTION * sizes[small]:
-        return []
-    what = f"the {big} would be {sizes[big]:.3g} m and the {small} {sizes[small]:.3g} m large"
-    return [Implausibility(what, f"Is one of them in millimetres (with home, which is the length of the {big})?")]
+    likely = f"Is its geometry in {unit}? It has to be in m."
+    found, parts = outside(size, *SIZES, "the robot would be {:.3g} m large", likely), _part_sizes(drawing)
+    if len(parts) < 2:
+        return found
+    big, small = max(parts, key=lambda name: parts[name]), min(parts, key=lambda name: parts[name])
+    what = f"the {big} would be {parts[big]:.3g} m and the {small} {parts[small]:.3g} m large"
+    likely = f"Is one of them in millimetres (with home, which is the length of the {big})?"
+    return [*found, *outside(parts[big] / parts[small], 0.0, DISPROPORTION, what, likely)]
 
 
 def _part_sizes(drawing: Drawing) -> dict[str, float]:
@@ -119,36 +110,32 @@ def _part_sizes(drawing: Drawing) -> dict[str, float]:
 
 
 def _limits(robot: Robot) -> list[Implausibility]:
-    reference = robot.reference_configuration()
-    excess, size = float(robot.limit_excess(reference)), extent(robot)
-    if size is None or not excess > EXCLUDED * min(size, SIZES[1]):
+    reference, size = robot.reference_configuration(), extent(robot)
+    if size is None:
         return []
     what = f"the limits exclude the robot's own reference pose by far: {robot.limit_message(reference)}"
-    return [Implausibility(what, "Is the geometry, or are the limits, in millimetres? Both have to be in m.", "", True)]
+    likely = "Is the geometry, or are the limits, in millimetres? Both have to be in m."
+    return outside(float(robot.limit_excess(reference)), -np.inf, EXCLUDED * min(size, SIZES[1]), what, likely, "", 1.0)
 
 
 def _stiffness(robot: Robot) -> list[Implausibility]:
-    found = []
-    rotary = np.array([robot.configuration != robot.coordinates.pose and name.endswith("_rad")
-                       for name in robot.configuration[: len(robot.stiffness)]])  # fmt: skip
-    for kind, (low, high), unit, other in (
+    """Of actuators of one kind, where it is stated."""
+    found, stated = list[Implausibility](), bool(np.isfinite(robot.stiffness).all())
+    joints = robot.actuated and robot.configuration != robot.coordinates.pose
+    rotary = np.array([joints and unit == "rad" for unit in robot.units])
+    for kind, limits, unit, other in (
         (False, LINEAR, "N/m", "N/µm or N/mm"),
         (True, ROTARY, "N·m/rad", "N·m/mrad or per degree"),
     ):
-        if not np.isfinite(robot.stiffness).all():
-            continue  # none is stated
-        values = robot.stiffness[rotary[: len(robot.stiffness)] == kind] if robot.actuated else robot.stiffness
+        values = robot.stiffness[rotary == kind] if stated else np.zeros(0)
         if not values.size:
             continue
-        for value in (float(values.min()), float(values.max())):
-            if not low <= value <= high:
-                what = f"no machine has an actuator stiffness of {value:.3g} {unit}"
-                impossible = not low / IMPOSSIBLE <= value <= high * IMPOSSIBLE
-                found.append(Implausibility(what, f"Is it in {other}?", "actuator_stiffness", impossible))
-                break
-        if values.max() > UNEQUAL * values.min():
-            what = f"the stiffest actuator would be {values.max() / values.min():.3g} times as stiff as the softest"
-            found.append(Implausibility(what, "Is one of them in another unit?", "actuator_stiffness"))
+        low, high = float(values.min()), float(values.max())
+        value = low if low < limits[0] else high
+        what, where = f"no machine has an actuator stiffness of {{:.3g}} {unit}", "actuator_stiffness"
+        found += outside(value, *limits, what, f"Is it in {other}?", where, IMPOSSIBLE)
+        what = "the stiffest actuator would be {:.3g} times as stiff as the softest"
+        found += outside(high / low, 0.0, UNEQUAL, what, "Is one of them in another unit?", where)
     return found
 
 
@@ -164,30 +151,21 @@ def _sag(robot: Robot) -> list[Implausibility]:
     torque = np.linalg.norm(weight, axis=1).max(axis=0)
     sag = torque * robot.compliance
     worst = int(np.argmax(sag))
-    if not sag[worst] > SAG:
-        return []
     unit, moment = ("rad", "N·m") if robot.units[worst] == "rad" else ("m", "N")
     load = f"the arm's own weight of up to {torque[worst]:.3g} {moment}"
-    what = f"{robot.actuators[worst]} would yield by {sag[worst]:.3g} {unit} under {load}"
+    what = f"{robot.actuators[worst]} would yield by {{:.3g}} {unit} under {load}"
     likely = "Is its `actuator_stiffness` per arcmin or in kN·m/rad, or a mass of the URDF in grams?"
-    return [Implausibility(what, likely, "actuator_stiffness")]
-
-
-def _gravity(robot: Robot) -> list[Implausibility]:
-    return gravity_findings(robot.gravity, "gravity_m_s2")
+    return outside(float(sag[worst]), 0.0, SAG, what, likely, "actuator_stiffness")
 
 
 def gravity_findings(gravity: FloatArray, where: str) -> list[Implausibility]:
     """What speaks against gravity (m/s², shape (d,)): another unit, a direction alone, or another sign."""
-    size, found = float(np.linalg.norm(gravity)), []
+    size = float(np.linalg.norm(gravity))
     other = next((text for factor, text in _EARTH_IN if _EARTH[0] <= size / factor <= _EARTH[1]), "")
-    if size > 0.0 and (other or not GRAVITY[0] <= size <= GRAVITY[1]):
-        other = other or ("in another unit" if size > GRAVITY[1] else "in parts of g, or a direction")
-        likely = f"Is it {other}? It has to be in m/s²; Earth's is 9.81."
-        found.append(Implausibility(f"gravity would be {size:.3g} m/s²", likely, where))
-    if gravity[-1] > _UPRIGHT * size:
-        what = f"gravity points up, along +{'xyz'[len(gravity) - 1]} of the base"
-        found.append(
-            Implausibility(what, "Does it have the wrong sign? It is right where the robot hangs upside down.", where)
-        )
-    return found
+    low, high = (np.inf, 0.0) if other else GRAVITY
+    other = other or ("in another unit" if size > GRAVITY[1] else "in parts of g, or a direction")
+    likely = f"Is it {other}? It has to be in m/s²; Earth's is 9.81."
+    found = outside(size, low, high, "gravity would be {:.3g} m/s²", likely, where) if size > 0.0 else []
+    what = f"gravity points up, along +{'xyz'[len(gravity) - 1]} of the base"
+    likely = "Does it have the wrong sign? It is right where the robot hangs upside down."
+    return [*found, *outside(float(gravity[-1]), -np.inf, _UPRIGHT * size, what, likely, where)]

@@ -6,7 +6,7 @@ Targets of a compensation: the same, and against what the model was calibrated w
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.assurance.plausibility.finding import Implausibility, extent, largest
+from expdesign.assurance.plausibility.finding import Implausibility, extent, largest, outside
 from expdesign.chain.models.estimable import FORCE, MASS, MOMENT, Calibrated, quantities
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.mechanics.robots.robot import Robot
@@ -44,14 +44,11 @@ def correction_findings(
     robot: Robot, points: LoadedPoints, translation: FloatArray, rotation: FloatArray
 ) -> list[Implausibility]:
     """What speaks against corrections (m, rad), shape (N,), of a model that does not say how it was calibrated."""
-    for values, axis in ((translation, 0), (rotation, robot.coordinates.translations)):
-        row = int(np.argmax(values))
-        deflection = np.zeros((1, max(robot.coordinates.n, axis + 1)))
-        deflection[0, axis] = values[row]
-        found = deflection_finding(robot, deflection, f"row {points.lines[row]}")
-        if found is not None:
-            return [found]
-    return []
+    shift, turn = int(np.argmax(translation)), int(np.argmax(rotation))
+    return [
+        *_moved(robot, float(translation[shift]), f"row {points.lines[shift]}"),
+        *_turned(robot, float(rotation[turn]), f"row {points.lines[turn]}"),
+    ][:1]
 
 
 def _centres(points: LoadedPoints, robot: Robot) -> list[Implausibility]:
@@ -67,17 +64,15 @@ def load_findings(points: LoadedPoints, robot: Robot, calibrated: Calibrated, kn
     for name, values in sorted(quantities(points, robot).items(), key=lambda item: item[0] != MASS):
         if name not in _UNITS or name not in calibrated.ranges:
             continue
-        largest = calibrated.ranges[name][1]
+        most, (noun, unit, other) = calibrated.ranges[name][1], _UNITS[name]
         if name == MOMENT and size is not None:
-            largest = max(largest, LEVER * size * calibrated.ranges[FORCE][1])
+            most = max(most, LEVER * size * calibrated.ranges[FORCE][1])
         row = int(np.argmax(values))
-        if largest <= 0.0 or values[row] <= HEAVY * largest:
-            continue
-        noun, unit, other = _UNITS[name]
-        ratio = values[row] / largest
-        what = f"the {noun} is {values[row]:.6g} {unit}, {ratio:.0f} times the largest {known} ({largest:.4g})"
-        return [Implausibility(what, f"Is it in {other}? It has to be in {unit}.", f"row {points.lines[row]}",
-                        bool(ratio > OTHER_UNIT))]  # fmt: skip
+        ratio = values[row] / most if most > 0.0 else 0.0
+        what = f"the {noun} is {values[row]:.6g} {unit}, {{:.0f}} times the largest {known} ({most:.4g})"
+        likely, where = f"Is it in {other}? It has to be in {unit}.", f"row {points.lines[row]}"
+        if found := outside(ratio, 0.0, HEAVY, what, likely, where, OTHER_UNIT / HEAVY):
+            return found
     return []
 
 
@@ -89,7 +84,7 @@ def pose_findings(
     Of poses on `lines` (s,) of a file, the row of the largest is named.
     """
     size = extent(robot)
-    found = []
+    found = list[Implausibility]()
     turns = 2.0 * np.pi
     if robot.configuration == robot.coordinates.pose:  # what stands beside a platform may be turned at will
         turns = np.pi if names else PLATFORM_ANGLE
@@ -98,37 +93,40 @@ def pose_findings(
         if lines is not None:
             where = f"row {lines[int(np.argmax(np.abs(poses[:, axis])))]}"
         if name.endswith("_rad"):
-            if most > turns * 1.0001:
-                what = f"{name} would be {most:.3g} rad, i.e. {np.degrees(most):.3g}°"
-                found.append(Implausibility(what, "Is it in degrees? It has to be in rad.", where))
-        elif size is not None and most > FAR * size:
-            what = f"{name} would be {most:.3g} m, and the robot is {size:.3g} m large"
-            found.append(Implausibility(what, "Is it in millimetres? It has to be in m.", where))
+            what = f"{name} would be {{:.3g}} rad, i.e. {np.degrees(most):.3g}°"
+            found += outside(most, 0.0, turns * 1.0001, what, "Is it in degrees? It has to be in rad.", where)
+        elif size is not None:
+            what = f"{name} would be {{:.3g}} m, and the robot is {size:.3g} m large"
+            found += outside(most, 0.0, FAR * size, what, "Is it in millimetres? It has to be in m.", where)
     return found
 
 
 def centre_findings(robot: Robot, centres: FloatArray, where: str) -> list[Implausibility]:
     """What speaks against the unit of centres of mass (m), of any shape."""
-    size, far = extent(robot), largest(centres)
-    if size is None or far <= FAR * size:
-        return []
-    what = f"a centre of mass would be {far:.3g} m away from a robot of {size:.3g} m"
-    return [Implausibility(what, "Is it in millimetres? It has to be in m.", where, far > 10.0 * FAR * size)]
+    size = extent(robot) or np.nan
+    what = f"a centre of mass would be {{:.3g}} m away from a robot of {size:.3g} m"
+    return outside(largest(centres), 0.0, FAR * size, what, "Is it in millimetres? It has to be in m.", where, 10.0)
 
 
-def deflection_finding(robot: Robot, values: FloatArray, where: str) -> Implausibility | None:
+def deflection_findings(robot: Robot, values: FloatArray, where: str) -> list[Implausibility]:
     """What speaks against deflections (s, n) under loads (m, rad)."""
-    split, size = robot.coordinates.translations, extent(robot)
-    soft = SOFT if robot.configuration == robot.coordinates.pose else SOFT_ARM
-    moved, turned = largest(values[:, :split]), largest(values[:, split:])
-    likely = (
-        "Is a mass in grams, a centre of mass in millimetres, a force in mN, or `actuator_stiffness` in N/µm or N/mm?"
-    )
-    if size is not None and moved > soft * size:
-        what = f"the load would deflect the robot of {size:.3g} m by {moved:.3g} m"
-        return Implausibility(what, likely, where, moved > BROKEN * size)
-    if turned > (TURNED_ARM if robot.jointed else TURNED):
-        turns = f"turn the {'tip' if robot.jointed else 'platform'} by {turned:.3g} rad ({np.degrees(turned):.3g}°)"
-        what = f"the load would {turns}"
-        return Implausibility(what, likely, where, turned > OVERTURNED)
-    return None
+    split = robot.coordinates.translations
+    found = _moved(robot, largest(values[:, :split]), where)
+    return found or _turned(robot, largest(values[:, split:]), where)
+
+
+_LIKELY = "Is a mass in grams, a centre of mass in millimetres, a force in mN, or `actuator_stiffness` in N/µm or N/mm?"
+
+
+def _moved(robot: Robot, moved: float, where: str) -> list[Implausibility]:
+    """Of how far (m) the load moves the robot."""
+    size, soft = extent(robot) or np.nan, SOFT if robot.configuration == robot.coordinates.pose else SOFT_ARM
+    what = f"the load would deflect the robot of {size:.3g} m by {{:.3g}} m"
+    return outside(moved, 0.0, soft * size, what, _LIKELY, where, BROKEN / soft)
+
+
+def _turned(robot: Robot, turned: float, where: str) -> list[Implausibility]:
+    """Of how far (rad) the load turns it."""
+    part, most = ("tip", TURNED_ARM) if robot.jointed else ("platform", TURNED)
+    what = f"the load would turn the {part} by {{:.3g}} rad ({np.degrees(turned):.3g}°)"
+    return outside(turned, 0.0, most, what, _LIKELY, where, OVERTURNED / most)
