@@ -17,7 +17,7 @@ from expdesign.app.api.inputs import table_of
 from expdesign.assurance.acceptance.attained import Comparison, noise_covariance
 from expdesign.assurance.acceptance.certificate import certificate_number
 from expdesign.assurance.acceptance.check_measurement import read_check_measurement
-from expdesign.assurance.acceptance.conformity import AxisResult, TargetResult
+from expdesign.assurance.acceptance.conformity import TargetResult
 from expdesign.chain.models.model_file import model_text
 from expdesign.errors import InputError
 from expdesign.io.output import csv_text
@@ -35,8 +35,7 @@ def test_what_is_attained_is_what_is_predicted() -> None:
     assert found.result.verdict == "pass"
     assert len(found.result.targets) == 2
     assert all(len(target.rows) == 3 for target in found.result.targets)
-    first = found.result.targets[0].axes[0]
-    assert first.uncertainty == pytest.approx(5e-7 / np.sqrt(3))
+    assert found.result.targets[0].uncertainty[0] == pytest.approx(5e-7 / np.sqrt(3))
     # The commands were found with this model, so that it predicts no error at all.
     np.testing.assert_allclose(found.result.comparison.predicted, 0.0, atol=1e-12)
 
@@ -91,12 +90,18 @@ def test_the_adjusted_probabilities_are_those_of_holm() -> None:
         (0.7, 0.2, 1.0, "not proven"),
         (1.3, 0.2, 1.0, "not proven"),
         (-1.5, 0.2, 1.0, "does not conform"),
-        (None, None, 1.0, "not proven"),
-        (0.5, 0.2, None, "no tolerance"),
+        (np.nan, np.nan, 1.0, "not proven"),
+        (0.5, 0.2, np.nan, "no tolerance"),
     ],
 )
-def test_conformity(error: float | None, uncertainty: float | None, tolerance: float | None, expected: str) -> None:
-    assert AxisResult("dx_m", error, uncertainty, tolerance, 2.0).conformity == expected
+def test_conformity(error: float, uncertainty: float, tolerance: float, expected: str) -> None:
+    assert one_axis(1, error, uncertainty, tolerance).conformity.tolist() == [expected]
+
+
+def one_axis(rows: int, *of_axis: float) -> TargetResult:
+    """A target along one axis, from its error, standard uncertainty and tolerance, with k = 2."""
+    error, uncertainty, tolerance = (np.array([each]) for each in of_axis)
+    return TargetResult(np.zeros(6), np.arange(rows), error, uncertainty, tolerance, 2.0, np.full(1, np.nan))
 
 
 def rates(count: int, error: dict[str, float], seed: int) -> tuple[float, float, float]:
@@ -112,10 +117,7 @@ def rates(count: int, error: dict[str, float], seed: int) -> tuple[float, float,
         p_value = found.result.statement.p_value
         rejects += p_value is not None and p_value < 0.05
         for target in found.result.targets:
-            for column, axis in enumerate(target.axes):
-                assert axis.error is not None
-                assert axis.expanded is not None
-                covered += abs(axis.error - truth[target.rows[0], column]) <= axis.expanded
+            covered += (np.abs(target.error - truth[target.rows[0]]) <= target.expanded).sum()
     return passes / count, rejects / count, covered / (count * 12)
 
 
@@ -144,14 +146,14 @@ def test_a_robot_that_is_far_off_does_not_conform() -> None:
     assert found.verdict == "fail"
     assert verified.refused  # the command exits with status 3
     assert not found.consistent
-    assert {axis.axis: axis.conformity for axis in found.targets[0].axes}["dz_m"] == "does not conform"
+    assert found.targets[0].conformity[2] == "does not conform"
 
 
 def test_targets_that_were_not_measured_are_not_proven() -> None:
     frame = measured(commands(1), np.random.default_rng(2)).iloc[:1]
     found = xd.verify(model(), frame, config=case()).result
     assert found.verdict == "not proven"
-    assert [axis.conformity for axis in found.targets[1].axes] == ["not proven"]
+    assert found.targets[1].conformity[found.targets[1].matters].tolist() == ["not proven"]
 
 
 def test_tolerances_may_stand_in_columns_or_be_missing() -> None:
@@ -207,7 +209,7 @@ def test_the_deviations_of_the_prediction_are_not_taken_for_those_of_the_instrum
     with pytest.raises(InputError, match="still those of the prediction"):
         xd.verify(model(), written)
     found = xd.verify(model(), written, config=case()).result
-    assert found.targets[0].axes[0].uncertainty == pytest.approx(5e-7)
+    assert found.targets[0].uncertainty[0] == pytest.approx(5e-7)
 
 
 def test_a_check_measurement_is_read_in_the_order_of_its_sequence() -> None:
@@ -262,14 +264,11 @@ def test_bad_texts_of_a_certificate(tmp_path: Path, capsys: Printed, text: str, 
 
 
 def test_the_number_of_readings_that_would_prove_conformity() -> None:
-    def target(rows: int, *axes: AxisResult) -> TargetResult:
-        return TargetResult(np.zeros(6), np.arange(rows), axes)
-
     # U = 0.8 of two readings has to come down to 0.4: four times as many.
-    assert target(2, AxisResult("dx_m", 0.6, 0.4, 1.0, 2.0)).measurements_needed == 8
-    assert target(2, AxisResult("dx_m", 0.1, 0.1, 1.0, 2.0)).measurements_needed == 2
-    assert target(2, AxisResult("dx_m", 1.1, 0.1, 1.0, 2.0)).measurements_needed is None
-    assert target(0, AxisResult("dx_m", None, None, 1.0, 2.0)).measurements_needed is None
+    assert one_axis(2, 0.6, 0.4, 1.0).measurements_needed == 8
+    assert one_axis(2, 0.1, 0.1, 1.0).measurements_needed == 2
+    assert one_axis(2, 1.1, 0.1, 1.0).measurements_needed is None
+    assert one_axis(0, np.nan, np.nan, 1.0).measurements_needed is None
 
 
 def key_figures(found: xd.VerificationResult) -> list[str]:
@@ -320,13 +319,8 @@ def test_readings_at_no_target_of_the_configuration_are_named() -> None:
     assert any("No check reading is at a target" in text for text in statement(found))
     assert not xd.verify(model(), frame, config=here).result.off_target
     # As many as would prove it if the mean were 0: k·σ/√n ≤ T on every axis.
-    needed = max(
-        int(np.ceil((2.0 * axis.reading / axis.tolerance) ** 2))
-        for target in found.targets
-        for axis in target.axes
-        if axis.tolerance is not None and axis.reading is not None
-    )
-    assert found.readings_needed == max(needed, 1)
+    needed = [np.ceil((2.0 * target.reading / target.tolerance) ** 2) for target in found.targets]
+    assert found.readings_needed == max(np.nanmax(needed), 1)
 
 
 def test_what_is_not_as_predicted_is_said_in_one_sentence_with_its_row() -> None:

@@ -148,9 +148,9 @@ def test_a_certificate_in_the_instruments_frame_is_that_in_the_base(
     # The standard deviations are along the axes of the instrument, those of the errors along the base's.
     uneven = np.array([1e-5, 2e-5, 4e-5])
     seen[["sx_m", "sy_m", "sz_m"]] = uneven
-    axes = xd.verify(identified, seen, config=config, frame="instrument").result.targets[0].axes[:3]
+    turned = xd.verify(identified, seen, config=config, frame="instrument").result.targets[0]
     expected = np.sqrt(np.diag(stand.rotation @ np.diag(uneven**2) @ stand.rotation.T) / 10.0)
-    np.testing.assert_allclose(np.array([axis.uncertainty for axis in axes], dtype=float), expected, rtol=1e-9)
+    np.testing.assert_allclose(turned.uncertainty[:3], expected, rtol=1e-9)
 
 
 def test_positions_alone_are_verified_in_the_instruments_frame(

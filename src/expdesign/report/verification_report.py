@@ -99,11 +99,14 @@ class VerificationResult(FolderResult):
         result, number, robot = self.result, self.record["certificate"], self.model.chain.robot
         subject = [("Certificate", number), *_subject(self.model, self.check, self.about)]
         listed = list(self.hashes.items()) or [("none", "–")]
+        table = _table(result, self.model, self.record["targets"])
         signature = (("Date", _BLANK), ("Name and signature", _BLANK))
         sections = (
             PageSection("statement", "Statement", (_figures(result), Sentences(statement(result)))),
             PageSection("subject", "Subject", (Definitions(subject),)),
-            PageSection("results", "Results", (_table(result, self.model), Paragraph(_rule(result)))),
+            PageSection(
+                "results", "Results", (_table(result, self.model, self.record["targets"]), Paragraph(_rule(result)))
+            ),
             PageSection("files", "Files", (Paragraph(_RESTS), Definitions(listed))),
             PageSection("signature", "Signature", (Definitions(signature),)),
         )
@@ -117,9 +120,8 @@ class VerificationResult(FolderResult):
 
 def statement(result: Verification) -> list[str]:
     """What is certified, in words."""
-    axes = [axis for target in result.targets for axis in target.axes if axis.tolerance is not None]
-    proven = sum(axis.conformity == "conforms" for axis in axes)
-    beyond = sum(axis.conformity == "does not conform" for axis in axes)
+    axes = [axis for target in result.targets for axis in target.conformity[target.matters]]
+    proven, beyond = axes.count("conforms"), axes.count("does not conform")
     counts = f"of {len(axes)} axes with a tolerance, {proven} conform, {beyond} do not conform, and "
     counts += f"{len(axes) - proven - beyond} are not proven to conform"
     texts = [
@@ -226,13 +228,10 @@ def _load(check: CheckMeasurement) -> str:
     return f"{spread(0, 1.0)} kg" + (f", centre of mass {centre} mm" if centre else "")
 
 
-def _table(result: Verification, model: Model) -> DataTable:
+def _table(result: Verification, model: Model, stated: list[dict[str, Any]]) -> DataTable:
+    """The axes of all targets, as the record has them (`stated`)."""
     frame = pd.DataFrame(
-        [
-            {"target": number, **vars(axis), "expanded": axis.expanded, "conformity": axis.conformity}
-            for number, target in enumerate(result.targets, start=1)
-            for axis in target.axes
-        ]
+        [{"target": number, **axis} for number, target in enumerate(stated, start=1) for axis in target["axes"]]
     )
 
     def micro(column: str, missing: str = "not measured") -> Callable[[Any], str]:
@@ -242,8 +241,8 @@ def _table(result: Verification, model: Model) -> DataTable:
         "Target, axis": lambda row: f"target {row.target}, {words.axis(row.axis)}",
         "Unit": lambda row: words.micro_unit(row.axis),
         "Measured error e": micro("error"),
-        "u": micro("uncertainty"),
-        "U": micro("expanded"),
+        "u": micro("standard_uncertainty"),
+        "U": micro("expanded_uncertainty"),
         "Tolerance": micro("tolerance", "none"),
         "(|e| + U) / tolerance": _ratio,
         "Result": lambda row: f"{row.conformity} {_MARKS.get(row.conformity, '')}".rstrip(),
@@ -259,7 +258,7 @@ def _table(result: Verification, model: Model) -> DataTable:
 
 
 def _ratio(row: Any) -> str:
-    ratio = (abs(row.error) + row.expanded) / row.tolerance if row.tolerance else np.nan
+    ratio = (abs(row.error) + row.expanded_uncertainty) / row.tolerance if row.tolerance else np.nan
     return "–" if pd.isna(ratio) else words.number(float(ratio))
 
 

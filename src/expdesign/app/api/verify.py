@@ -14,6 +14,7 @@ from expdesign.app.api.configuration import Config, problem_of_robot
 from expdesign.app.api.inputs import (
     ModelInput,
     TableInput,
+    document_of,
     load_model,
     named_arguments,
     purpose_of,
@@ -23,7 +24,7 @@ from expdesign.app.api.inputs import (
 from expdesign.app.api.recorded import referenced
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.attained import attained_at, compare
-from expdesign.assurance.acceptance.certificate import About, about_of, read_about
+from expdesign.assurance.acceptance.certificate import About, read_about
 from expdesign.assurance.acceptance.check_measurement import CheckMeasurement, read_check_measurement
 from expdesign.assurance.acceptance.conformity import judge
 from expdesign.assurance.acceptance.verification import Verification
@@ -144,7 +145,7 @@ def _deviations(model: Model, check: CheckMeasurement, loads: TargetLoads, probl
 def _about(about: PathLike | Mapping[str, str] | About | None) -> About:
     if about is None or isinstance(about, About):
         return about or About()
-    return about_of(dict(about)) if isinstance(about, Mapping) else read_about(Path(about))
+    return read_about(document_of(about, "about"))
 
 
 def _hashes(*inputs: object) -> dict[str, str]:

@@ -4,13 +4,10 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
-from expdesign.errors import InputError
-from expdesign.io.nearest import nearest
 from expdesign.io.schema import Section, validate
-from expdesign.io.yaml_reader import read_yaml
+from expdesign.io.yaml_reader import YamlDocument
 
 
 class About(Section):
@@ -29,13 +26,12 @@ class About(Section):
     remarks: str = ""
 
 
-def read_about(path: Path) -> About:
-    """The texts of a YAML file.
+def read_about(document: YamlDocument) -> About:
+    """The texts of a YAML file or a mapping.
 
     Raises:
         InputError: a key is unknown, or a value is no text.
     """
-    document = read_yaml(path)
     if not isinstance(document.content, dict):
         raise document.where().fault(
             "a mapping (`key: value`) is needed here", f"Keys: {', '.join(About.model_fields)}."
@@ -43,19 +39,6 @@ def read_about(path: Path) -> About:
     # YAML reads 2026-03-01 as a date; on a certificate it is a text.
     texts = {key: str(value) if key == "date" else value for key, value in document.content.items()}
     return validate(About, replace(document, content=texts))
-
-
-def about_of(texts: dict[str, str]) -> About:
-    """The texts of a mapping.
-
-    Raises:
-        InputError: a key is unknown.
-    """
-    known = list(About.model_fields)
-    for name in texts:
-        if name not in known:
-            raise InputError(f"unknown key `{name}`", where="about", remedy=nearest(name, known))
-    return About(**texts)
 
 
 def certificate_number(record: Mapping[str, Any]) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from expdesign.arrays import FloatArray, IntArray
+from expdesign.arrays import BoolArray, FloatArray, IntArray, TextArray
 from expdesign.assurance.acceptance.attained import Comparison
 from expdesign.assurance.acceptance.budget import tolerances
 from expdesign.assurance.acceptance.check_measurement import CheckMeasurement
@@ -28,59 +28,53 @@ SAME_LOAD, LEVER = 1e-3, 0.05
 
 
 @dataclass(frozen=True)
-class AxisResult:
-    """One axis of one target.
+class TargetResult:
+    """One target along n axes; NaN where an axis was not measured, or has no tolerance.
 
     Attributes:
-        axis: deflection column along the axis.
-        error: mean of the measured errors (m, rad), or None where the axis was not measured.
-        uncertainty: standard uncertainty of `error`.
-        tolerance: ±, or None where none is stated.
+        configuration: of the target, shape (n_q,).
+        rows: that measured it, shape (m,).
+        error: mean of the measured errors (m, rad), shape (n,).
+        uncertainty: standard uncertainty of `error`, shape (n,).
+        tolerance: ±, shape (n,).
         factor: k.
-        reading: standard uncertainty of a single reading, or None where it is not known.
+        reading: standard uncertainty of a single reading where there is none yet, shape (n,).
     """
-
-    axis: str
-    error: float | None
-    uncertainty: float | None
-    tolerance: float | None
-    factor: float
-    reading: float | None = None
-
-    @property
-    def expanded(self) -> float | None:
-        """U."""
-        return None if self.uncertainty is None else self.factor * self.uncertainty
-
-    @property
-    def conformity(self) -> str:
-        """`conforms`, `does not conform`, `not proven`, or `no tolerance`."""
-        if self.tolerance is None:
-            return "no tolerance"
-        if self.error is None or self.expanded is None:
-            return "not proven"
-        if abs(self.error) + self.expanded <= self.tolerance:
-            return "conforms"
-        return "does not conform" if abs(self.error) - self.expanded > self.tolerance else "not proven"
-
-
-@dataclass(frozen=True)
-class TargetResult:
-    """One target: its configuration, the rows that measured it, and its axes."""
 
     configuration: FloatArray
     rows: IntArray
-    axes: tuple[AxisResult, ...]
+    error: FloatArray
+    uncertainty: FloatArray
+    tolerance: FloatArray
+    factor: float
+    reading: FloatArray
+
+    @property
+    def expanded(self) -> FloatArray:
+        """U, shape (n,)."""
+        return self.factor * self.uncertainty
+
+    @property
+    def matters(self) -> BoolArray:
+        """Which axes have a tolerance, shape (n,)."""
+        return np.isfinite(self.tolerance)
+
+    @property
+    def conformity(self) -> TextArray:
+        """`conforms`, `does not conform`, `not proven`, or `no tolerance` of each axis, shape (n,)."""
+        size, most = np.abs(self.error), self.tolerance
+        cases = (~self.matters, size + self.expanded <= most, size - self.expanded > most)
+        return np.select(cases, ("no tolerance", "conforms", "does not conform"), "not proven")
 
     @property
     def decided(self) -> bool:
         """Whether any axis has a tolerance."""
-        return any(axis.tolerance is not None for axis in self.axes)
+        return bool(self.matters.any())
 
     @property
     def passes(self) -> bool:
         """Whether every axis that has a tolerance conforms."""
-        return all(axis.conformity in ("conforms", "no tolerance") for axis in self.axes)
+        return bool((self.conformity[self.matters] == "conforms").all())
 
     @property
     def measurements_needed(self) -> int | None:
@@ -89,18 +83,12 @@ class TargetResult:
         Of an axis that was not measured, as many as would if their mean were 0. None where an axis' mean error is
         itself beyond its tolerance, or where it is not known how exact a reading is.
         """
-        most = len(self.rows)
-        for axis in self.axes:
-            if axis.tolerance is None or axis.conformity == "conforms":
-                continue
-            if axis.error is None and axis.reading is not None:
-                most = max(most, int(np.ceil((axis.factor * axis.reading / axis.tolerance) ** 2 * (1.0 - 1e-12))))
-                continue
-            if axis.error is None or axis.expanded is None or abs(axis.error) >= axis.tolerance:
-                return None
-            ratio = axis.expanded / (axis.tolerance - abs(axis.error))
-            most = max(most, int(np.ceil(len(self.rows) * ratio**2 * (1.0 - 1e-12))))
-        return most or None
+        room, count = self.tolerance - np.abs(self.error), len(self.rows)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            measured = np.where(room > 0.0, count * (self.expanded / room) ** 2, np.nan)
+            needed = np.where(np.isnan(self.error), (self.factor * self.reading / self.tolerance) ** 2, measured)
+        needed = np.ceil(needed[self.matters & (self.conformity != "conforms")] * (1.0 - 1e-12))
+        return None if np.isnan(needed).any() else int(needed.max(initial=count)) or None
 
 
 def judge(
@@ -117,9 +105,9 @@ def judge(
         InputError: the tolerances are along axes of the body, and not all axes were measured; or they are those of a
             target that carries another load than a row (`carried`: whose weights).
     """
-    names, nothing = robot.coordinates.deflection, np.full(robot.coordinates.n, np.nan)
+    nothing = np.full(robot.coordinates.n, np.nan)
     stated = np.zeros((0, check.targets.shape[1])) if problem is None else problem.targets.configurations
-    limits = np.zeros((0, len(names))) if problem is None else tolerances(problem)
+    limits = np.zeros((0, len(nothing))) if problem is None else tolerances(problem)
     measured = np.full(len(check), -1) if problem is None else _measured(check, problem, robot, carried)
     results, met = [], set()
     for rows in _groups(check):
@@ -130,13 +118,13 @@ def judge(
             limit = check.tolerance[rows].min(axis=0)
         elif index >= 0 and problem is not None:
             limit, turn = limits[index], None if problem.targets.axes is None else problem.targets.axes[index]
-        error, deviation = _mean(check, comparison, rows, turn, len(names))
-        results.append(TargetResult(target, rows, _axes(names, coverage, error, deviation, limit, nothing)))
+        found = _mean(check, comparison, rows, turn, len(nothing))
+        results.append(TargetResult(target, rows, *found, limit, coverage.factor, nothing))
     if problem is not None:
         readings = reading_deviations(problem)
         for index in (index for index in range(len(stated)) if index not in met):
-            axes = _axes(names, coverage, nothing, nothing, limits[index], readings[index])
-            results.append(TargetResult(stated[index], np.zeros(0, dtype=np.int64), axes))
+            limit, none = limits[index], np.zeros(0, dtype=np.int64)
+            results.append(TargetResult(stated[index], none, nothing, nothing, limit, coverage.factor, readings[index]))
     return tuple(results)
 
 
@@ -209,13 +197,3 @@ def _mean(
     full, deviation = np.full(n, np.nan), np.full(n, np.nan)
     full[check.axes], deviation[check.axes] = errors, np.sqrt(np.diag(covariance))
     return full, deviation
-
-
-def _axes(names: tuple[str, ...], coverage: Coverage, *columns: FloatArray) -> tuple[AxisResult, ...]:
-    """The axes that were measured or have a tolerance; `columns`: error, its uncertainty, tolerance, reading, (n,)."""
-    found = []
-    for name, *values in zip(names, *columns, strict=True):
-        error, uncertainty, tolerance, reading = (float(each) if np.isfinite(each) else None for each in values)
-        if error is not None or tolerance is not None:
-            found.append(AxisResult(name, error, uncertainty, tolerance, coverage.factor, reading))
-    return tuple(found)

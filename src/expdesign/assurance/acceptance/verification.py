@@ -15,7 +15,7 @@ from scipy.special import ndtr
 
 from expdesign.assurance.acceptance.attained import Comparison
 from expdesign.assurance.acceptance.certificate import About
-from expdesign.assurance.acceptance.conformity import AxisResult, TargetResult
+from expdesign.assurance.acceptance.conformity import TargetResult
 from expdesign.estimation.coverage import Coverage
 from expdesign.estimation.goodness import StatementOfFit
 from expdesign.mechanics.robots.robot import Robot
@@ -61,8 +61,7 @@ class Verification:
             return "no tolerance"
         if all(target.passes for target in self.targets):
             return "pass"
-        conformities = {axis.conformity for target in self.targets for axis in target.axes}
-        return "fail" if "does not conform" in conformities else "not proven"
+        return "fail" if any("does not conform" in target.conformity for target in self.targets) else "not proven"
 
     @property
     def off_target(self) -> bool:
@@ -136,21 +135,24 @@ def verification_record(
 
 
 def _target(target: TargetResult, robot: Robot) -> dict[str, Any]:
+    columns = {
+        "error": target.error,
+        "standard_uncertainty": target.uncertainty,
+        "expanded_uncertainty": target.expanded,
+        "tolerance": target.tolerance,
+    }
+    axes = [
+        {
+            "axis": robot.coordinates.deflection[axis],
+            **{name: float(each[axis]) if np.isfinite(each[axis]) else None for name, each in columns.items()},
+            "conformity": str(target.conformity[axis]),
+        }
+        for axis in np.flatnonzero(np.isfinite(target.error) | target.matters)
+    ]
     return {
         "target": dict(zip(robot.configuration, target.configuration.tolist(), strict=True)),
         "measurements": len(target.rows),
         "passes": target.passes,
         "measurements_needed": target.measurements_needed,
-        "axes": [_axis(axis) for axis in target.axes],
-    }
-
-
-def _axis(axis: AxisResult) -> dict[str, Any]:
-    return {
-        "axis": axis.axis,
-        "error": axis.error,
-        "standard_uncertainty": axis.uncertainty,
-        "expanded_uncertainty": axis.expanded,
-        "tolerance": axis.tolerance,
-        "conformity": axis.conformity,
+        "axes": axes,
     }
