@@ -104,9 +104,7 @@ class VerificationResult(FolderResult):
         sections = (
             PageSection("statement", "Statement", (_figures(result), Sentences(statement(result)))),
             PageSection("subject", "Subject", (Definitions(subject),)),
-            PageSection(
-                "results", "Results", (_table(result, self.model, self.record["targets"]), Paragraph(_rule(result)))
-            ),
+            PageSection("results", "Results", (table, Paragraph(_rule(result)))),
             PageSection("files", "Files", (Paragraph(_RESTS), Definitions(listed))),
             PageSection("signature", "Signature", (Definitions(signature),)),
         )
