@@ -9,7 +9,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.declaration import Beyond
 from expdesign.chain.effect import Effect
 from expdesign.chain.models.effect_entry import EffectSection, effect_entry, effect_of
-from expdesign.chain.recorded_inputs import INPUTS, RecordedInputs
+from expdesign.chain.recorded_inputs import INPUTS, ranges_of
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data, row_symbols
 from expdesign.diagnosis.frame import framed
@@ -24,7 +24,7 @@ HOLDING = [place for place in EVERY if place.effect().beyond is Beyond.HOLDS]
 def fitted(place: Place, recorded: Recordings) -> Effect:
     """The effect with what was recorded in the first rows."""
     effect, rows = place.effect(), row_data(recorded, place.robot)
-    effect.recorded = RecordedInputs.of(rows, np.arange(len(rows)) < FIRST, row_symbols(place.robot))
+    effect.recorded = ranges_of(rows, np.arange(len(rows)) < FIRST, row_symbols(place.robot))
     return effect
 
 
@@ -69,4 +69,4 @@ def test_a_diagnosis_offers_drifts_with_the_range_of_the_fitted_rows() -> None:
     assert points.time is not None
     for drift in drifts:
         assert drift.recorded is not None
-        assert drift.recorded.ranges["time_s"] == (points.time[0], points.time[9])
+        assert drift.recorded["time_s"] == (points.time[0], points.time[9])

@@ -12,7 +12,8 @@ from scipy.stats import chi2
 
 import expdesign
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.legs.geometry import leg_geometry
+from expdesign.chain.component import GEOMETRY
+from expdesign.chain.effects.legs.geometry import LegGeometry
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.readings.reading import MeasuredPose
 from expdesign.chain.recordings.recordings import Recordings
@@ -113,7 +114,7 @@ def poses_of_hexapod(*, frames_known: bool) -> Callable[[Path], Laboratory]:
             frame[f"s{name}"] = 5e-6 if index < 3 else 2e-5
         frame[list(robot.coordinates.wrench)] = wrenches
         rows = read(frame, robot)
-        chain = Chain(robot, (leg_geometry(robot),), reading=MeasuredPose())
+        chain = Chain(robot, (LegGeometry(robot, GEOMETRY),), reading=MeasuredPose())
         errors = 2e-4 * np.random.default_rng(1).standard_normal(len(chain.parameters) - 6)
         truth = np.concatenate([np.full(6, 1.2), errors])
         exact = replace(rows, deflections=chain.predict(row_data(rows, robot), truth))

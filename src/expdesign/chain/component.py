@@ -118,15 +118,10 @@ def each_link(robot: Robot) -> list[Component]:
     return [Component(Part.LINK, joint.number) for joint in each_joint(robot)]
 
 
-def joints_and_all(robot: Robot) -> list[Component]:
-    """Every joint, and all joints together with common parameters where they are of one kind."""
-    joints = each_joint(robot)
-    return [*joints, ALL_JOINTS] if len(joints) > 1 and len(set(robot.units)) == 1 else joints
-
-
 def actuators_and_all(robot: Robot) -> list[Component]:
-    """Every leg or joint, and all of them together: for effects that both kinds of actuator have."""
-    return legs_and_all(robot) or joints_and_all(robot)
+    """Every leg or joint, and all of them together where they are of one kind: for effects that both have."""
+    joints = each_joint(robot)
+    return legs_and_all(robot) or [*joints, *([ALL_JOINTS] if len(joints) > 1 and len(set(robot.units)) == 1 else [])]
 
 
 def on(

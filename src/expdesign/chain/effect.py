@@ -28,7 +28,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.component import ACTUATORS, PAYLOAD, Component, component_from_text
 from expdesign.chain.declaration import ONLY, TYPICAL, Beyond, Declaration, Parameter, Size, Variant
 from expdesign.chain.form import Acting, Form
-from expdesign.chain.recorded_inputs import RecordedInputs
+from expdesign.chain.recorded_inputs import Ranges, held
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES, POSITIONS, LoadedPoints, Measurand
 from expdesign.chain.row import Row
 from expdesign.chain.sentences import ENDLESS, Alone, Listed, Reported
@@ -108,7 +108,7 @@ class Effect(ABC):
     builds_on: str = ""
     changes_geometry: bool = False
     changes_reading: ClassVar[bool] = False
-    recorded: RecordedInputs | None = None
+    recorded: Ranges | None = None
 
     def __init_subclass__(cls, **options: object) -> None:
         super().__init_subclass__(**options)
@@ -352,8 +352,7 @@ class Effect(ABC):
 
     def seen(self, row: Row) -> Row:
         """A row as it acts on it: where `beyond` says so, with times and temperatures held within what was recorded."""
-        holds = self.beyond is Beyond.HOLDS and self.recorded is not None
-        return self.recorded.held(row) if holds and self.recorded is not None else row
+        return held(row, self.recorded) if self.recorded is not None and self.beyond is Beyond.HOLDS else row
 
     def size(self, parameter: Parameter) -> Size:
         """How large a parameter is on machines of this class: as declared, else its typical size."""

@@ -5,7 +5,7 @@ ever. Beyond the recorded times and temperatures it stays where it was at the ne
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import casadi as ca
 
@@ -21,36 +21,28 @@ INPUTS = {
 """Times and temperatures of a row (`Row`), by their names in files."""
 
 
-@dataclass(frozen=True)
-class RecordedInputs:
-    """Ranges of times and temperatures.
+Ranges = Mapping[str, tuple[float, float]]
+"""Smallest and largest value by name in files; of several actuators with their numbers (`…_2`)."""
 
-    Attributes:
-        ranges: smallest and largest value by name in files; of several actuators with their numbers (`…_2`).
-    """
 
-    ranges: Mapping[str, tuple[float, float]]
+def ranges_of(rows: RowData, counts: BoolArray, symbols: Row) -> Ranges:
+    """The ranges in the rows that count (N,), as the symbols of a row name their columns."""
+    found = {}
+    for name in INPUTS:
+        values = rows.values[counts][:, symbols.columns(name)]
+        for index, (low, high) in enumerate(zip(values.min(axis=0), values.max(axis=0), strict=True)):
+            found[_name(name, index)] = float(low), float(high)
+    return found
 
-    @classmethod
-    def of(cls, rows: RowData, counts: BoolArray, symbols: Row) -> "RecordedInputs":
-        """The ranges in the rows that count (N,), as the symbols of a row name their columns."""
-        found = {}
-        for name in INPUTS:
-            values = rows.values[counts][:, symbols.columns(name)]
-            for index, (low, high) in enumerate(zip(values.min(axis=0), values.max(axis=0), strict=True)):
-                found[_name(name, index)] = float(low), float(high)
-        return cls(found)
 
-    def held(self, row: Row) -> Row:
-        """The row with these inputs at the nearest values that were recorded."""
-        return replace(row, **{name: self._held(name, getattr(row, name)) for name in INPUTS})
-
-    def _held(self, name: str, values: ca.SX) -> ca.SX:
-        held = []
-        for index in range(values.numel()):
-            low, high = self.ranges.get(_name(name, index), (-ca.inf, ca.inf))
-            held.append(ca.fmin(ca.fmax(values[index], low), high))
-        return ca.vertcat(*held)
+def held(row: Row, ranges: Ranges) -> Row:
+    """The row with these inputs at the nearest values that were recorded."""
+    found = {}
+    for name in INPUTS:
+        values = getattr(row, name)
+        ends = [ranges.get(_name(name, index), (-ca.inf, ca.inf)) for index in range(values.numel())]
+        found[name] = ca.vertcat(*(ca.fmin(ca.fmax(values[i], low), high) for i, (low, high) in enumerate(ends)))
+    return replace(row, **found)
 
 
 def _name(name: str, index: int) -> str:

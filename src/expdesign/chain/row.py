@@ -7,7 +7,7 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
-from expdesign.chain.recordings.recordings import LoadedPoints
+from expdesign.chain.recordings.recordings import LoadedPoints, indicators
 from expdesign.mechanics.robots.robot import Robot
 
 LAGS = (300.0, 900.0, 2700.0, 8100.0)
@@ -221,7 +221,7 @@ def row_data(points: LoadedPoints, robot: Robot) -> RowData:
             (position == 0).astype(float)[:, None],
             number[:, None],
             points.measurand.reference(number[first_row][:, None]),
-            points.point_indicators,
+            indicators(points.point, len(points.fixed), count),
             np.zeros((count, 0)) if points.along is None else points.along,
             np.zeros((count, 0)) if points.aim is None else columns_first(points.aim),
         ],

@@ -9,7 +9,7 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.identified import Identified
 from expdesign.chain.readings.choice import reading_of
-from expdesign.chain.recorded_inputs import RecordedInputs
+from expdesign.chain.recorded_inputs import ranges_of
 from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.row import row_data
 from expdesign.diagnosis.base_models import BaseModel, base_model
@@ -183,7 +183,7 @@ def framed(
     known = frozenset() if identified is None else identified.physics
     offered = library(robot, recordings, without=without | known)
     for effect in offered:
-        effect.recorded = RecordedInputs.of(sample.rows, ~recordings.test, base.chain.row_symbols())
+        effect.recorded = ranges_of(sample.rows, ~recordings.test, base.chain.row_symbols())
     entries = candidates(offered, sample, robot, base.values)
     names = Names(robot, sample, entries, known_noise=noise.known, report=report)
     predictable = recordings.test & sample.reading.predictable(robot, recordings)

@@ -6,7 +6,8 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.chain import Chain
-from expdesign.chain.effects.legs.geometry import leg_geometry
+from expdesign.chain.component import GEOMETRY
+from expdesign.chain.effects.legs.geometry import LegGeometry
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.recordings.references import reference_rows
@@ -298,7 +299,7 @@ def _of_positions(
     fitted = usable & ~recordings.test
     reading = reading_of(robot, recordings, frames_known=frames_known)
     train = recordings.rows(fitted)
-    effects = () if calibration == "elastostatic" else (leg_geometry(robot),)
+    effects = () if calibration == "elastostatic" else (LegGeometry(robot, GEOMETRY),)
     chain, rows = Chain(robot, effects, reading=reading), row_data(train, robot)
     idle = np.ones(len(robot.stiffness), dtype=bool) if calibration == "geometric" else None
 

@@ -13,6 +13,7 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.models.drawn import Drawn
+from expdesign.chain.models.estimable import Calibrated
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.reader import read_several, recordings_from_table, require_measured
 from expdesign.chain.recordings.recordings import DEFLECTIONS, Recordings
@@ -141,14 +142,12 @@ def recorded_model(
         drawn: what the recordings do not show of an arm's tip.
     """
     names = recordings.deviation_columns(robot.robot.coordinates)
-    return Model.from_fit(
-        fit,
-        robot.document,
-        recordings.source,
+    return replace(
+        Model.from_fit(fit, robot.document, recordings.source),
         birge_ratio=birge_ratio,
         reading_std=dict(zip(names, reading_deviations.tolist(), strict=True)),
-        verdict=verdict,
-        recordings=recordings.rows(fitted),
+        fit=verdict,
+        calibrated=Calibrated.of(recordings.rows(fitted), fit.chain.robot, ordered=fit.chain.counts_rows),
         acting=None if loads is None else loads.at_targets(fit),
         drawn=drawn,
     )

@@ -5,7 +5,7 @@ same weights or stands on the same base. Recordings have estimated those that ro
 itself is drawn anew at a target.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from pydantic import Field
@@ -41,10 +41,6 @@ class ActingLoads:
     values: FloatArray
     covariance: FloatArray
     own: FloatArray
-
-    def own_alone(self) -> "ActingLoads":
-        """Without the effects, where these have joined a model."""
-        return replace(self, effects=(), values=self.values[:0], covariance=self.covariance[:0])
 
     def joined(self, known: Estimable) -> Estimable:
         """What is known of the parameters of a model and of these."""

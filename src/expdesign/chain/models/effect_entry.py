@@ -15,7 +15,6 @@ from expdesign.chain.component import Component, component_from_text
 from expdesign.chain.declaration import Beyond, Parameter
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.law import Law, form_data, form_of
-from expdesign.chain.recorded_inputs import RecordedInputs
 from expdesign.chain.recordings.recordings import POSITIONS
 from expdesign.io.schema import Number, Section
 from expdesign.io.units import measured_column
@@ -60,7 +59,7 @@ def effect_entry(effect: Effect, values: list[float]) -> dict[str, object]:
     if isinstance(effect, Law):
         entry["law"] = form_data(effect.form)
     if effect.beyond is Beyond.HOLDS and effect.recorded is not None:
-        entry["recorded"] = {name: list(ends) for name, ends in effect.recorded.ranges.items()}
+        entry["recorded"] = {name: list(ends) for name, ends in effect.recorded.items()}
     return entry
 
 
@@ -98,7 +97,7 @@ def effect_of(entry: EffectSection, robot: Robot) -> Effect:
             raise entry.where("physics").fault(what, _AGAIN)
     effect = _only(_fitting(known, entry, robot), entry)
     if entry.recorded:
-        effect.recorded = RecordedInputs({name: (low, high) for name, (low, high) in entry.recorded.items()})
+        effect.recorded = {name: (low, high) for name, (low, high) in entry.recorded.items()}
     return effect
 
 

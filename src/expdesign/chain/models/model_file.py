@@ -24,7 +24,6 @@ from expdesign.chain.models.estimable import Calibrated, Estimable, EstimableSec
 from expdesign.chain.models.matrix_rows import MatrixRows, matrix_rows
 from expdesign.chain.readings.position import LISTED, MarkerPosition
 from expdesign.chain.readings.reading import DEFLECTION, MeasuredPose, Reading
-from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.copying import Copied
 from expdesign.io.kinds import CURRENT_VERSIONS, require_kind
 from expdesign.io.schema import Number, Positive, Section, validate
@@ -89,35 +88,9 @@ class Model(Copied):
         return f"<Model of {self.chain.robot.name}: {effects or 'stiffnesses'} ({self.source})>"
 
     @classmethod
-    def from_fit(
-        cls,
-        fit: ModelSource,
-        robot: YamlDocument,
-        source: str,
-        *,
-        birge_ratio: float = 1.0,
-        reading_std: Mapping[str, float] | None = None,
-        verdict: str = "",
-        recordings: LoadedPoints | None = None,
-        acting: ActingLoads | None = None,
-        drawn: Drawn | None = None,
-    ) -> "Model":
-        """The model of a fit to `recordings` of the robot that a document describes, its covariance as it predicts."""
-        return cls(
-            fit.chain,
-            fit.values,
-            fit.covariance,
-            robot.content,
-            robot.folder,
-            source,
-            fit.subspace,
-            birge_ratio,
-            reading_std or {},
-            verdict,
-            None if recordings is None else Calibrated.of(recordings, fit.chain.robot, ordered=fit.chain.counts_rows),
-            acting,
-            drawn,
-        )
+    def from_fit(cls, fit: ModelSource, robot: YamlDocument, source: str) -> "Model":
+        """The model of a fit to the robot that a document describes, its covariance as it predicts."""
+        return cls(fit.chain, fit.values, fit.covariance, robot.content, robot.folder, source, fit.subspace)
 
     @property
     def at_targets(self) -> "Model":
@@ -134,7 +107,8 @@ class Model(Copied):
             reading=chain.reading,
         )
         values = np.concatenate([self.values, self.acting.values])
-        own = self.acting.own_alone()
+        # The effects have joined the model; what every loading has for itself is left.
+        own = replace(self.acting, effects=(), values=np.zeros(0), covariance=np.zeros((0, len(values))))
         return replace(self, chain=longer, values=values, covariance=known.covariance, subspace=known, acting=own)
 
     @property

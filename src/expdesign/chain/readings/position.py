@@ -321,7 +321,7 @@ def turns(robot: Robot, recordings: Recordings) -> tuple[FloatArray, FloatArray]
 Frame = Literal["base", "instrument"]
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class TipPose(Reading):
     """The tip's pose.
 
@@ -336,21 +336,10 @@ class TipPose(Reading):
     by_instrument = False
     linear = False
 
-    @property
-    def names(self) -> tuple[str, ...]:  # type: ignore[override]
-        return self.identified.names
-
-    @property
-    def start(self) -> FloatArray:  # type: ignore[override]
-        return self.identified.start
-
-    @property
-    def absolute(self) -> bool:  # type: ignore[override]
-        return self.identified.absolute
-
-    @property
-    def compliance_spread(self) -> float:  # type: ignore[override]
-        return self.identified.compliance_spread
+    def __post_init__(self) -> None:
+        known = self.identified
+        self.names, self.start = known.names, known.start
+        self.absolute, self.compliance_spread = known.absolute, known.compliance_spread
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

@@ -7,7 +7,7 @@ here, a field of `LoadedPoints` (`recordings.py`) and a line in `points_of` (`po
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from expdesign.chain.recordings.load_errors import WEIGHT, error_columns
 from expdesign.chain.recordings.recordings import POSITION, POSITION_DEVIATION, measured_names, reading_names
@@ -49,8 +49,10 @@ def _named(*names: str) -> Callable[[Robot], tuple[str, ...]]:
     return lambda robot: names
 
 
-def _of(group: str) -> Callable[[Robot], tuple[str, ...]]:
-    return lambda robot: getattr(robot.coordinates, group)
+def _of(group: str, meaning: str, words: Mapping[str, tuple[str, ...]] | None = None) -> ColumnGroup:
+    """A group of the robot's coordinates."""
+    names = getattr(SPATIAL, group)
+    return ColumnGroup(_listed(names), meaning, lambda robot: getattr(robot.coordinates, group), names, words or {})
 
 
 def whole_load(coordinates: Coordinates) -> tuple[str, ...]:
@@ -106,11 +108,9 @@ RECORDED = (
         "payloads of an arm's `payload_links`, in their frames",
         _named(),
     ),
-    ColumnGroup(
-        _listed(SPATIAL.wrench),
+    _of(
+        "wrench",
         "assumed wrench; or a payload",
-        _of("wrench"),
-        SPATIAL.wrench,
         _along(SPATIAL.wrench[:3], "force{}", "kraft{}") | _along(SPATIAL.wrench[3:], "moment{}", "torque{}", "t{}"),
     ),
     ColumnGroup(
@@ -121,37 +121,22 @@ RECORDED = (
         {"mass_kg": ("masse", "gewicht", "weight", "payload", "load", "last", "nutzlast", "massekg", "m")}
         | _along(SPATIAL.centre_of_mass, "cog{}", "sp{}", "schwerpunkt{}", "c{}", "com{}m"),
     ),
-    ColumnGroup(
-        _listed(SPATIAL.deflection),
+    _of(
+        "deflection",
         "measured deflection; at least one component",
-        _of("deflection"),
-        SPATIAL.deflection,
         _along(SPATIAL.deflection[:3], "delta{}", "deflection{}", "verschiebung{}", "u{}")
         | _along(SPATIAL.deflection[3:], "deltar{}", "rotation{}", "verdrehung{}"),
     ),
-    ColumnGroup(
-        _listed(SPATIAL.deviation),
-        "standard deviation of each measured component; optional: else it is estimated, and χ² is no test",
-        _of("deviation"),
-        SPATIAL.deviation,
+    _of(
+        "deviation", "standard deviation of each measured component; optional: else it is estimated, and χ² is no test"
     ),
     ColumnGroup(
         "`abs_fx_N`, …, `abs_mz_Nm`",
         "whole load, where the reference state was loaded and the wrench is a change; optional, default 0",
         lambda robot: whole_load(robot.coordinates),
     ),
-    ColumnGroup(
-        _listed(SPATIAL.gravity),
-        "gravity of this row in O, where the base turns; optional",
-        _of("gravity"),
-        SPATIAL.gravity,
-    ),
-    ColumnGroup(
-        _listed(SPATIAL.tilt),
-        "tilt, in place of gravity; optional",
-        _of("tilt"),
-        (*SPATIAL.tilt, *PLANE.tilt),
-    ),
+    _of("gravity", "gravity of this row in O, where the base turns; optional"),
+    replace(_of("tilt", "tilt, in place of gravity; optional"), spelt=(*SPATIAL.tilt, *PLANE.tilt)),
     ColumnGroup(
         "`temperature_degC`; `leg1_degC`, …",
         "temperature, or that of each leg; optional",

@@ -13,7 +13,7 @@ import numpy as np
 from expdesign.chain.recordings.columns import require_mass
 from expdesign.errors import InputError
 from expdesign.io.table import Table
-from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, TIP_COLUMN, KinematicTree
+from expdesign.mechanics.robots.kinematic_tree import PAYLOAD_COLUMNS, TIP_COLUMN
 from expdesign.mechanics.robots.robot import Robot
 
 _NUMBERED = re.compile(r"q\d+_(rad|m)")
@@ -54,7 +54,8 @@ def with_joint_columns(table: Table, robot: Robot) -> Table:
         if column not in numbered and column not in robot.configuration:
             _require_no_joint(column, table, robot)
     table = _with_tips(table, tree.tips)
-    _require_masses(table, tree)
+    for carrier in tree.carriers:
+        require_mass(table, f"{carrier}_{PAYLOAD_COLUMNS[0]}")
     renamed = {own: name for own, name in numbered.items() if own != name and table.has(own)}
     written = table.written | {name: table.written.get(own, own) for own, name in renamed.items()}
     return replace(table, frame=table.frame.rename(columns=renamed), written=written) if renamed else table
@@ -97,12 +98,6 @@ def _with_tips(table: Table, tips: tuple[str, ...]) -> Table:
             what = f"marker `{marker}` sits on `{first}` in a row before"
             raise table.fault(what, row, TIP_COLUMN, remedy="Name markers of two tips differently.")
     return replace(table, frame=table.frame.assign(**{TIP_COLUMN: found}))
-
-
-def _require_masses(table: Table, tree: KinematicTree) -> None:
-    """Raise where a link carries a negative mass."""
-    for column in (f"{carrier}_{PAYLOAD_COLUMNS[0]}" for carrier in tree.carriers):
-        require_mass(table, column)
 
 
 def _require_no_joint(column: str, table: Table, robot: Robot) -> None:

@@ -16,14 +16,9 @@ _LEVER = 1.0
 """m; a moment is compared with the force at this lever as well, as its own origin may lie in the force."""
 
 
-def load_quantities(coordinates: Coordinates) -> tuple[str, ...]:
-    """Quantities of a load whose errors can be declared: payload, then wrench."""
-    return ("mass_kg", *coordinates.centre_of_mass, *coordinates.wrench)
-
-
 def error_columns(coordinates: Coordinates) -> tuple[str, ...]:
-    """Columns of their standard deviations."""
-    return tuple(f"error_{name}" for name in load_quantities(coordinates))
+    """Columns of standard deviations of the load's errors: of a payload, then of a wrench."""
+    return tuple(f"error_{name}" for name in ("mass_kg", *coordinates.centre_of_mass, *coordinates.wrench))
 
 
 def read_load_errors(
@@ -41,48 +36,35 @@ def read_load_errors(
         InputError: an error is 0, missing or larger than its load, weights have two errors, or a payload's error is
             declared of a wrench.
     """
-    names = error_columns(coordinates)
-    declared = [name for name in names if table.has(name)]
-    if not declared:
+    names, first, split = error_columns(coordinates), 1 + len(coordinates.centre_of_mass), coordinates.translations
+    declared = np.array([table.has(name) for name in names])
+    if not declared.any():
         return None, None
-    of_payload = [name for name in declared if name in names[: 1 + len(coordinates.centre_of_mass)]]
-    if of_payload and payload is None:
+    if payload is None and declared[:first].any():
         what = "the error is that of a payload, and the recordings have wrenches"
         remedy = "Add mass_kg and the centre of mass, or declare error_fx_N ... of the wrench."
-        raise table.fault(what, column=of_payload[0], remedy=remedy)
-    errors = table.numbers_where_filled(names)
-    loaded = (wrenches != 0.0).any(axis=1)
-    split = coordinates.translations
-    force = np.linalg.norm(wrenches[:, :split], axis=1)
-    moment = np.linalg.norm(wrenches[:, split:], axis=1) + _LEVER * force
-    first = 1 + len(coordinates.centre_of_mass)
-    for index, name in enumerate(names):
-        if name not in declared:
-            continue
-        values = errors[:, index]
-        table.refuse(loaded & np.isnan(values), (name,), "the cell is empty", "State it in every loaded row.")
-        what = "{:g} is not a standard deviation"
-        remedy = "State how well the load is known, or leave the column out where it is exact."
-        table.refuse(loaded & (values <= 0.0), (name,), what, remedy, values)
-        limit = _limit(index, payload, force, moment, first, split)
-        if limit is not None:
-            what = "the error ({:g}) is larger than the load itself"
-            table.refuse(loaded & (values > limit), (name,), what, "Is it in SI units?", values)
-        errors[~loaded, index] = 0.0
+        raise table.fault(what, column=names[int(np.argmax(declared))], remedy=remedy)
+    errors, loaded = table.numbers_where_filled(names), (wrenches != 0.0).any(axis=1)
+    missing = declared & loaded[:, None] & np.isnan(errors)
+    table.refuse(missing, names, "the cell is empty", "State it in every loaded row.")
+    what, remedy = (
+        "{:g} is not a standard deviation",
+        "State how well the load is known, or leave the column out where it",
+    )
+    table.refuse(loaded[:, None] & (errors <= 0.0), names, what, f"{remedy} is exact.", errors)
+    # A centre of mass has no limit.
+    limits = np.full(errors.shape, np.inf)
+    if payload is not None:
+        limits[:, 0] = payload[:, 0]
+    force = np.linalg.norm(wrenches[:, :split], axis=1, keepdims=True)
+    limits[:, first : first + split] = force
+    limits[:, first + split :] = np.linalg.norm(wrenches[:, split:], axis=1, keepdims=True) + _LEVER * force
+    what = "the error ({:g}) is larger than the load itself"
+    table.refuse(loaded[:, None] & (errors > limits), names, what, "Is it in SI units?", errors)
+    errors[np.ix_(~loaded, declared)] = 0.0
     weight = table.text(WEIGHT).astype(str) if table.has(WEIGHT) else None
     _require_one_each(table, names, errors, loaded, weight)
     return errors, weight
-
-
-def _limit(
-    index: int, payload: FloatArray | None, force: FloatArray, moment: FloatArray, first: int, split: int
-) -> FloatArray | None:
-    """What an error may not exceed, row by row (N,); None for a centre of mass."""
-    if index == 0:
-        return None if payload is None else payload[:, 0]
-    if index < first:
-        return None
-    return force if index - first < split else moment
 
 
 def _require_one_each(

@@ -176,12 +176,7 @@ class LoadedPoints:
     @property
     def marker_indicators(self) -> FloatArray:
         """1 for the marker of each row, 0 for the others, shape (N, number of markers); no columns for deflections."""
-        return _indicators(self.marker, len(self.markers), len(self))
-
-    @property
-    def point_indicators(self) -> FloatArray:
-        """The same of fixed points and gauges, shape (N, number of them)."""
-        return _indicators(self.point, len(self.fixed), len(self))
+        return indicators(self.marker, len(self.markers), len(self))
 
     def where(self, row: int, column: str = "") -> str:
         """File, line and column of a row, as a person would look them up."""
@@ -196,11 +191,9 @@ class LoadedPoints:
         return f"<{type(self).__name__}: {len(self)} rows in {series} series ({self.source})>"
 
 
-def _indicators(index: IntArray | None, count: int, rows: int) -> FloatArray:
-    indicators = np.zeros((rows, count))
-    if count and index is not None:
-        indicators[np.arange(rows), index] = 1.0
-    return indicators
+def indicators(index: IntArray | None, count: int, rows: int) -> FloatArray:
+    """1 where a row (of N) has an index, 0 elsewhere, shape (N, count)."""
+    return np.zeros((rows, count)) if index is None else np.eye(count)[index]
 
 
 def order_in_time(table: Table) -> IntArray:

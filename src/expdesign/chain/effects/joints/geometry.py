@@ -54,8 +54,8 @@ class GeometricError(Effect):
     at = on(lambda robot: robot.jointed, each_joint, ALL_JOINTS, each_link, GEOMETRY)
 
     @property
-    def _indices(self) -> list[int]:
-        """Geometric errors that the component has."""
+    def indices(self) -> list[int]:
+        """Which geometric errors of the tree (`KinematicTree.geometry_names`) its parameters are."""
         robot = self.robot.links
         count = len(self.robot.stiffness)
         if self.component == ALL_JOINTS:
@@ -69,19 +69,17 @@ class GeometricError(Effect):
         return [start + axis for start in frames for axis in range(len(FRAME_AXES))]
 
     def describe(self) -> tuple[Parameter, ...]:
-        return tuple(self._parameter(index) for index in self._indices)
-
-    def _parameter(self, index: int) -> Parameter:
-        robot = self.robot.links
-        count = len(self.robot.stiffness)
-        angle = self.robot.units[index] == "rad" if index < count else (index - count) % len(FRAME_AXES) >= 3
-        name = f"{robot.tree.geometry_names[index].replace(' ', '_')}_{'rad' if angle else 'm'}"
-        spread = LOOSELY * (ANGLE if angle else LENGTH)
-        return Parameter(name, 1e-3, low=-50.0 * spread, high=50.0 * spread, spread=spread)
+        count, found = len(self.robot.stiffness), []
+        for index in self.indices:
+            angle = self.robot.units[index] == "rad" if index < count else (index - count) % len(FRAME_AXES) >= 3
+            name = f"{self.robot.links.tree.geometry_names[index].replace(' ', '_')}_{'rad' if angle else 'm'}"
+            spread = LOOSELY * (ANGLE if angle else LENGTH)
+            found.append(Parameter(name, 1e-3, low=-50.0 * spread, high=50.0 * spread, spread=spread))
+        return tuple(found)
 
     def geometry(self, geometry: ca.SX, theta: ca.SX) -> ca.SX:
         changed = ca.SX(geometry)
-        for position, index in enumerate(self._indices):
+        for position, index in enumerate(self.indices):
             changed[index] += theta[position]
         return changed
 
@@ -124,7 +122,7 @@ class CalibratedGeometryError(GeometricError):
     at = on(lambda robot: robot.jointed, GEOMETRY)
 
     @property
-    def _indices(self) -> list[int]:
+    def indices(self) -> list[int]:
         tree, count = self.robot.links.tree, len(self.robot.stiffness)
         indices = list(range(count))
         for number, end in enumerate(tree.ends):
@@ -136,11 +134,6 @@ class CalibratedGeometryError(GeometricError):
             if not left_out:
                 indices += range(start, start + len(FRAME_AXES))
         return indices
-
-    @property
-    def indices(self) -> tuple[int, ...]:
-        """Which geometric errors of the tree (`KinematicTree.geometry_names`) its parameters are."""
-        return tuple(self._indices)
 
     def own_weight_change(self, row: Row, theta: ca.SX) -> ca.SX:
         robot = self.robot.links

@@ -5,8 +5,8 @@ from enum import StrEnum
 import casadi as ca
 import numpy as np
 
-from expdesign.chain.component import GEOMETRY, Component, each_leg, on, turned_lever
-from expdesign.chain.declaration import ONLY, Declaration, Input, Size, Variant
+from expdesign.chain.component import GEOMETRY, each_leg, on, turned_lever
+from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter, Values
 from expdesign.chain.recordings.recordings import POSES, POSITIONS
 from expdesign.chain.row import Row
@@ -46,12 +46,9 @@ class JointPositionError(Effect):
         ),
     )
     changes_geometry = True
+    at = each_leg
     quantities = (Parameter("joint_d{axis}_m", 1e-3, low=-0.1, high=0.1),)
     says = "The {variant} joint of {component} lies ({all:1e3 .2f}) mm from its nominal position."
-
-    @classmethod
-    def components(cls, robot: Robot) -> list[Component]:
-        return each_leg(robot) if cls.variants(robot) else []
 
     @classmethod
     def variants(cls, robot: Robot) -> list[Variant]:
@@ -168,8 +165,3 @@ class GeometricStiffness(Effect):
         softening = row.pose_map @ ca.diag(compliance) @ row.forward.T @ geometric
         eye = ca.SX.eye(self.robot.coordinates.n)
         return ca.solve(eye + theta[0] * softening, deflection)
-
-
-def leg_geometry(robot: Robot) -> LegGeometry:
-    """The geometry of a robot on legs; raises `ValueError` for another robot."""
-    return LegGeometry(robot, GEOMETRY, ONLY)

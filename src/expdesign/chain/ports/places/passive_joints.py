@@ -1,6 +1,7 @@
 """Joints at the ends of legs that resist being turned: flexures, preloaded bearings, and dry ones that stick."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from typing import ClassVar
 
 import casadi as ca
 
@@ -101,10 +102,6 @@ class StickingJoints(Port):
             yield self.law(component, prior, [Channel(index, torsion, slips[index]) for index, torsion in own])
 
 
-def _all_legs(robot: Robot) -> Sequence[Component]:
-    return legs_and_all(robot)[-1:]
-
-
 def _flexures(robot: Robot) -> Sequence[str]:
     several = robot.on_straight_legs and len(each_leg(robot)) > 1 and robot.coordinates.rotations == 3
     return ("base_Nm_per_rad", "platform_Nm_per_rad") if several else ()
@@ -119,7 +116,7 @@ class Flexures(Port):
     """
 
     name = "flexures"
-    at = _all_legs
+    at: ClassVar[Callable[[Robot], Sequence[Component]]] = lambda robot: legs_and_all(robot)[-1:]
     adds = _flexures
 
     @property
