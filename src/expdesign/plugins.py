@@ -7,7 +7,6 @@ entry points of the kind's group.
 import importlib
 import inspect
 import pkgutil
-from collections.abc import Callable
 from functools import cache, lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import TypeVar
@@ -27,7 +26,6 @@ GROUPS = {
 ELSEWHERE = {"expdesign.planning.criteria": ("expdesign.assurance.model_error.meir",)}
 """Packages and modules in which implementations of a kind lie beside the kind's own."""
 _REGISTERED: list[type] = []
-_KEPT: list[Callable[[], None]] = []
 
 
 def implementations(package: str, base: type[T]) -> list[type[T]]:
@@ -86,15 +84,10 @@ def remove(cls: type) -> None:
     forget()
 
 
-def when_forgotten(clear: Callable[[], None]) -> None:
-    """Have something called whenever what is known of implementations may have changed."""
-    _KEPT.append(clear)
-
-
 def forget() -> None:
     """Look for implementations anew."""
-    for clear in (_known.cache_clear, _points.cache_clear, *_KEPT):
-        clear()
+    _known.cache_clear()
+    _points.cache_clear()
 
 
 @lru_cache(maxsize=len(GROUPS))

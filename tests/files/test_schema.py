@@ -8,7 +8,7 @@ from pydantic import Field
 
 from expdesign.errors import InputError
 from expdesign.io.schema import Number, Section, validate
-from expdesign.io.yaml_reader import parse_yaml
+from expdesign.io.yaml_reader import YamlDocument, parse_yaml
 
 TEXT = """\
 first: 1.0
@@ -44,7 +44,8 @@ def test_every_section_knows_its_line() -> None:
     assert str(found.shelves[1].where("width_m")) == "cupboard.yaml, line 4, shelves[1].width_m"
     assert str(found.where("shelves").where(1, "width_m")) == "cupboard.yaml, line 4, shelves[1].width_m"
     assert str(found.named["left"].where()) == "cupboard.yaml, line 6, named.left"
-    assert found.shelves[0].document.file("x.csv") == Path("/there/x.csv")
+    with pytest.raises(InputError, match="there is no file"):
+        _ = YamlDocument("a.yaml", Path("/there"), "x.csv").file
 
 
 def test_what_is_raised_names_the_place() -> None:

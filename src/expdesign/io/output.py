@@ -83,16 +83,11 @@ def output_folder(folder: Path, purpose: Purpose | None = None, *, force: bool =
         names = sorted(file.name for file in scratch.iterdir())
         if purpose is not None:
             require_free_names(folder, names, purpose, force=force)
-        if place.exists():
-            for name in names:
-                os.replace(scratch / name, (place / name).resolve())
-            if purpose is not None:
-                note_written(place, names, purpose)
-        else:
-            if purpose is not None:
-                note_written(scratch, names, purpose, seen_from=place)
-            scratch.chmod(0o755)
-            os.replace(scratch, place)
+        place.mkdir(exist_ok=True)
+        for name in names:
+            os.replace(scratch / name, (place / name).resolve())
+        if purpose is not None:
+            note_written(place, names, purpose)
         _LOG.debug("%s (%s)", folder, ", ".join(names))
 
 
@@ -118,23 +113,19 @@ def _scratch(place: Path, shown: Path) -> Iterator[Path]:
     Raises:
         InputError: the scratch folder or something in it cannot be written.
     """
-    try:
+    with _refused(shown):
         place.parent.mkdir(parents=True, exist_ok=True)
         for left in place.parent.glob(f".{glob.escape(place.name)}-*{_SCRATCH}"):
             if time.time() - left.stat().st_mtime > _OLD:
                 shutil.rmtree(left, ignore_errors=True)
         scratch = Path(tempfile.mkdtemp(prefix=f".{place.name}-", suffix=_SCRATCH, dir=place.parent))
-    except OSError as error:
-        raise _cannot_write(shown, error) from None
-    try:
-        yield scratch
-    except OSError as error:
-        raise _cannot_write(shown, error) from None
-    except InputError as error:
-        where = error.where.replace(str(scratch), str(shown))
-        raise InputError(error.what, where=where, remedy=error.remedy) from None
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
+        try:
+            yield scratch
+        except InputError as error:
+            where = error.where.replace(str(scratch), str(shown))
+            raise InputError(error.what, where=where, remedy=error.remedy) from None
+        finally:
+            shutil.rmtree(scratch, ignore_errors=True)
 
 
 def output_file(path: Path, content: str | bytes, purpose: Purpose, *, force: bool = False) -> None:
@@ -144,7 +135,7 @@ def output_file(path: Path, content: str | bytes, purpose: Purpose, *, force: bo
         InputError: the file cannot be written, or must not be replaced.
     """
     require_free(path, purpose, force=force)
-    write_bytes(path, encoded(content))
+    write_file(path, content)
     if not is_stream(path):
         place = path.resolve()
         note_written(place.parent, [place.name], purpose)
@@ -161,12 +152,8 @@ def new_folder(name: str) -> Path:
 
 def require_writable(folder: Path) -> None:
     """Raise an `InputError` where a folder plainly cannot be made or written: before the work instead of after it."""
-    try:
-        above = folder
-        while not above.exists():
-            above = above.parent
-    except OSError as error:
-        raise _cannot_write(folder, error) from None
+    with _refused(folder):
+        above = next(each for each in (folder, *folder.parents) if each.exists())
     if not above.is_dir():
         what = "is a file, not a folder" if above == folder else f"cannot be made, because {above} is a file"
         raise InputError(what, where=str(folder), remedy="Name another folder.")
@@ -174,38 +161,23 @@ def require_writable(folder: Path) -> None:
         pass
 
 
-def encoded(content: str | bytes) -> bytes:
-    """A content as UTF-8; what stands for bytes of a file's name that are none becomes `?`."""
-    return content.encode("utf-8", "replace") if isinstance(content, str) else content
+def write_file(path: Path, content: str | bytes) -> None:
+    """Write a content to `path` in one step, making its folder where it is missing.
 
-
-def write_file(path: Path, text: str) -> None:
-    """Write `text` to `path` in one step, making its folder where it is missing.
+    Texts become UTF-8; what stands for bytes of a file's name that are none becomes `?`.
 
     Raises:
         InputError: the file cannot be written.
     """
-    write_bytes(path, encoded(text))
-
-
-def write_bytes(path: Path, content: bytes) -> None:
-    """Write `content` to `path` in one step; see `write_file`."""
     require_regular(path)
+    data = content.encode("utf-8", "replace") if isinstance(content, str) else content
     if is_stream(path):
-        try:
-            path.write_bytes(content)
-        except OSError as error:
-            raise _cannot_write(path, error) from None
+        with _refused(path):
+            path.write_bytes(data)
         return
     place = _resolved(path)  # what a link points to is replaced, and not the link
-    if place.parent.name.startswith(".") and place.parent.name.endswith(_SCRATCH):  # nobody meets what lies there
-        try:
-            place.write_bytes(content)
-        except OSError as error:
-            raise _cannot_write(path, error) from None
-        return
     with _scratch(place, path) as scratch:
-        (scratch / place.name).write_bytes(content)
+        (scratch / place.name).write_bytes(data)
         os.replace(scratch / place.name, place)
 
 
@@ -230,6 +202,11 @@ def plain(value: Any) -> Any:
     return value
 
 
-def _cannot_write(path: Path, error: OSError) -> InputError:
-    remedy = "Name a place that exists and is writable, with room on the disk."
-    return InputError(f"cannot be written ({error.strerror or error})", where=str(path), remedy=remedy)
+@contextmanager
+def _refused(path: Path) -> Iterator[None]:
+    """Errors of the system where something is written, as an `InputError` about a path."""
+    try:
+        yield
+    except OSError as error:
+        remedy = "Name a place that exists and is writable, with room on the disk."
+        raise InputError(f"cannot be written ({error.strerror or error})", where=str(path), remedy=remedy) from None

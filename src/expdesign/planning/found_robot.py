@@ -31,17 +31,18 @@ class FoundRobot:
         robot: with the identified stiffness of its actuators.
         physics: its chain with the identified parameters; None where the model has no effects.
         model: the model (`model_file.Model`), for what needs its history.
-        effects: what the effects are called.
-        held: effects that depend on history, which a plan supposes to start from rest.
         identified: whether it is from a model file; else the configuration alone says what acts.
     """
 
     robot: Robot
     physics: KnownChain | None
     model: Model
-    effects: tuple[str, ...]
-    held: tuple[str, ...]
     identified: bool = True
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """What the effects are called."""
+        return tuple(effect.key for effect in self.model.chain.effects)
 
     @property
     def note(self) -> str:
@@ -54,8 +55,9 @@ class FoundRobot:
             "loads and the identified parameters, of which the plan identifies the stiffnesses anew and takes the "
             "others as known."
         )
-        if self.held:
-            text += f" Every measurement is supposed to start from rest ({', '.join(self.held)})."
+        held = [effect.key for effect in self.model.chain.effects if effect.states]
+        if held:
+            text += f" Every measurement is supposed to start from rest ({', '.join(held)})."
         return text
 
     def of(self, robot: Robot) -> "FoundRobot":
@@ -89,9 +91,7 @@ def found_robot(document: YamlDocument) -> FoundRobot:
 def _found(robot: Robot, model: Model, *, identified: bool = True) -> FoundRobot:
     chain = model.chain
     values = np.concatenate([model.values[: chain.compliances], model.values[chain.base :]])
-    effects = tuple(effect.key for effect in chain.effects)
-    held = tuple(effect.key for effect in chain.effects if effect.states)
-    return FoundRobot(robot, KnownChain(chain, values) if effects else None, model, effects, held, identified)
+    return FoundRobot(robot, KnownChain(chain, values) if chain.effects else None, model, identified)
 
 
 def with_geometric_stiffness(robot: Robot, found: FoundRobot | None, source: str) -> FoundRobot:

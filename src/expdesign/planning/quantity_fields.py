@@ -18,7 +18,11 @@ def _is_number(value: Any) -> bool:
 
 def _quantity(value: Any) -> Quantity:
     """A number, `[low, high]`, or `{choices: [...]}`."""
-    remedy = "Write a number, `[low, high]` or `{choices: [...]}`, in SI units."
+    return _chosen(value, "[low, high]")
+
+
+def _chosen(value: Any, interval: str) -> Quantity:
+    remedy = f"Write a number, `{interval}` or `{{choices: [...]}}`, in SI units."
     if isinstance(value, Interval | Choices):
         return value
     if _is_number(value):
@@ -43,14 +47,10 @@ def _quantity(value: Any) -> Quantity:
 
 def _grid_axis(value: Any) -> Quantity:
     """`[low, high, points]`, one number, or the points themselves (`{choices: [...]}`)."""
-    if isinstance(value, Interval | Choices):
-        return value
-    if isinstance(value, dict):
-        return _quantity(value)
-    if _is_number(value):
-        return fixed(float(value))
+    if not isinstance(value, list):
+        return _chosen(value, "[low, high, points]")
     remedy = "Write `[low, high, points]`."
-    if not isinstance(value, list) or len(value) != 3 or not all(_is_number(v) for v in value):
+    if len(value) != 3 or not all(_is_number(v) for v in value):
         raise invalid(f"{shortened(value)} is not an axis of a grid", remedy=remedy)
     low, high, points = value
     if not isinstance(points, int) or not 1 <= points <= LARGEST_COUNT:

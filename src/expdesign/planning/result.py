@@ -53,11 +53,6 @@ def planned(problem: DesignProblem, decisions: FloatArray) -> Plan:
 
 def plan_of(problem: DesignProblem, decisions: FloatArray) -> pd.DataFrame:
     """The plan that decisions (m, g) stand for, in recordings form without the measured columns."""
-    return pd.DataFrame(_columns(problem, decisions))
-
-
-def _columns(problem: DesignProblem, decisions: FloatArray) -> dict[str, Any]:
-    """The columns of a plan by their names."""
     plan = _with_validation(problem, decisions)
     # Gravity under a tilted base is computed, not set: twelve decimals are far below what criteria show.
     computed = [name in problem.loaded.robot.coordinates.gravity for name in problem.loaded.load.columns]
@@ -67,7 +62,7 @@ def _columns(problem: DesignProblem, decisions: FloatArray) -> dict[str, Any]:
         columns["split"] = np.where(np.arange(len(plan)) < len(plan) - problem.validation, "train", "test")
     if problem.noise.shared_reference:
         columns[REFERENCE] = reference_names(plan.series)
-    return columns
+    return pd.DataFrame(columns)
 
 
 def design_minutes(problem: DesignProblem, front: Front) -> FloatArray | None:
@@ -102,10 +97,10 @@ def _with_validation(problem: DesignProblem, decisions: FloatArray) -> Plan:
 
 def plans_frame(problem: DesignProblem, front: Front) -> pd.DataFrame:
     """`plans.csv`: the plans of all designs, one below the other."""
-    plans = [_columns(problem, decisions) for decisions in front.decisions]
-    lengths = [len(plan["sequence"]) for plan in plans]
-    joined = {name: np.concatenate([plan[name] for plan in plans]) for name in plans[0]}
-    return pd.DataFrame({"design": np.repeat(np.arange(1, len(front) + 1), lengths), **joined})
+    plans = [plan_of(problem, decisions) for decisions in front.decisions]
+    found = pd.concat(plans, ignore_index=True)
+    found.insert(0, "design", np.repeat(np.arange(1, len(front) + 1), [len(plan) for plan in plans]))
+    return found
 
 
 _POOL = 400

@@ -72,23 +72,21 @@ class DesignSpace:
         self._tilt = tilt
         n_pose = poses.candidates.shape[1] if poses.candidates is not None else len(poses.quantities or ())
         self.n_pose, self.n_load = n_pose, len(load)
-        variables: list[Variable] = []
-        quantities: dict[int, Quantity] = {}
-        if poses.candidates is not None:
-            variables.append(Variable(tuple(range(n_pose)), Rows(poses.candidates)))
-        else:
-            quantities.update(enumerate(poses.quantities or ()))
-        quantities.update({n_pose + i: quantity for i, quantity in enumerate((*load, *tilt))})
-        variables += variables_for({k: v for k, v in quantities.items() if k < n_pose})
+        quantities = dict(enumerate((*load, *tilt), start=n_pose))
+        variables = [] if poses.candidates is None else [Variable(tuple(range(n_pose)), Rows(poses.candidates))]
+        if poses.candidates is None:
+            quantities = dict(enumerate(poses.quantities or ())) | quantities
         # A reading without load is of one pose under one tilt: where settings count, both are the robot's.
-        turned = n_pose + len(load) + (len(tilt) if settings is None else 0)
-        variables += variables_for({k: v for k, v in quantities.items() if k >= turned})
-        self._placed = [*range(n_pose), *(k for k in quantities if k >= turned)]
+        self._placed = [
+            *range(n_pose),
+            *(range(n_pose + len(load), n_pose + len(load) + len(tilt)) if settings else ()),
+        ]
+        variables += variables_for({k: v for k, v in quantities.items() if k in self._placed})
         if settings is not None:  # the last quantity, but beside the pose, so that a series stands together
             numbers = np.arange(settings[0], settings[1] + 1.0)[:, None]
             variables.append(Variable((n_pose + len(load) + len(tilt),), Rows(numbers)))
         gene = len(variables) - 1
-        variables += variables_for({k: v for k, v in quantities.items() if n_pose <= k < turned})
+        variables += variables_for({k: v for k, v in quantities.items() if k not in self._placed})
         self.variables = tuple(variables)
         self._fixed = np.zeros(n_pose + len(load) + len(tilt) + (settings is not None))
         for column, quantity in quantities.items():
@@ -100,9 +98,7 @@ class DesignSpace:
         self.columns = np.array([variable.columns[0] for variable in variables], dtype=np.int64)
         self.discrete: BoolArray = np.array([variable.discrete for variable in variables], dtype=bool)
         self.of_pose: BoolArray = np.array([variable.columns[0] in self._placed for variable in variables], dtype=bool)
-        gene_steps = np.zeros(len(variables))
-        if steps is not None:
-            gene_steps = np.array([0.0 if v.discrete else steps[v.columns[0]] for v in variables])
+        gene_steps = np.array([0.0 if v.discrete or steps is None else steps[v.columns[0]] for v in variables])
         self.grid = Grid.between(gene_steps, self.lower, self.upper)
         self.required = Required()
         physical = self.of_pose.copy()

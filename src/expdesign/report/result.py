@@ -16,7 +16,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.models.model_file import Model, model_text
 from expdesign.copying import Copied
 from expdesign.io.excel import is_excel_name, workbook
-from expdesign.io.output import csv_text, encoded, json_text, output_file, output_folder, write_bytes, write_file
+from expdesign.io.output import csv_text, json_text, output_file, output_folder, write_file
 from expdesign.io.tables_in_units import in_units
 from expdesign.io.written import Purpose
 from expdesign.mechanics.robots.robot_file import RobotFile
@@ -138,7 +138,7 @@ class FolderResult(Result):
         page = self.page()
         with output_folder(folder, self.purpose, force=force) as scratch:
             for name, content in contents.items():
-                write_bytes(scratch / name, encoded(content))
+                write_file(scratch / name, content)
             if page is not None:
                 from expdesign.report.page import render  # noqa: PLC0415 (slow to import)
 

@@ -16,7 +16,7 @@ from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
 from expdesign.mechanics.differentiation import is_recorded, plain
 from expdesign.planning.criteria.assessment import Assessment
-from expdesign.plugins import implementations, when_forgotten
+from expdesign.plugins import implementations
 
 if TYPE_CHECKING:
     from expdesign.planning.problem import DesignProblem
@@ -104,12 +104,13 @@ def criteria_of_problem(problem: "DesignProblem", section: "RunSection") -> tupl
     return tuple(criterion for criterion in found if criterion is not None)
 
 
-@lru_cache(maxsize=1)
 def known_criteria() -> dict[str, Criterion]:
     """Every criterion by its name, in a fixed order: `duir`, `feir`, `total`, then the others by name."""
-    found = {cls.name: cls() for cls in kinds() if not cls.of_problem}
+    return dict(_made(tuple(kinds())))
+
+
+@lru_cache(maxsize=1)
+def _made(classes: tuple[type[Criterion], ...]) -> dict[str, Criterion]:
+    found = {cls.name: cls() for cls in classes if not cls.of_problem}
     first = ("duir", "feir", "total")
     return {name: found[name] for name in (*first, *sorted(set(found) - set(first)))}
-
-
-when_forgotten(known_criteria.cache_clear)
