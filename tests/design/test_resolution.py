@@ -18,7 +18,7 @@ FEW = {"population": 8, "generations": 2, "seed": 1, "polish": True}
 
 @given(st.floats(-10.0, 10.0), st.sampled_from([1e-6, 2.5e-6, 1e-3, 0.125, 0.3, 7.0]))
 def test_a_settable_value_is_the_double_nearest_to_its_decimal(value: float, step: float) -> None:
-    grid = Grid.between(np.array([step]), np.array([-20.0]), np.array([20.0]))
+    grid = Grid(np.array([step]), np.array([-20.0]), np.array([20.0]))
     rounded = float(grid.nearest(np.array([value]))[0])
     assert abs(rounded - value) <= 0.5 * step * (1.0 + 1e-9)
     assert rounded == float(f"{rounded:.7f}")
@@ -26,7 +26,7 @@ def test_a_settable_value_is_the_double_nearest_to_its_decimal(value: float, ste
 
 
 def test_bounds_are_rounded_inward() -> None:
-    grid = Grid.between(np.array([0.01, 0.01]), np.array([-0.123, 0.1]), np.array([0.456, 0.3]))
+    grid = Grid(np.array([0.01, 0.01]), np.array([-0.123, 0.1]), np.array([0.456, 0.3]))
     np.testing.assert_array_equal(grid.lower, [-0.12, 0.1])
     np.testing.assert_array_equal(grid.upper, [0.45, 0.3])
 

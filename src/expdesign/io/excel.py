@@ -135,12 +135,11 @@ def _text(cell: Any) -> str:
     return str(cell)
 
 
-def workbook(frame: pd.DataFrame, title: str = "recordings", notes: Sequence[str] = (), blank: str = "") -> bytes:
+def workbook(frame: pd.DataFrame, notes: Sequence[str] = (), blank: str = "") -> bytes:
     """A workbook whose first sheet is a frame, and whose second, `notes`, has lines of text.
 
     Args:
         frame: cells; texts that are numbers are written as numbers, to 16 digits.
-        title: name of the sheet.
         notes: lines of the second sheet; without them there is one sheet.
         blank: colour of the empty cells, as `RRGGBB`, where they are to be filled in.
     """
@@ -150,7 +149,7 @@ def workbook(frame: pd.DataFrame, title: str = "recordings", notes: Sequence[str
 
     book = Workbook()
     sheet: Worksheet = book.worksheets[0]
-    sheet.title = title
+    sheet.title = "recordings"
     _append(sheet, [str(name) for name in frame.columns])
     for row in frame.itertuples(index=False):
         _append(sheet, [_value(cell) for cell in row])

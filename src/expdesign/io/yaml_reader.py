@@ -203,33 +203,16 @@ _LARGEST_DOCUMENT = 1_000_000
 """Keys and entries, aliases written out; aliases of aliases can ask for more than any memory holds."""
 
 
-if yaml.__with_libyaml__:
+class _Loader(Composer, yaml.CSafeLoader):
+    """Safe loader whose numbers are those of YAML 1.2 (`1e8` is a number, `1:30` and `010` are not surprises).
 
-    class _Nodes(Composer, yaml.CSafeLoader):
-        """Nodes are made here from what libyaml parses: its own are made by recursion without a limit."""
+    Nodes are made here from what libyaml parses: its own are made by recursion without a limit.
+    """
 
-        def __init__(self, text: str) -> None:
-            yaml.CSafeLoader.__init__(self, text)
-            Composer.__init__(self)
+    def __init__(self, text: str) -> None:
+        yaml.CSafeLoader.__init__(self, text)
+        Composer.__init__(self)
 
-else:
-    _Nodes = yaml.SafeLoader  # type: ignore[misc,assignment]
-
-
-class _Loader(_Nodes):
-    """Safe loader whose numbers are those of YAML 1.2 (`1e8` is a number, `1:30` and `010` are not surprises)."""
-
-    _composed = 0
-
-    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
-        self._composed += 1
-        if self._composed > _LARGEST_DOCUMENT:  # before all of them are in memory
-            raise yaml.YAMLError(f"more than {_LARGEST_DOCUMENT} entries")
-        node: yaml.Node | None = super().compose_node(parent, index)
-        return node
-
-
-_Dumper = yaml.CSafeDumper if yaml.__with_libyaml__ else yaml.SafeDumper
 
 _Loader.yaml_implicit_resolvers = {
     first: [(tag, pattern) for tag, pattern in resolvers if tag not in _REPLACED]
@@ -250,7 +233,7 @@ def yaml_text(content: Mapping[str, Any]) -> str:
     """Content as YAML in the order of its keys, lines of 120 characters, lists of numbers in brackets."""
     try:
         text: str = yaml.dump(
-            content, Dumper=_Dumper, sort_keys=False, default_flow_style=None, width=120, allow_unicode=True
+            content, Dumper=yaml.CSafeDumper, sort_keys=False, default_flow_style=None, width=120, allow_unicode=True
         )
     except UnicodeEncodeError as error:
         what = f"the name of a file in it is not UTF-8 text ({error.object!a})"
@@ -258,12 +241,7 @@ def yaml_text(content: Mapping[str, Any]) -> str:
     return text
 
 
-def _construct_float(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> float:
-    return float(node.value.lower().replace(".inf", "inf").replace(".nan", "nan"))
-
-
 _Loader.add_constructor("tag:yaml.org,2002:int", lambda _, node: int(node.value))
-_Loader.add_constructor("tag:yaml.org,2002:float", _construct_float)
 
 
 def read_yaml(path: Path) -> YamlDocument:
@@ -336,7 +314,7 @@ def parse_yaml(text: str, source: str, folder: Path) -> YamlDocument:
     return with_si_numbers(YamlDocument(source, folder, content, lines))
 
 
-def document_from_mapping(content: Mapping[str, Any], name: str) -> YamlDocument:
+def document_from_mapping(content: Mapping[str, Any] | BaseModel, name: str) -> YamlDocument:
     """Content that was made in Python, relative paths being those of the working folder.
 
     Readers of YAML 1.1 (`yaml.safe_load`) take `1e7` for a text; here it is the number.

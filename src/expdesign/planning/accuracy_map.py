@@ -14,7 +14,6 @@ from expdesign.arrays import FloatArray
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT, LIMIT_MARGIN
 from expdesign.planning.criteria.targets import body_axes
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.variables import Rows
 
 _IDLE = 1e-9
 """Share of the deflection below which an actuator carries nothing."""
@@ -82,16 +81,9 @@ def _pairs(problem: DesignProblem) -> list[tuple[int, int]]:
 
 def _range(problem: DesignProblem) -> tuple[FloatArray, FloatArray]:
     """Least and largest value of every coordinate among poses to measure at and targets, shape (n_q,) each."""
-    space = problem.space
-    ends = space.quantities(np.stack([space.lower, space.upper]))[:, : space.n_pose]
-    values = [ends, problem.targets.configurations]
-    for variable in space.variables:
-        if isinstance(variable.domain, Rows) and variable.columns[0] < space.n_pose:
-            table = np.repeat(ends[:1], len(variable.domain.table), axis=0)
-            table[:, list(variable.columns)] = variable.domain.table
-            values.append(table)
-    together = np.concatenate(values)
-    return together.min(axis=0), together.max(axis=0)
+    low, high = (ends[: problem.space.n_pose] for ends in problem.space.ranges)
+    targets = problem.targets.configurations
+    return np.minimum(low, targets.min(axis=0)), np.maximum(high, targets.max(axis=0))
 
 
 def _weights(problem: DesignProblem, target: int, grid: FloatArray) -> FloatArray:

@@ -99,7 +99,7 @@ class DesignSpace:
         self.discrete: BoolArray = np.array([variable.discrete for variable in variables], dtype=bool)
         self.of_pose: BoolArray = np.array([variable.columns[0] in self._placed for variable in variables], dtype=bool)
         gene_steps = np.array([0.0 if v.discrete or steps is None else steps[v.columns[0]] for v in variables])
-        self.grid = Grid.between(gene_steps, self.lower, self.upper)
+        self.grid = Grid(gene_steps, self.lower, self.upper)
         self.required = Required()
         physical = self.of_pose.copy()
         self.settings: PoseSettings | None = None

@@ -14,7 +14,7 @@ from itertools import product
 
 import numpy as np
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.arrays import BoolArray, FloatArray
 
 
 @dataclass(frozen=True)
@@ -111,56 +111,43 @@ def steps_of(names: tuple[str, ...], widths: FloatArray, given: Mapping[str, flo
     return steps
 
 
-@dataclass(frozen=True)
 class Grid:
     """The values that continuous decisions can be set to: whole multiples of a step between two bounds.
 
-    Attributes:
+    Args:
         steps: of each decision, shape (g,); 0 for a decision that is an index.
+        lower: bounds, shape (g,).
+        upper: bounds, shape (g,).
+
+    Attributes:
         lower: smallest multiple within the bounds, shape (g,).
-        upper: largest multiple within the bounds, shape (g,).
-        decimals: digits behind the point that a multiple has at most, shape (g,).
+        upper: largest multiple within the bounds, shape (g,); where there is none, `lower` exceeds it.
     """
 
-    steps: FloatArray
-    lower: FloatArray
-    upper: FloatArray
-    decimals: IntArray
-
-    @classmethod
-    def between(cls, steps: FloatArray, lower: FloatArray, upper: FloatArray) -> "Grid":
-        """The grid of steps (g,) within bounds (g,); where no multiple lies between them, `lower` exceeds `upper`."""
-        stepped = steps > 0.0
-        safe = np.where(stepped, steps, 1.0)
+    def __init__(self, steps: FloatArray, lower: FloatArray, upper: FloatArray) -> None:
+        self.steps, self._stepped = steps, steps > 0.0
+        self._safe = np.where(self._stepped, steps, 1.0)
+        exponents = [Decimal(repr(float(step))).normalize().as_tuple().exponent for step in self._safe]
+        self._decimals = 10.0 ** np.array([max(0, -int(exponent)) for exponent in exponents])
         # A bound that is a multiple but for rounding is one.
-        low, high = np.ceil(lower / safe - 1e-9), np.floor(upper / safe + 1e-9)
-        exponents = [Decimal(repr(float(step))).normalize().as_tuple().exponent for step in safe]
-        decimals = np.array([max(0, -int(exponent)) for exponent in exponents], dtype=np.int64)
-        grid = cls(steps, lower, upper, decimals)
-        bounds = [
-            np.where(stepped, grid._decimal(count * safe), bound) for count, bound in ((low, lower), (high, upper))
-        ]
-        return cls(steps, bounds[0], bounds[1], decimals)
+        low, high = np.ceil(lower / self._safe - 1e-9), np.floor(upper / self._safe + 1e-9)
+        self.lower = np.where(self._stepped, self._multiple(low), lower)
+        self.upper = np.where(self._stepped, self._multiple(high), upper)
 
     @property
     def empty(self) -> BoolArray:
         """Whether no value can be set, shape (g,)."""
-        return (self.steps > 0.0) & (self.lower > self.upper)
+        return self._stepped & (self.lower > self.upper)
 
     def nearest(self, decisions: FloatArray) -> FloatArray:
         """The nearest values that can be set, of decisions (..., g)."""
-        stepped = self.steps > 0.0
-        safe = np.where(stepped, self.steps, 1.0)
-        rounded = self._decimal(np.rint(decisions / safe) * safe)
-        return np.where(stepped, np.clip(rounded, self.lower, self.upper), decisions)
+        rounded = np.clip(self._multiple(np.rint(decisions / self._safe)), self.lower, self.upper)
+        return np.where(self._stepped, rounded, decisions)
 
-    def _decimal(self, values: FloatArray) -> FloatArray:
-        """The doubles nearest to decimal numbers, so that 0.02 is not written as 0.019999999999999997."""
-        result = values.copy()
-        for digits in np.unique(self.decimals):
-            columns = self.decimals == digits
-            result[..., columns] = np.round(values[..., columns], int(digits))
-        return result + 0.0
+    def _multiple(self, counts: FloatArray) -> FloatArray:
+        """The doubles nearest to whole multiples of the steps, so that 0.02 is not written as 0.019999999999999997."""
+        multiples: FloatArray = np.rint(counts * self._safe * self._decimals) / self._decimals + 0.0
+        return multiples
 
     def inward(
         self, decisions: FloatArray, wanted: FloatArray, moved: BoolArray, excess: Callable[[FloatArray], FloatArray]
@@ -176,7 +163,7 @@ class Grid:
             moved: the decisions that limits depend on, shape (g,).
             excess: over the limits, of decisions (..., g); at most 0 within.
         """
-        free = np.flatnonzero(moved & (self.steps > 0.0))
+        free = np.flatnonzero(moved & self._stepped)
         if not free.size:
             return decisions
         generator = np.random.default_rng(0)

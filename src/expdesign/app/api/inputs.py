@@ -76,9 +76,7 @@ def _digest(text: str) -> str:
 
 def document_of(content: PathLike | Mapping[str, Any] | Section, name: str) -> YamlDocument:
     """A YAML file, or a mapping or object with its content (relative paths are then those of the working folder)."""
-    if isinstance(content, Section):
-        return document_from_mapping(content.as_mapping(), name)
-    if isinstance(content, Mapping):
+    if isinstance(content, Mapping | Section):
         return document_from_mapping(content, name)
     return read_yaml(_path(content, name, f"a path, a mapping or an object that describes a {name}"))
 
