@@ -9,7 +9,6 @@ from expdesign.diagnosis.outliers import (
     in_common,
     outlier_price,
     returning,
-    returning_distances,
     single_mistakes,
     standing_out,
 )
@@ -122,18 +121,6 @@ def test_more_than_a_few_mistakes_are_none() -> None:
     """Of 180 rows 9 are usual, and 20 happen in 1 of 1000 experiments."""
     assert not in_common(*mistakes(4, 12), SERIES, DRIVERS)
     assert in_common(*mistakes(4, 20), SERIES, DRIVERS) == "they are too many"
-
-
-def test_a_row_set_aside_returns_at_the_price_that_leaving_it_out_saved() -> None:
-    recordings = simulated("bipod-unequal", seed=3)
-    sample = sample_of("bipod-unequal", recordings)
-    whole = base_fit("bipod-unequal", sample)
-    for row in (0, 7, 13):
-        outliers = np.arange(len(recordings)) == row
-        left = base_fit("bipod-unequal", sample.restricted(~outliers))
-        price = returning_distances(left, sample, outliers)
-        assert price[row] == pytest.approx(whole.chi2 - left.chi2, rel=1e-6, abs=1e-6)
-        assert price.sum() == price[row]
 
 
 def test_rows_that_stand_out_alike_are_no_single_mistakes() -> None:

@@ -105,10 +105,10 @@ def test_the_standing_of_an_effect() -> None:
     """Strong evidence leaves no doubt; a rival counts by exp(−½·Δ/temperature)."""
     search, model = found()
     without = search.known_names.without(model, 0)
-    stands = standing(model, 0, without, search.alternatives(model)[0])
+    stands = standing(model, 0, [without, *search.instead(model, 0, 60.0)[0]])
     assert stands.probability > 0.95
     assert "leg_backlash" not in stands.indistinguishable
-    alone = standing(model, 0, without, [])
+    alone = standing(model, 0, [without])
     assert alone.probability == pytest.approx(
         OPTIONS.surest / (1.0 + np.exp(-0.5 / OPTIONS.temperature * (without.misfit - model.misfit)))
     )
@@ -119,15 +119,15 @@ def test_a_law_of_no_declared_form_in_the_place_of_a_name_counts_as_the_physics_
     """Of an equally likely law P(name) is half; one of the same port and inputs is the same physics."""
     search, model = found()
     without = search.known_names.without(model, 0)
-    alone = standing(model, 0, without, [])
+    alone = standing(model, 0, [without])
     own = model.effects[0].component
-    other = standing(model, 0, without, [], {(own, "friction_hysteresis"): 0.0})
+    other = standing(model, 0, [without], {(own, "friction_hysteresis"): 0.0})
     assert other.probability == pytest.approx(0.5 * OPTIONS.surest, rel=0.01)
     assert other.indistinguishable == ("friction_hysteresis",)
-    same = standing(model, 0, without, [], {(own, "leg_backlash"): 0.0})
+    same = standing(model, 0, [without], {(own, "leg_backlash"): 0.0})
     assert same.probability >= alone.probability
     assert not same.indistinguishable
-    nameless = standing(model, 0, without, [], {(own, "law"): -1.0, (own, "creep"): -20.0})
+    nameless = standing(model, 0, [without], {(own, "law"): -1.0, (own, "creep"): -20.0})
     assert nameless.probability == pytest.approx(OPTIONS.surest / (1.0 + np.exp(-1.0 / OPTIONS.temperature)), rel=0.01)
     assert not nameless.indistinguishable
 
@@ -137,7 +137,8 @@ def test_laws_in_the_place_of_a_name_are_told_by_their_port_and_inputs() -> None
     here = robot(NAME)
     frame = framed(here, simulated(NAME, PLAY, parameters=[1.5e-5]), without=frozenset(), report=unheard)
     model = found()[1]
-    (laws,) = frame.search.laws_instead(frame.search.known_names.model(model.candidates, [model.fit.values[-1:]]), 60.0)
+    again = frame.search.known_names.model(model.candidates, [model.fit.values[-1:]])
+    laws = frame.search.instead(again, 0, 60.0)[1]
     (own,) = (gain for (where, physics), gain in laws.items() if physics == PLAY.physics and where == PLAY.component)
     assert own > -10.0
     assert all(gain < own for (_, physics), gain in laws.items() if physics != PLAY.physics)

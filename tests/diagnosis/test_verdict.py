@@ -1,7 +1,6 @@
 """When a model is believed to explain, and when to imitate."""
 
 from dataclasses import replace
-from functools import partial
 from types import SimpleNamespace
 from typing import cast
 
@@ -16,8 +15,8 @@ from expdesign.chain.models.estimable import Estimable
 from expdesign.diagnosis.dispersion import NONE
 from expdesign.diagnosis.findings import reported
 from expdesign.diagnosis.held_out import HeldOut
-from expdesign.diagnosis.names import NamedModel
-from expdesign.diagnosis.possible import at_limits
+from expdesign.diagnosis.names import NamedModel, Names
+from expdesign.diagnosis.possible import at_limit
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.diagnosis.verdict import doubt, verdict_without
 from expdesign.estimation.goodness import LackOfFit, StatementOfFit
@@ -27,8 +26,15 @@ from tests.diagnosis.samples import effect, simulated
 from tests.diagnosis.test_selection import FRICTION, NAME, PLAY, search_of
 
 MOST_EFFECTS = 3
-doubted = partial(doubt, most=MOST_EFFECTS, reach=1.3)
 GOOD = HeldOut(1.0, 1.0, 2.0, 1.02, 1.02, "")
+
+
+def doubted(
+    model: NamedModel, before: tuple[float, int], after: tuple[float, int], errors: HeldOut, *, known_noise: bool
+) -> str:
+    """Where three effects may be sought on a machine that reaches 1.3 m."""
+    names = SimpleNamespace(most_effects=MOST_EFFECTS, reach=1.3, known_noise=known_noise, at_limit=lambda model: "")
+    return doubt(cast(Names, names), model, before, after, errors)
 
 
 @pytest.fixture(scope="module")
@@ -109,13 +115,13 @@ def test_bearings_of_which_those_that_are_loaded_do_not_yield_are_no_explanation
 
 
 def test_a_value_that_no_machine_has_is_no_explanation(one: NamedModel) -> None:
-    assert at_limits(one.fit, 1.0) == {}
+    assert at_limit(one.fit, 1.0) == ""
     values = one.fit.values.copy()
     values[-1] = PLAY.parameters[0].high
     absurd = replace(one, fit=replace(one.fit, values=values))
     assert "gap_m of leg 1" in doubted(absurd, (800.0, 200), (200.0, 199), GOOD, known_noise=True)
     values[-1] = 0.0  # vanishing is possible
-    assert at_limits(replace(one.fit, values=values), 1.0) == {}
+    assert at_limit(replace(one.fit, values=values), 1.0) == ""
 
 
 def test_a_tool_that_is_farther_away_than_the_arm_reaches_is_no_explanation(one: NamedModel) -> None:
@@ -129,8 +135,8 @@ def test_a_tool_that_is_farther_away_than_the_arm_reaches_is_no_explanation(one:
         values = np.concatenate([np.ones(chain.compliances), 0.4 * np.array([1.0, 0.1, 0.0, metres])])
         return replace(one, candidates=(candidate,), fit=replace(one.fit, chain=chain, values=values))
 
-    assert at_limits(with_centre(6.5).fit, 1.3) == {tool.key: "tool_com_z_m of platform"}
-    assert at_limits(with_centre(0.2).fit, 1.3) == {}
+    assert at_limit(with_centre(6.5).fit, 1.3) == "tool_com_z_m of platform"
+    assert at_limit(with_centre(0.2).fit, 1.3) == ""
     said = doubted(with_centre(6.5), (9.0, 9), (9.0, 9), GOOD, known_noise=False)
     assert "beyond the limit of what a machine can be" in said
 

@@ -55,7 +55,7 @@ class ByGroups:
         groups, frame = self.groups, self.frame.without(self.groups.aside)
         model = NamedModel((), groups.fit, float("nan"))
         verdict = "modelled" if self._predicts else "unexplained"
-        frame.names.log.add_text("verdict", f"groups of effects: {len(groups.found)}; verdict {verdict}")
+        frame.names.log.add("verdict", f"groups of effects: {len(groups.found)}; verdict {verdict}")
         found = (*group_findings(groups, frame.robot, frame.known), *set_aside(frame.recordings, groups.aside))
         result = frame.diagnosis(model, verdict, self.errors, Method(TOGETHER, reason), model)
         return replace(result, findings=found, left_out=groups.widening, stability=groups.stability)
@@ -74,16 +74,10 @@ def by_groups(frame: Frame) -> tuple[ByGroups | None, str]:
     if count < (least := OPTIONS.groups * OPTIONS.fewest_rows):
         return None, f"{count} rows are too few for groups of effects ({least} are needed)"
     frame.names.report(Stage.GROUPS, "")
-    library = groups_of(robot, sample, base, frame.entries)
-    found = grouped(robot, sample, base, library)
+    found = grouped(robot, sample, base, groups_of(robot, sample, base, frame.entries))
     if found is None:
         return None, "no group of effects is worth its evidence"
     judged = _errors(found, frame)
-    if frame.judged.any() and judged.test_after > OPTIONS.refutes * max(found.after, found.noise):
-        # Large laws that cancel each other where they were seen do not do so elsewhere.
-        lasting = grouped(robot, sample, base, library.lasting)
-        if lasting is not None and (errors_of := _errors(lasting, frame)).test_after < judged.test_after:
-            found, judged = lasting, errors_of
     errors = f"left-out blocks: {found.before:.3g} standard deviations without effects, {found.after:.3g} with groups"
     if OPTIONS.clearly * found.after > found.before or judged.test_after >= judged.test_before:
         return None, f"groups of effects predict no better ({errors})"

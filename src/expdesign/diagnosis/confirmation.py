@@ -81,7 +81,7 @@ def confirmed(
             reason = f"left-out rows are predicted no better with `{effects[worst].key}` (p = {p_values[worst]:.2g})"
         model = names.without(model, worst)
         errors = judged(model)
-        names.log.add("held out", model, True, reason)
+        names.log.add("held out", reason, model)
     return model, errors
 
 

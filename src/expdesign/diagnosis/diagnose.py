@@ -23,7 +23,7 @@ from expdesign.diagnosis.laws import Laws, fitted
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import returning
-from expdesign.diagnosis.possible import at_limits
+from expdesign.diagnosis.possible import at_limit
 from expdesign.diagnosis.posterior import averaged
 from expdesign.diagnosis.relinearised import relinearised
 from expdesign.diagnosis.remarks import Averaged
@@ -124,7 +124,7 @@ def _so_far(frame: Frame, doing: str) -> Diagnosis:
 
 def _best_of_names(names: Names) -> NamedModel:
     """The likeliest model of named effects that a search has fitted."""
-    possible = [model for model in names.models if not at_limits(model.fit, names.reach)]
+    possible = [model for model in names.models if not at_limit(model.fit, names.reach)]
     best = min(possible, key=lambda model: model.misfit, default=names.base)
     return names.base if names.base.misfit - best.misfit < 2.0 * OPTIONS.alarm else best
 
@@ -147,7 +147,7 @@ def _diagnosed(frame: Frame) -> Diagnosis:
         reason = "the load errors that the configuration declares account for what the base model leaves over"
         return _unsought(frame, frame.names.base, reason)
     groups, why = by_groups(frame)
-    frame.names.log.add_text("method", f"{TOGETHER if groups else ONE_AT_A_TIME}: {why}")
+    frame.names.log.add("method", f"{TOGETHER if groups else ONE_AT_A_TIME}: {why}")
     if groups and groups.alone:
         return groups.diagnosis(why)
     most, reason = None, why
@@ -241,15 +241,14 @@ def _without_mistakes(frame: Frame, most: int | None) -> tuple[Frame, Iterator[C
     first = next(ends)
     aside, common = first.mistakes.rows, first.mistakes.common
     if common:
-        names.log.add("outliers", first.model, False, f"the rows that stand out are no single mistakes: {common}")
+        names.log.add("outliers", f"the rows that stand out are no single mistakes: {common}", first.model, kept=False)
     while aside.any():
         frame = frame.without(aside)
         ends = frame.search.ends(most)
         first = next(ends)
         back = returning(first.model.fit, frame.sample, aside, known_noise=names.known_noise)
-        names.log.add(
-            "outliers", first.model, not back.any(), f"{aside.sum()} rows set aside, {back.sum()} fit after all"
-        )
+        reason = f"{aside.sum()} rows set aside, {back.sum()} fit after all"
+        names.log.add("outliers", reason, first.model, kept=not back.any())
         if not back.any():
             break
         aside = aside & ~back
@@ -270,18 +269,9 @@ def _with_verdict(frame: Frame, model: NamedModel, errors: HeldOut, method: Meth
         errors = _in_noise_left(frame, model.fit, errors)
     verdict = verdict_without(frame.before)
     if found:
-        reason = doubt(
-            model,
-            before,
-            after,
-            errors,
-            most=names.most_effects,
-            known_noise=noise.known,
-            reach=names.reach,
-            at_limit=names.at_limit(model),
-        )
+        reason = doubt(names, model, before, after, errors)
         verdict = "unexplained" if reason else "explained"
-        names.log.add("verdict", model, not reason, reason or "it explains the recordings")
+        names.log.add("verdict", reason or "it explains the recordings", model, kept=not reason)
     if verdict == "consistent":
         frame.kind.require_plausible(frame.recordings, base)
     predictive = model
@@ -314,7 +304,7 @@ def _with_laws(frame: Frame, laws: Laws) -> Diagnosis | None:
     """
     errors = _in_noise_left(frame, laws.fit, _held_out(frame, laws.fit)) if laws.predicts else None
     if errors is None or errors.refuted:
-        frame.names.log.add_text("laws", laws.summary("refuted"))
+        frame.names.log.add("laws", laws.summary("refuted"))
         return None
     verdict = verdict_with_laws(errors)
     # What leaves more than the noise has no name: its part and what it depends on are all that is said.
@@ -322,7 +312,7 @@ def _with_laws(frame: Frame, laws: Laws) -> Diagnosis | None:
     if verdict == "unexplained":
         laws, known, factor = laws.doubted, frozenset(), OPTIONS.doubted
     found = law_findings(laws, frame.robot, known) + set_aside(frame.recordings, frame.aside)
-    frame.names.log.add_text("laws", laws.summary(verdict))
+    frame.names.log.add("laws", laws.summary(verdict))
     named = tuple(part.named for part in laws.parts if part.named is not None)
     model = NamedModel(named, laws.fit, float("nan"))
     method = Method(LAWS, "left-out rows are predicted better with laws at ports than with named effects alone")
@@ -347,7 +337,7 @@ def _predictive(frame: Frame, model: NamedModel, errors: HeldOut) -> tuple[Named
     if not (doubt or errors.refuted):
         return model, errors
     if doubt:
-        names.log.add("held out", model, False, f"not predicted with: {doubt}")
+        names.log.add("held out", f"not predicted with: {doubt}", model, kept=False)
     return names.base, _held_out(frame, names.base.fit)
 
 

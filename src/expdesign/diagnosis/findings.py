@@ -69,8 +69,7 @@ def findings(
 ) -> tuple[Finding, ...]:
     """The effects of a model, the most explanatory first."""
     found: list[Finding] = []
-    names, alternatives = search.known_names, search.alternatives(model)
-    laws = search.laws_instead(model, OPTIONS.temperature * _NONE)
+    names = search.known_names
     scale = 1.0
     if not names.known_noise:
         scale = model.fit.chi2 / max(names.sample.readings - model.fit.rank, 1)
@@ -80,8 +79,8 @@ def findings(
     state = names.state(model)
     shares, held = state.shares.tolist(), gains(state, names.blocks)
     for index, (candidate, share) in enumerate(zip(model.candidates, shares, strict=True)):
-        without = names.without(model, index)
-        stands = standing(model, index, without, alternatives[index], laws[index], inflation)
+        others, laws = search.instead(model, index, OPTIONS.temperature * _NONE)
+        stands = standing(model, index, [names.without(model, index), *others], laws, inflation)
         values = reported(candidate.effect, model.fit, model.fit.chain.slices[index], scale)
         effect = candidate.effect
         finding = Finding(

@@ -55,12 +55,6 @@ class Group:
         return _end(_entry(self.atoms[0])) if self.atoms else None
 
     @property
-    def goes_on(self) -> bool:
-        """Whether it depends on time or remembers, so that it goes on after the last row."""
-        seen = [quantity for atom in self.atoms for quantity in _entry(atom).quantities]
-        return any(quantity.states or quantity.drifts or quantity.kind == "settling" for quantity in seen)
-
-    @property
     def kind(self) -> tuple[Component, str]:
         """What people would call it; laws of guides that end elsewhere are of one kind."""
         return self.component, self.form or self.name
@@ -77,11 +71,6 @@ class GroupLibrary:
 
     groups: tuple[Group, ...]
     sight: Sight
-
-    @property
-    def lasting(self) -> "GroupLibrary":
-        """The same without laws of time and memory."""
-        return replace(self, groups=tuple(group for group in self.groups if not group.goes_on))
 
     def of_readings(self, kept: BoolArray) -> "GroupLibrary":
         """The same beside some of the readings alone, shape (M,)."""

@@ -96,14 +96,16 @@ def locate(base: Fit, sample: Data, robot: Robot, library: list[Candidate], nois
     basis = orthonormal_basis(as_matrix(base.sensitivities))
     residuals = base.residuals.ravel() / np.sqrt(noise_variance)
 
-    def probe(name: str, directions: FloatArray) -> tuple[str, float, int]:
-        return name, *explained(residuals, basis, directions)
+    def tested(directions: dict[str, FloatArray]) -> tuple[Probe, ...]:
+        return _holm([(name, *explained(residuals, basis, block)) for name, block in directions.items()])
 
-    components = [probe(name, block) for name, block in _component_directions(sample, robot, library).items()]
-    patterns = [_pattern(name, values, base, sample, noise_variance) for name, values in drivers(sample, robot).items()]
-    corrected = _holm(components)
-    tested = _holm(patterns)
-    return Location(corrected, tested, _axes(base, sample, robot, noise_variance), _region(tested))
+    patterns = tested({name: _pattern(values, sample) for name, values in drivers(sample, robot).items()})
+    significant = [probe.name for probe in patterns if probe.p_value < OPTIONS.level]
+    region = (
+        "varies most with " + ", ".join(significant[:3]) if significant else "spread over all poses, loads and times"
+    )
+    components = tested(_component_directions(sample, robot, library))
+    return Location(components, patterns, _axes(base, sample, robot, noise_variance), region)
 
 
 def _component_directions(sample: Data, robot: Robot, library: list[Candidate]) -> dict[str, FloatArray]:
@@ -161,16 +163,12 @@ def drivers(sample: Data, robot: Robot) -> dict[str, FloatArray]:
     return {name: values for name, values in found.items() if np.ptp(values) > 0.0}
 
 
-def _pattern(name: str, driver: FloatArray, base: Fit, sample: Data, noise_variance: float) -> tuple[str, float, int]:
-    """How much of the residuals a straight line or parabola in a driver explains, on all axes."""
+def _pattern(driver: FloatArray, sample: Data) -> FloatArray:
+    """Directions (M, d) in which a straight line or parabola in a driver (N,) moves all axes."""
     scaled = (driver - driver.mean()) / max(float(driver.std()), 1e-300)
     powers = np.stack([scaled, scaled**2 - 1.0], axis=1) if len(np.unique(driver)) > 3 else scaled[:, None]
-    basis = orthonormal_basis(as_matrix(base.sensitivities))
-    axes = len(sample.recordings.axes)
-    directions = np.einsum("nd,kl->nkld", powers, np.eye(axes)) * sample.counts[:, None, None, None]
-    block = directions.reshape(len(driver) * axes, -1)
-    residuals = base.residuals.ravel() / np.sqrt(noise_variance)
-    return name, *explained(residuals, basis, block)
+    counted: FloatArray = np.kron(powers * sample.counts[:, None], np.eye(len(sample.recordings.axes)))
+    return counted
 
 
 def _holm(results: list[tuple[str, float, int]]) -> tuple[Probe, ...]:
@@ -192,11 +190,3 @@ def _axes(base: Fit, sample: Data, robot: Robot, noise_variance: float) -> tuple
     names = [sample.recordings.components(robot.coordinates)[axis] for axis in sample.recordings.axes]
     chosen = [name for name, p in zip(names, p_values, strict=True) if p < OPTIONS.level]
     return tuple(chosen) if chosen else (names[int(np.argmax(sums))],)
-
-
-def _region(patterns: tuple[Probe, ...]) -> str:
-    """On what the mismatch depends most, in words."""
-    significant = [probe.name for probe in patterns if probe.p_value < OPTIONS.level]
-    if not significant:
-        return "spread over all poses, loads and times"
-    return "varies most with " + ", ".join(significant[:3])

@@ -23,7 +23,7 @@ from expdesign.diagnosis.evidence.dictionary import Atom, known_form
 from expdesign.diagnosis.evidence.state import Present, regular
 from expdesign.diagnosis.library import Candidate, beside
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.possible import Confounded, at_limits, confounded_with
+from expdesign.diagnosis.possible import Confounded, at_limit, confounded_with
 from expdesign.diagnosis.remarks import ConfoundedTime
 from expdesign.diagnosis.stages import Report, unheard
 from expdesign.estimation.fit import Data, Fit, fit
@@ -69,8 +69,8 @@ class Refused:
 
     Attributes:
         model: the model.
-        key: of the effect for which it is not.
-        parameter: of this that is at a limit; empty where something else explains it.
+        key: of the effect that was added.
+        parameter: that is at a limit; empty where something else explains the effect.
     """
 
     model: NamedModel
@@ -84,20 +84,16 @@ class Log:
 
     entries: list[dict[str, object]] = field(default_factory=list)
 
-    def add(self, step: str, model: NamedModel, kept: bool, reason: str) -> None:
-        """Note one decision."""
-        self._add(step, list(model.keys), model.fit.chi2, model.misfit, kept, reason)
-
-    def add_text(self, step: str, reason: str) -> None:
-        """Note something that concerns no single model of the library."""
-        self._add(step, [], None, None, True, reason)
-
-    def _add(
-        self, step: str, effects: list[str], chi2: float | None, misfit: float | None, kept: bool, reason: str
-    ) -> None:
+    def add(self, step: str, reason: str, model: NamedModel | None = None, *, kept: bool = True) -> None:
+        """Note one decision, of a model or of none."""
         entry: dict[str, object] = {
-            "step": step, "effects": effects, "chi2": chi2, "penalised_misfit": misfit, "kept": kept, "reason": reason,
-        }  # fmt: skip
+            "step": step,
+            "effects": [] if model is None else list(model.keys),
+            "chi2": model and model.fit.chi2,
+            "penalised_misfit": model and model.misfit,
+            "kept": kept,
+            "reason": reason,
+        }
         self.entries.append(entry)
 
 
@@ -202,21 +198,18 @@ class Names:
             added: the candidate that it has beyond `rest`.
             rest: linear about what else is there.
         """
-        known = [refused for refused in self.refused if refused.model is model]
-        if known:
+        if any(refused.model is model for refused in self.refused):
             return False
-        limits = at_limits(model.fit, self.reach)
-        if limits:
-            key, parameter = next(iter(limits.items()))
-            self.refused.append(Refused(model, key, parameter))
-            self.log.add("limits", model, False, f"{parameter} is at or beyond the limit of what a machine can be")
-            return False
-        effect, price = added.effect, self.price(added) + OPTIONS.alarm
-        if self.rival and self.rival.explains(model.fit, effect, self.sample, rest, price):
-            self.refused.append(Refused(model, effect.key, ""))
-            self.log.add("drift", model, False, f"`{effect.key}` does not show apart from what changed with time")
-            return False
-        return True
+        key, limit = added.effect.key, at_limit(model.fit, self.reach)
+        price = self.price(added) + OPTIONS.alarm
+        if limit:
+            self.log.add("limits", f"{limit} is at or beyond the limit of what a machine can be", model, kept=False)
+        elif self.rival and self.rival.explains(model.fit, added.effect, self.sample, rest, price):
+            self.log.add("drift", f"`{key}` does not show apart from what changed with time", model, kept=False)
+        else:
+            return True
+        self.refused.append(Refused(model, key, limit))
+        return False
 
     def better_refused(self, model: NamedModel) -> list["Refused"]:
         """What would be chosen in the place of a model if it were possible, the likeliest first."""

@@ -48,8 +48,6 @@ class DiagnosisOptions:
         alike: the same within which evidence decides.
         clearly: the same from which one predicts clearly worse, as of the last rows, which are few.
         predicts: left-out errors, dispersion or noise, in expected ones, above which something is missing.
-        refutes: ratio of errors of marked rows and of left-out blocks above which marked rows speak against laws of
-            time and memory.
         noticeable: standard deviations: from none, above which the name of an effect is said; of what the base model
             leaves, from which groups of effects can be told.
         shows: standard deviations of χ² that count as visible.
@@ -99,7 +97,6 @@ class DiagnosisOptions:
     alike: float = 1.05
     clearly: float = 1.1
     predicts: float = 1.3
-    refutes: float = 2.0
     noticeable: float = 2.0
     shows: float = 3.0
     correlated: float = 0.3

@@ -77,25 +77,16 @@ def standing_out(state: Present, axes: int, most: int) -> tuple[IntArray, float]
 def returning(result: Fit, sample: Data, aside: BoolArray, *, known_noise: bool) -> BoolArray:
     """Rows set aside (N,) that a model fitted without them explains after all, shape (N,).
 
-    χ² grows by less than `outlier_price` if such a row counts again (`returning_distances`).
+    χ² grows by r·(I + S·P·Sᵀ)⁻¹·r if such a row counts again, which is less than `outlier_price`.
     """
     price = outlier_price(sample.readings, len(sample.recordings.axes), int(sample.counts.sum()))
-    left = sample.restricted(~aside).readings
-    variance = 1.0 if known_noise else max(result.chi2 / max(left, 1), 1e-300)
-    found: BoolArray = aside & (returning_distances(result, sample, aside) < price * variance)
-    return found
-
-
-def returning_distances(result: Fit, sample: Data, outliers: BoolArray) -> FloatArray:
-    """Growth of χ² if a row set aside counted again, shape (N,): r·(I + S·P·Sᵀ)⁻¹·r; 0 for all other rows."""
-    everything = sample.counting(sample.counts)
-    residuals, slopes = everything.residuals_with_sensitivities(result.chain, result.values)
+    variance = 1.0 if known_noise else max(result.chi2 / max(sample.restricted(~aside).readings, 1), 1e-300)
+    residuals, slopes = sample.residuals_with_sensitivities(result.chain, result.values)
     known = np.where(np.isfinite(result.covariance), result.covariance, 0.0)
-    distances = np.zeros(len(outliers))
-    for row in np.flatnonzero(outliers):
-        spread = np.eye(residuals.shape[1]) + slopes[row] @ known @ slopes[row].T
-        distances[row] = float(residuals[row] @ np.linalg.solve(spread, residuals[row]))
-    return distances
+    spread = np.eye(residuals.shape[1]) + slopes @ known @ slopes.swapaxes(1, 2)
+    growth = (residuals * np.linalg.solve(spread, residuals[..., None])[..., 0]).sum(axis=1)
+    found: BoolArray = aside & (growth < price * variance)
+    return found
 
 
 def outlier_price(readings: int, axes: int, rows: int) -> float:

@@ -32,12 +32,11 @@ _DRIFTS = "thermal_drift"
 _OF_TIME = {"time_s", "order of recording", "place in the series", "temperature_degC", "loading against unloading"}
 
 
-def at_limits(fit: Fit, reach: float) -> dict[str, str]:
-    """Named effects of which a parameter is at a limit at which they do not vanish: keys, and parameters in words.
+def at_limit(fit: Fit, reach: float) -> str:
+    """The first parameter of named effects at a limit at which they do not vanish, in words; empty without one.
 
     No machine has a length or an offset of more than twice its `reach` (m), nor an angle off by `_TURNED` (rad).
     """
-    found: dict[str, str] = {}
     for effect, part in zip(fit.chain.effects, fit.chain.slices, strict=True):
         if isinstance(effect, Law):
             continue
@@ -47,12 +46,12 @@ def at_limits(fit: Fit, reach: float) -> dict[str, str]:
         for name, value in _reported(effect, values).items():
             limit = {"m": 2.0 * reach, "rad": _TURNED}.get(name.rpartition("_")[2], np.inf)
             if abs(value) > limit and name not in shapes and "_per_" not in name:
-                found.setdefault(effect.key, f"{name} of {effect.component}")
+                return f"{name} of {effect.component}"
         for parameter, value in zip(effect.parameters, values, strict=True):
             limits = {parameter.low, parameter.high} - {parameter.neutral}
             if not parameter.shape and any(np.isclose(value, limit, rtol=1e-9, atol=0.0) for limit in limits):
-                found.setdefault(effect.key, f"{parameter.name} of {effect.component}")
-    return found
+                return f"{parameter.name} of {effect.component}"
+    return ""
 
 
 def _reported(effect: Effect, values: FloatArray) -> dict[str, float]:

@@ -101,8 +101,7 @@ class Standing:
 def standing(
     model: NamedModel,
     index: int,
-    without: NamedModel,
-    alternatives: list[NamedModel],
+    others: Sequence[NamedModel],
     laws: Mapping[tuple[Component, str], float] = MappingProxyType({}),
     inflation: float = 1.0,
 ) -> Standing:
@@ -111,13 +110,12 @@ def standing(
     Args:
         model: the chosen model.
         index: of the effect.
-        without: the model without the effect.
-        alternatives: models with something else in its place.
+        others: the model without the effect, and models with something else in its place.
         laws: gains of log evidence by laws in its place, by component and physics.
         inflation: by which residuals say less than as many independent rows would (`dispersion`).
     """
     chosen, own = model.candidates[index].effect, set(model.keys)
-    others = list({m.keys: m for m in (without, *alternatives) if m.keys != model.keys}.values())
+    others = list({m.keys: m for m in others if m.keys != model.keys}.values())
     gaps = np.array([other.misfit - model.misfit for other in others])
     same, rivals = [True], dict[str, tuple[float, NamedModel]]()
     elsewhere, forms = list[tuple[float, str]](), list[NamedModel]()
@@ -208,7 +206,7 @@ def averaged(names: Names, model: NamedModel) -> NamedModel:
     weights = np.array([1.0, *(one.odds for one in kept)])
     weights /= weights.sum()
     shares = ", ".join(f"`{o.candidate.effect.key}` {w:.2g}" for o, w in zip(kept, weights[1:], strict=True))
-    names.log.add_text("averaging", f"what may be there besides the likeliest model: {shares}")
+    names.log.add("averaging", f"what may be there besides the likeliest model: {shares}")
     return replace(model, fit=_average(names, model, kept, weights))
 
 

@@ -11,9 +11,9 @@ single unknown cause is more likely beforehand than that number of known ones at
 import numpy as np
 
 from expdesign.diagnosis.held_out import HeldOut
-from expdesign.diagnosis.names import NamedModel
+from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
-from expdesign.diagnosis.possible import at_limits
+from expdesign.diagnosis.possible import at_limit
 from expdesign.estimation.goodness import FIT, StatementOfFit
 
 
@@ -27,38 +27,24 @@ def verdict_with_laws(errors: HeldOut) -> str:
     return "unexplained" if errors.test_surprise > OPTIONS.predicts else "modelled"
 
 
-def doubt(
-    model: NamedModel,
-    before: tuple[float, int],
-    after: tuple[float, int],
-    errors: HeldOut,
-    *,
-    most: int,
-    known_noise: bool,
-    reach: float,
-    at_limit: str = "",
-) -> str:
+def doubt(names: Names, model: NamedModel, before: tuple[float, int], after: tuple[float, int], errors: HeldOut) -> str:
     """Why a model with effects is no explanation; empty where it is one.
 
     Args:
+        names: among which it was found.
         model: the model.
         before: χ² and degrees of freedom of the base model.
         after: the same of this model.
         errors: on rows that were not fitted.
-        most: effects that the search allows.
-        known_noise: whether χ² is a test.
-        reach: of the machine, see `at_limits`.
-        at_limit: a parameter at the limit of what is possible with which the recordings are described better.
     """
-    beyond = next(iter(at_limits(model.fit, reach).values()), at_limit)
-    if beyond:
+    if beyond := at_limit(model.fit, names.reach) or names.at_limit(model):
         return f"{beyond} at or beyond the limit of what a machine can be describes the recordings better"
     if errors.test_surprise > OPTIONS.predicts:
         return "recordings that were not fitted are not predicted"
     if open_size := undetermined(model):
         return f"how large {open_size} is cannot be told"
-    many = len(model.candidates) >= most
-    if not known_noise:
+    many = len(model.candidates) >= names.most_effects
+    if not names.known_noise:
         return "so many effects at once imitate something else" if many else ""
     if not fits(before, after):
         return "a mismatch remains"

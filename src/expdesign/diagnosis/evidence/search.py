@@ -87,23 +87,19 @@ class Search:
         rest = self.problem.without(chosen, position)
         return self.problem.singles(rest, chosen.evidence - rest.evidence, named=named)
 
-    def alternatives(self, model: NamedModel) -> list[list[NamedModel]]:
-        """For each effect of a model, the models in which another place or physics stands in for it."""
-        chosen = self.problem.of_model(model)
-        found = [self.replacements(chosen, position, named=True) for position in range(len(model.candidates))]
-        return [[other.model for other in others] for others in found]
+    def instead(
+        self, model: NamedModel, position: int, least: float
+    ) -> tuple[list[NamedModel], dict[tuple[Component, str], float]]:
+        """What stands in for one effect of a model: models with another name in its place, and laws.
 
-    def laws_instead(self, model: NamedModel, least: float) -> list[dict[tuple[Component, str], float]]:
-        """For each effect of a model, by component and physics, the gain of log evidence by the best law in its place.
-
-        Laws that lose more than `least` are left out.
+        Of laws the gain of log evidence by the best one of every component and physics; those that lose more than
+        `least` are left out.
         """
         chosen = self.problem.of_model(model)
-        found = []
-        for position in range(len(model.candidates)):
-            rest = self.problem.without(chosen, position)
-            found.append(self.problem.laws_instead(rest, chosen.evidence - rest.evidence, least))
-        return found
+        rest = self.problem.without(chosen, position)
+        loss = chosen.evidence - rest.evidence
+        others = self.problem.singles(rest, loss, named=True)
+        return [other.model for other in others], self.problem.laws_instead(rest, loss, least)
 
     def weighed(self, chosen: Chosen, component: Component) -> dict[Component, float]:
         """Gain of log evidence by every component, by all that is there together, in the place of a chosen one.
@@ -241,7 +237,7 @@ class Search:
         for trial in trials:
             if trial.named is not None and not trial.laws:
                 reason = f"log evidence {trial.evidence - self.start.evidence:.1f} above the base model's"
-                self.known_names.log.add(step, trial.named, any(trial is one for one in kept), reason)
+                self.known_names.log.add(step, reason, trial.named, kept=any(trial is one for one in kept))
 
 
 def preferred(trials: Sequence[Chosen]) -> Chosen:
