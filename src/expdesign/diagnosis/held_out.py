@@ -86,7 +86,8 @@ def held_out(
     else:
         blocks = readings_of(blocks_of(sample, OPTIONS.groups), sample)
         how = f"cross-validation in {OPTIONS.groups} blocks of series"
-        errors, variances = states[1].left_out(blocks), states[1].left_out_variances(blocks) - 1.0
+        errors = states[1].left_out(blocks)
+        variances = np.maximum(states[1].left_out_variances(blocks) - 1.0, 0.0)
         before, after = rms(states[0].left_out(blocks)), rms(errors)
         surprise = rms(errors / np.sqrt(1.0 + np.minimum(variances, 1.0)))
         by, told = widening(model, sample, known_noise=known_noise), variances < _UNTOLD
