@@ -27,7 +27,7 @@ from expdesign.planning.deflection_noise import DeflectionNoise
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.schema import OptimiserSection
-from expdesign.planning.space import DesignSpace, PoseSet
+from expdesign.planning.space import DesignSpace
 from expdesign.planning.variables import fixed
 from tests.oracle import Array
 
@@ -258,7 +258,7 @@ class Setup:
 
     def problem(self) -> DesignProblem:
         """The same as a design problem; nothing is searched in it."""
-        space = DesignSpace(1, PoseSet((fixed(0.0),)), (), (), self.loaded.robot.coordinates, None)
+        space = DesignSpace(1, (fixed(0.0),), (), (), self.loaded.robot.coordinates, None)
         settings = OptimiserSection(population=4, generations=1, polish=False)
         return DesignProblem(
             loaded=self.loaded,

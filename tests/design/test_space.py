@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from expdesign.coordinates import PLANAR, SPATIAL
-from expdesign.planning.space import DesignSpace, PoseSet
+from expdesign.planning.space import DesignSpace
 from expdesign.planning.variables import Choices, Interval, Quantity, fixed
 from tests.design.problems import HEXAPOD, problem
 from tests.oracle import Array, about
@@ -26,7 +26,7 @@ def mixed_space() -> DesignSpace:
     )
     load: tuple[Quantity, ...] = (Choices((5.0, 10.0)), Interval(-0.1, 0.1), fixed(0.0), fixed(0.12))
     tilt: tuple[Quantity, ...] = (Interval(0.0, 1.2), fixed(0.3))
-    return DesignSpace(3, PoseSet(quantities=poses), load, tilt, SPATIAL, GRAVITY)
+    return DesignSpace(3, poses, load, tilt, SPATIAL, GRAVITY)
 
 
 def test_decoding_a_mixed_design() -> None:
@@ -53,7 +53,7 @@ def test_indices_between_two_entries_are_rounded_and_those_beyond_are_clipped() 
 def test_gravity_tilts_as_the_interfaces_say(tilt_x: float, tilt_y: float) -> None:
     """Ry(tilt_y)·Rx(tilt_x)·g, also for gravity that is not along z; the length stays."""
     gravity = np.array([1.0, 2.0, -9.0])
-    poses = PoseSet(quantities=tuple(fixed(0.0) for _ in range(6)))
+    poses = tuple(fixed(0.0) for _ in range(6))
     load = (fixed(1.0), fixed(0.0), fixed(0.0), fixed(0.0))
     space = DesignSpace(1, poses, load, (fixed(tilt_x), fixed(tilt_y)), SPATIAL, gravity)
     _, loads = space.decode(np.zeros((1, 0)))
@@ -66,7 +66,7 @@ def test_gravity_tilts_as_the_interfaces_say(tilt_x: float, tilt_y: float) -> No
 def test_gravity_of_a_tilted_bipod_turns_in_its_plane() -> None:
     space = DesignSpace(
         1,
-        PoseSet(quantities=(fixed(0.0), fixed(0.6))),
+        (fixed(0.0), fixed(0.6)),
         (fixed(2.0),),
         (fixed(np.pi / 2.0),),
         PLANAR,
@@ -78,7 +78,7 @@ def test_gravity_of_a_tilted_bipod_turns_in_its_plane() -> None:
 
 def test_candidates_are_chosen_as_rows() -> None:
     table = np.array([[0.1, 0.5], [0.2, 0.6], [0.3, 0.7]])
-    space = DesignSpace(2, PoseSet(candidates=table), (Interval(-1.0, 1.0), fixed(-5.0)), (), PLANAR, None)
+    space = DesignSpace(2, table, (Interval(-1.0, 1.0), fixed(-5.0)), (), PLANAR, None)
     assert space.decisions == 2
     poses, loads = space.decode(np.array([[2.0, 0.5], [0.0, -0.5]]))
     np.testing.assert_array_equal(poses, [[0.3, 0.7], [0.1, 0.5]])

@@ -101,7 +101,7 @@ def test_joints_as_controllers_call_them_are_recognised(written: str, known: str
 def test_a_joint_of_a_urdf_keeps_its_name_whatever_that_is() -> None:
     """Joints of many URDFs are called j1 to j6; where `q1_rad` is missing, its place may be taken by `j1_rad`."""
     rows = pd.DataFrame({"j1_rad": ["0.1"], "motor3_rad": ["0.2"]})
-    assert in_si(rows, "t.csv", COLUMNS).frame.columns.tolist() == ["j1_rad", "motor3_rad"]
+    assert in_si(rows, "t.csv", COLUMNS)[0].columns.tolist() == ["j1_rad", "motor3_rad"]
     assert COLUMNS.hint("j1_rad") == "q1_rad"
     with pytest.raises(InputError, match="`J1` is not known"):
         in_si(rows.rename(columns={"j1_rad": "J1"}), "t.csv", COLUMNS)

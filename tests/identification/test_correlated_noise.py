@@ -79,7 +79,7 @@ def test_the_next_measurement_follows_the_same_noise() -> None:
     plan = plan_of(shared_reference=False)
     recorded = parse_table(csv_text(xd.simulate(here, plan).frame), "rec.csv")
     measured = correlated(referenced(recordings_from_table(recorded, here.loaded.robot), None, here), here)
-    known = recorded_knowledge(here, measured, None)
+    known = recorded_knowledge(here, measured, None, None)
     loads = np.concatenate([np.asarray(measured.payload), measured.gravity], axis=1)
     planned = here.assess(measured.configurations[None], loads[None]).information
     targets = here.targets.observation

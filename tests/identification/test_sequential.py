@@ -51,7 +51,7 @@ def recorded(
         frame[coordinates.deviation[axis]] = deviation
     if problem.noise.shared_reference:
         frame["reference"] = reference_names(numbers)
-    return recorded_knowledge(problem, recordings_from_table(table_of(frame), problem.loaded.robot), loads), plan
+    return recorded_knowledge(problem, recordings_from_table(table_of(frame), problem.loaded.robot), loads, None), plan
 
 
 @pytest.mark.parametrize("name", ["hexapod-h1", "hexapod-120kg", "rubin-camera"])

@@ -17,7 +17,7 @@ from expdesign.io.excel import OLD_WORKBOOK, is_excel_name, is_workbook, sheet_r
 from expdesign.io.known_columns import NONE_KNOWN, KnownColumns
 from expdesign.io.schema import LARGEST
 from expdesign.io.table_text import Rows, decoded, separated
-from expdesign.io.tables_in_units import SiFrame, in_si
+from expdesign.io.tables_in_units import in_si
 from expdesign.io.units import NUMBER, known_units, quantities, unit_of
 from expdesign.io.yaml_reader import read_bytes
 
@@ -268,23 +268,23 @@ def _table(rows: Rows, source: str, notes: list[str], known: KnownColumns, file:
                 remedy = "Is the file cut off? Save it again, or complete the row."
             raise InputError(what, where=f"{source}, row {line}", remedy=remedy)
     frame = pd.DataFrame([row for _, row in body], columns=header, dtype=str)
-    found = in_si(frame, source, known)
-    if found.written:
-        notes = [*notes, *_conversions(found)]
+    frame, written, units = in_si(frame, source, known)
+    if written:
+        notes = [*notes, *_conversions(written, units)]
     if notes:
         _LOG.info("%s: %s", file or source, "; ".join(notes))
-    return Table(source, found.frame, np.array([line for line, _ in body], dtype=np.int64), found.written, known)
+    return Table(source, frame, np.array([line for line, _ in body], dtype=np.int64), written, known)
 
 
-def _conversions(found: SiFrame) -> list[str]:
+def _conversions(written: dict[str, str], units: Sequence[str]) -> list[str]:
     """What became of columns, in a few words: units that were converted, and names that were read otherwise."""
-    respelt = {si: old for si, old in found.written.items() if re.fullmatch(r"[a-z][\w/]*", old) is None}
-    converted = len(found.written) - len(respelt)
+    respelt = {si: old for si, old in written.items() if re.fullmatch(r"[a-z][\w/]*", old) is None}
+    converted = len(written) - len(respelt)
     notes = [f"{old} read as {si}" for si, old in respelt.items()]
-    if len(found.written) == 1 and not respelt:
-        ((si, old),) = found.written.items()
+    if len(written) == 1 and not respelt:
+        ((si, old),) = written.items()
         return [f"converted: {old} to {si}"]
-    return [*notes, *([f"{converted} columns converted from {', '.join(found.units)}"] if converted else [])]
+    return [*notes, *([f"{converted} columns converted from {', '.join(units)}"] if converted else [])]
 
 
 def _decimal_pairs(cells: list[str]) -> bool:

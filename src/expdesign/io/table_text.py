@@ -3,11 +3,9 @@
 import csv
 import io
 import re
-from pathlib import Path
 
 from expdesign.errors import InputError
 from expdesign.io.units import NUMBER
-from expdesign.io.yaml_reader import read_bytes
 
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
 _STATED = re.compile(r"\s*(?P<line>\"?sep=(?P<mark>[,;\t])\"?)[;,\t ]*(?=\r?\n|\r)", re.IGNORECASE)
@@ -18,17 +16,12 @@ Rows = list[tuple[int, list[str]]]
 """Cells with the line of the file on which each row stands."""
 
 
-def table_text(path: Path) -> tuple[str, list[str]]:
-    """The text of a file in UTF-8 (with or without a byte-order mark), UTF-16 or CP1252, and notes on what was found.
+def decoded(data: bytes, source: str) -> tuple[str, list[str]]:
+    """The text of bytes in UTF-8 (with or without a byte-order mark), UTF-16 or CP1252, and notes on what was found.
 
     Raises:
-        InputError: there is no such file, or it is not text.
+        InputError: they are no text.
     """
-    return decoded(read_bytes(path), str(path))
-
-
-def decoded(data: bytes, source: str) -> tuple[str, list[str]]:
-    """The text of bytes; see `table_text`."""
     try:
         if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
             return data.decode("utf-16"), ["read as UTF-16"]

@@ -5,32 +5,19 @@ their names are handed in (`known_columns.py`).
 """
 
 from collections.abc import Collection
-from dataclasses import dataclass
 
 import pandas as pd
 
 from expdesign.errors import InputError
-from expdesign.io.known_columns import NONE_KNOWN, KnownColumns
+from expdesign.io.known_columns import KnownColumns
 from expdesign.io.units import NUMBER, Unit, measured_column, wanted_units
 
 
-@dataclass(frozen=True)
-class SiFrame:
-    """A frame whose columns are in SI.
-
-    Attributes:
-        frame: the cells.
-        written: name in the file of every column that was converted, by its SI name.
-        units: from which columns were converted.
-    """
-
-    frame: pd.DataFrame
-    written: dict[str, str]
-    units: tuple[str, ...] = ()
-
-
-def in_si(frame: pd.DataFrame, source: str, known: KnownColumns = NONE_KNOWN) -> SiFrame:
-    """The cells of a table (text) with every column that names another unit converted to SI.
+def in_si(
+    frame: pd.DataFrame, source: str, known: KnownColumns
+) -> tuple[pd.DataFrame, dict[str, str], tuple[str, ...]]:
+    """The cells of a table (text) with every column that names another unit converted to SI, the names in the file of
+    the columns that were read otherwise by their SI names, and the units from which columns were converted.
 
     Cells that are not numbers stay as they are, so that whoever needs the column says where they stand.
 
@@ -60,7 +47,7 @@ def in_si(frame: pd.DataFrame, source: str, known: KnownColumns = NONE_KNOWN) ->
             units[found.unit.name] = None
         if name != column:
             written[name] = column
-    return SiFrame(pd.DataFrame(columns, dtype=str) if written else frame, written, tuple(units))
+    return pd.DataFrame(columns, dtype=str) if written else frame, written, tuple(units)
 
 
 def _respelt(cells: "pd.Series[str]", column: str, taken: Collection[str], source: str, known: KnownColumns) -> str:

@@ -52,8 +52,8 @@ class AccuracyMap:
         return rms
 
 
-def accuracy_maps(problem: DesignProblem, planes: int = 2, points: int = POINTS) -> list[AccuracyMap]:
-    """Maps about every target, in the first `planes` planes of which the design space or the targets span something.
+def accuracy_maps(problem: DesignProblem, points: int = POINTS) -> list[AccuracyMap]:
+    """Maps about every target, in the first two planes of which the design space or the targets span something.
 
     For robots whose configuration is the pose these are x-y, x-z and y-z; for others, pairs of neighbouring joints.
     The range is that of the poses where measurements may be taken, widened to hold the targets.
@@ -63,7 +63,7 @@ def accuracy_maps(problem: DesignProblem, planes: int = 2, points: int = POINTS)
     wide = [pair for pair in _pairs(problem) if spans[pair[0]] > 0.0 and spans[pair[1]] > 0.0]
     maps = []
     for target, pose in enumerate(problem.targets.configurations):
-        for first, second in wide[:planes]:
+        for first, second in wide[:2]:
             across, up = (np.linspace(low[axis], high[axis], points) for axis in (first, second))
             grid = np.broadcast_to(pose, (points, points, len(pose))).copy()
             grid[..., first], grid[..., second] = across[None, :], up[:, None]

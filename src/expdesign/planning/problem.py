@@ -160,11 +160,11 @@ class DesignProblem(Copied):
         robot = self.loaded.robot
         return self.space.settable(decisions, lambda poses: robot.limit_excess(poses) - LIMIT_ROUNDING)
 
-    def require_elastostatic(self, what: str, instead: str = "`run` and `evaluate` know every calibration") -> None:
-        """Raise an `InputError` where something other than the stiffness alone is calibrated; `instead` may be used."""
+    def require_elastostatic(self, what: str) -> None:
+        """Raise an `InputError` where something other than the stiffness alone is calibrated."""
         if not self.loaded.regressor.referenced:
             said = f"{what} for elastostatic calibration only"
-            remedy = f"{instead}; take `experiment.calibration` out for this."
+            remedy = "`run` and `evaluate` know every calibration; take `experiment.calibration` out for this."
             raise InputError(said, where=f"{self.source}, experiment.calibration", remedy=remedy)
 
     def unidentified(self, assessment: Assessment, source: str = "") -> ExpdesignError | None:

@@ -38,7 +38,7 @@ from expdesign.planning.found_robot import FoundRobot, robot_of, with_geometric_
 from expdesign.planning.pose_settings import LEFT_OUT
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.schema import ExperimentSection, LoadSection, PosesSection, RunSection
-from expdesign.planning.space import DesignSpace, PoseSet
+from expdesign.planning.space import DesignSpace, Poses
 from expdesign.planning.tips import asked_tips, at_tips, pose_columns, pose_of, tip_number
 from expdesign.planning.variables import Choices, Interval, Quantity, fixed, steps_of
 from expdesign.plugins import implementations
@@ -118,11 +118,11 @@ def resolved_config(document: YamlDocument, robot: Robot) -> dict[str, Any]:
     return _resolved(section, document.content["robot"], _poses(section.experiment.poses, robot))
 
 
-def _resolved(section: RunSection, robot: Any, poses: PoseSet) -> dict[str, Any]:
+def _resolved(section: RunSection, robot: Any, poses: Poses) -> dict[str, Any]:
     config = section.model_dump(mode="json", exclude_none=True)
     config["robot"] = robot
-    if poses.candidates is not None:
-        config["experiment"]["poses"]["candidates"] = poses.candidates.tolist()
+    if isinstance(poses, np.ndarray):
+        config["experiment"]["poses"]["candidates"] = poses.tolist()
     return config
 
 
@@ -267,7 +267,7 @@ def _space(
     experiment: ExperimentSection,
     robot: Robot,
     load: Load,
-    poses: PoseSet,
+    poses: Poses,
     budget: Budget | None,
 ) -> DesignSpace:
     section = load_section(experiment)
@@ -275,7 +275,8 @@ def _space(
     quantities = tuple(getattr(section, name) or fixed(0.0) for name in names)
     tilt: tuple[Quantity, ...] = tuple((getattr(given, name) if given else None) or fixed(0.0) for name in load.tilt)
     gravity = robot.gravity if load.has_mass else None
-    every = (*(poses.quantities or (fixed(0.0),) * len(robot.configuration)), *quantities, *tilt)
+    candidates = (fixed(0.0),) * len(robot.configuration)
+    every = (*(candidates if isinstance(poses, np.ndarray) else poses), *quantities, *tilt)
     known = (*robot.configuration, *names, *load.tilt)
     stated = experiment.resolution or {}
     for name in stated:
@@ -299,19 +300,19 @@ def _space(
     return space
 
 
-def _poses(section: PosesSection, robot: Robot) -> PoseSet:
+def _poses(section: PosesSection, robot: Robot) -> Poses:
     names, place = pose_columns(robot), section.where("candidates")
     tips = asked_tips(section.tips, robot, section.where("tips"))
     if isinstance(section.candidates, list):
         rows = [pose_of(row, robot, place.where(index)) for index, row in enumerate(section.candidates)]
         if not rows:
             raise place.fault("there is no candidate", "Name at least one pose, or a file (CSV).")
-        return PoseSet(candidates=at_tips(_distinct(np.array(rows)), tips))
+        return at_tips(_distinct(np.array(rows)), tips)
     if section.candidates is not None:
         table = read_table(place.file, COLUMNS)
         if tips is not None and table.has(TIP_COLUMN):
-            return PoseSet(candidates=_distinct(with_joint_columns(table, robot).numbers(robot.configuration)))
-        return PoseSet(candidates=at_tips(_distinct(table.numbers(names)), tips))
+            return _distinct(with_joint_columns(table, robot).numbers(robot.configuration))
+        return at_tips(_distinct(table.numbers(names)), tips)
     form = "bounds" if section.bounds is not None else "grid"
     axes: dict[str, Quantity] = section.bounds or section.grid or {}
     for name in axes:
@@ -319,7 +320,7 @@ def _poses(section: PosesSection, robot: Robot) -> PoseSet:
             remedy = "Name tips under `tips`." if name == TIP_COLUMN and tips else nearest(name, names)
             raise section.where(form, name).fault("unknown coordinate", remedy)
     chosen = tuple(axes.get(name) or fixed(0.0) for name in names)
-    return PoseSet(quantities=chosen if tips is None else (*chosen, tips))
+    return chosen if tips is None else (*chosen, tips)
 
 
 def _distinct(rows: FloatArray) -> FloatArray:

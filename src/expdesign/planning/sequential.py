@@ -12,7 +12,7 @@ from scipy.linalg import block_diag
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.errors import InputError, NotIdentifiableError
+from expdesign.errors import InputError
 from expdesign.estimation.identify import Identification, fitted_rows, identify
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.differentiation import inverse_root, one_and_gram
@@ -63,18 +63,14 @@ def next_measurements(
     Raises:
         InfeasibleError: no measurement is within the robot's limits.
     """
-    pool = reachable_measurements(problem, round(4000 * _fewer(problem)), np.random.default_rng(seed))
+    fewer = min(1.0, 8 / len(problem.loaded.scale))
+    pool = reachable_measurements(problem, round(4000 * fewer), np.random.default_rng(seed))
     before = float(expected_total(known, problem.targets))
     decisions, *_ = _added(problem, known, pool, count, accuracy)
     decisions = _improved(problem, known, decisions, pool)
     # Exchange and descent may reach with fewer what the first choice needed more for.
     decisions, after, informed = _added(problem, known, decisions, len(decisions), accuracy, once=True)
     return NextMeasurements(decisions, before, after, (known, *informed))
-
-
-def _fewer(problem: DesignProblem) -> float:
-    """Share of the usual number of candidates."""
-    return min(1.0, 8 / len(problem.loaded.scale))
 
 
 def _added(
@@ -140,16 +136,19 @@ def _improved(problem: DesignProblem, known: Information, decisions: FloatArray,
     return best
 
 
-def recorded_knowledge(problem: DesignProblem, recordings: Recordings, loads: FloatArray | None) -> Information:
+def recorded_knowledge(
+    problem: DesignProblem, recordings: Recordings, loads: FloatArray | None, found: Identification | None
+) -> Information:
     """Information and load errors of recordings.
 
-    Standard deviations are those of the recordings; where they state none they are estimated, or, where the recordings
-    are too few for that, those of the configuration.
+    Standard deviations are those of the recordings; where they state none those that are estimated, or, where the
+    recordings are too few for that, those of the configuration.
 
     Args:
         problem: the robot and its sources of load error.
         recordings: what was measured; rows held out for testing do not count.
         loads: load parameters of every row (N, k) in the order of the recordings; None where there are no load errors.
+        found: what the recordings identify (`identified_so_far`), or None.
 
     Raises:
         InputError: the noise is not known.
@@ -157,7 +156,9 @@ def recorded_knowledge(problem: DesignProblem, recordings: Recordings, loads: Fl
     loaded, robot = problem.loaded, problem.loaded.robot
     fitted = fitted_rows(recordings)
     train = recordings.rows(fitted)
-    deviations = train.deviations if train.deviations is not None else estimated_deviations(problem, recordings, train)
+    deviations = train.deviations
+    if deviations is None:
+        deviations = _configured_deviations(problem, train) if found is None else found.noise.deviations
     whitening = Whitening(deviations, references=train.references)
     jacobians = robot.jacobians(train.configurations)
     measured = loaded.under(Wrench(robot.coordinates)).measure(train.configurations, train.wrenches)
@@ -208,16 +209,12 @@ def identified_so_far(problem: DesignProblem, recordings: Recordings) -> Identif
     )
 
 
-def estimated_deviations(problem: DesignProblem, recordings: Recordings, train: Recordings) -> FloatArray:
-    """Estimated standard deviations, or those of the configuration."""
-    try:
-        return identified_so_far(problem, recordings).noise.deviations
-    except NotIdentifiableError:
-        pass
+def _configured_deviations(problem: DesignProblem, recordings: Recordings) -> FloatArray:
+    """The configuration's standard deviations of every reading."""
     stated = dict(zip(problem.noise.axes.tolist(), np.sqrt(np.diag(problem.noise.covariance)), strict=True))
-    missing = [axis for axis in train.axes.tolist() if axis not in stated]
+    missing = [axis for axis in recordings.axes.tolist() if axis not in stated]
     if missing:
         name = problem.loaded.robot.coordinates.deviation[missing[0]]
         what = "the standard deviation is neither stated nor in the configuration, and cannot be estimated"
         raise InputError(what, where=f"{recordings.source}, column {name}", remedy="Add the column.")
-    return np.tile([stated[axis] for axis in train.axes.tolist()], (len(train), 1))
+    return np.tile([stated[axis] for axis in recordings.axes.tolist()], (len(recordings), 1))

@@ -20,13 +20,8 @@ from expdesign.planning.deflection_noise import series_by_pose
 from expdesign.planning.pose_settings import PoseSettings
 from expdesign.planning.variables import Choices, Grid, Interval, Quantity, Rows, Variable, variables_for
 
-
-@dataclass(frozen=True)
-class PoseSet:
-    """Where measurements may be taken: quantities of each coordinate, or rows of a table of candidates."""
-
-    quantities: tuple[Quantity, ...] | None = None
-    candidates: FloatArray | None = None
+Poses = tuple[Quantity, ...] | FloatArray
+"""Where measurements may be taken: a quantity for each coordinate, or rows of a table of candidates."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +53,7 @@ class DesignSpace:
     def __init__(
         self,
         measurements: int,
-        poses: PoseSet,
+        poses: Poses,
         load: tuple[Quantity, ...],
         tilt: tuple[Quantity, ...],
         coordinates: Coordinates,
@@ -70,12 +65,13 @@ class DesignSpace:
         self.coordinates = coordinates
         self.gravity = gravity
         self._tilt = tilt
-        n_pose = poses.candidates.shape[1] if poses.candidates is not None else len(poses.quantities or ())
+        candidates = poses if isinstance(poses, np.ndarray) else None
+        n_pose = len(poses) if candidates is None else candidates.shape[1]
         self.n_pose, self.n_load = n_pose, len(load)
-        quantities = dict(enumerate((*load, *tilt), start=n_pose))
-        variables = [] if poses.candidates is None else [Variable(tuple(range(n_pose)), Rows(poses.candidates))]
-        if poses.candidates is None:
-            quantities = dict(enumerate(poses.quantities or ())) | quantities
+        quantities: dict[int, Quantity] = dict(enumerate((*load, *tilt), start=n_pose))
+        variables = [] if candidates is None else [Variable(tuple(range(n_pose)), Rows(candidates))]
+        if not isinstance(poses, np.ndarray):
+            quantities = dict(enumerate(poses)) | quantities
         # A reading without load is of one pose under one tilt: where settings count, both are the robot's.
         self._placed = [
             *range(n_pose),
@@ -91,8 +87,8 @@ class DesignSpace:
         self._fixed = np.zeros(n_pose + len(load) + len(tilt) + (settings is not None))
         for column, quantity in quantities.items():
             self._fixed[column] = quantity.values[0] if isinstance(quantity, Choices) else quantity.low
-        if poses.candidates is not None:
-            self._fixed[:n_pose] = poses.candidates[0]
+        if candidates is not None:
+            self._fixed[:n_pose] = candidates[0]
         self.lower = np.array([variable.bounds[0] for variable in variables])
         self.upper = np.array([variable.bounds[1] for variable in variables])
         self.columns = np.array([variable.columns[0] for variable in variables], dtype=np.int64)

@@ -23,7 +23,6 @@ from expdesign.chain.recordings.reader import recordings_from_table, require_mea
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.recordings.references import reference_names
 from expdesign.errors import ArgumentError, NotIdentifiableError
-from expdesign.estimation.goodness import StatementOfFit
 from expdesign.estimation.identify import fitted_rows
 from expdesign.io.table import Table
 from expdesign.planning.plan import Plan, plan_frame, read_plan
@@ -74,8 +73,13 @@ def plan_next(
     say_unknown_columns(measured)
     found_otherwise = recordings_findings(measured, problem.loaded.robot)
     say([*recorded_findings(measured, problem), *found_otherwise], measured.source)
-    fit, undetermined, degrees = _fit_so_far(problem, measured)
-    known = recorded_knowledge(problem, measured, _assumed_loads(problem, table, measured))
+    fit, undetermined = None, None
+    try:
+        fit = identified_so_far(problem, measured)
+    except NotIdentifiableError as error:
+        undetermined = error.message
+    degrees = float("inf") if fit is None else fit.noise.degrees
+    known = recorded_knowledge(problem, measured, _assumed_loads(problem, table, measured), fit)
     most = count or (1 if accuracy is None else MOST)
     found = next_measurements(problem, known, count=most, accuracy=accuracy, seed=seed)
     frame, rows = _continued(problem, found.decisions, measured), int(fitted_rows(measured).sum())
@@ -83,9 +87,12 @@ def plan_next(
         informed_decision(problem, each, rows + more, degrees + more * len(measured.axes))
         for more, each in enumerate(found.informed)
     )
+    goodness = fit.goodness if fit is not None and problem.found is None else None
     if any(finding.otherwise for finding in found_otherwise):
         decided = tuple(undecided(decision) for decision in decided)
-    return NextResult(frame, measured, found.before, found.after, fit, undetermined, decided, accuracy, purpose=purpose)
+    return NextResult(
+        frame, measured, found.before, found.after, goodness, undetermined, decided, accuracy, purpose=purpose
+    )
 
 
 def _require_sensible(count: int | None, accuracy: float | None, seed: int) -> None:
@@ -105,17 +112,6 @@ def _assumed_loads(problem: DesignProblem, table: Table, measured: Recordings) -
     plan = read_plan(table, problem.loaded, problem.noise)
     loads: FloatArray = plan.loads[np.searchsorted(table.lines, measured.lines)]
     return loads
-
-
-def _fit_so_far(problem: DesignProblem, measured: Recordings) -> tuple[StatementOfFit | None, str | None, float]:
-    """Whether the base model accounts for the recordings, what it does not determine, and the degrees of freedom of the
-    noise level, infinite where it is stated.
-    """
-    try:
-        found = identified_so_far(problem, measured)
-    except NotIdentifiableError as error:
-        return None, error.message, float("inf")
-    return (found.goodness if problem.found is None else None), None, found.noise.degrees
 
 
 def _continued(problem: DesignProblem, decisions: FloatArray, measured: Recordings) -> pd.DataFrame:

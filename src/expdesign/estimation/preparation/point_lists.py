@@ -30,8 +30,9 @@ from scipy.spatial.distance import cdist
 from expdesign.arrays import FloatArray
 from expdesign.chain.readings.registration import registered
 from expdesign.errors import InputError
-from expdesign.io.table_text import table_text
+from expdesign.io.table_text import decoded
 from expdesign.io.units import NUMBER, Unit, known_units, unit_of
+from expdesign.io.yaml_reader import read_bytes
 
 
 @dataclass(frozen=True)
@@ -206,7 +207,7 @@ def read_point_sets(path: Path, unit: Unit | None = None) -> list[PointSet]:
         InputError: the file is missing or no list of points, states no unit or another one than `unit`, or names a
             point twice.
     """
-    text, _ = table_text(path)
+    text, _ = decoded(read_bytes(path), str(path))
     found: dict[str, dict[str, MeasuredPoint]] = {}
     stated: Unit | None = None
     raw: list[tuple[int, str, str, list[float]]] = []
