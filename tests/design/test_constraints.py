@@ -86,11 +86,11 @@ def test_joints_stay_within_their_effort() -> None:
 @pytest.mark.parametrize(
     ("constraints", "words"),
     [
-        ({"distinct_poses": 9}, "more than the 3 measurements"),
+        ({"distinct_poses": 9}, "`experiment.measurements` offers 3"),
         ({"poses": [[0.0, 0.0]]}, "6 numbers are needed"),
         ({"poses": [[0.5, 0, 0, 0, 0, 0]]}, "beyond the limits"),
         ({"masses_kg": [7.0]}, "cannot be chosen"),
-        ({"masses_kg": [5, 10, 26.5, 5]}, "more than the 3"),
+        ({"masses_kg": [5, 10, 26.5, 5]}, "`experiment.measurements` offers 3"),
         ({"keep_out": [{"low_m": [0, 0], "high_m": [1, 1]}]}, "3 coordinates"),
         ({"keep_out": [{"low_m": [0, 0, 1], "high_m": [1, 1, 0]}]}, "wrong way round"),
         ({"effort": True}, "states no effort"),

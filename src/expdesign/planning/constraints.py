@@ -256,11 +256,6 @@ def read_constraints(experiment: ExperimentSection, robot: Robot, load: Load) ->
     section = experiment.constraints
     if section is None:
         return None
-    most = experiment.measurements or 1  # `read_budget` has refused where there is none
-    for name in ("distinct_poses", "distinct_masses"):
-        if getattr(section, name) > most:
-            what = f"{getattr(section, name)} are more than the {most} measurements"
-            raise section.where(name).fault(what, "Take fewer, or measure more.")
     if (section.distinct_masses > 1 or section.masses_kg) and not load.has_mass:
         remedy = "Take it out, or use `load: {kind: payload}`."
         raise section.where("masses_kg").fault("a wrench has no mass", remedy)
@@ -311,9 +306,6 @@ def required(section: ConstraintsSection | None, space: DesignSpace, robot: Robo
     found: list[list[FloatArray]] = [[], []]
     wanted = (("poses", 0, poses), ("masses_kg", space.n_pose, masses))
     for decisions, (key, first, values) in zip(found, wanted, strict=True):
-        if len(values) > space.measurements:
-            what = f"{len(values)} are more than the {space.measurements} measurements"
-            raise section.where(key).fault(what, "Name fewer, or measure more.")
         for index, value in enumerate(values):
             decision = space.decisions_of(value, first)
             if decision is None:
@@ -325,12 +317,15 @@ def required(section: ConstraintsSection | None, space: DesignSpace, robot: Robo
 
 def _require_as_many(section: ConstraintsSection, space: DesignSpace) -> None:
     """Raise an `InputError` where more different poses or masses are demanded than the experiment offers."""
-    mass = range(space.n_pose, space.n_pose + 1)
-    for noun, key, quantities, source in (
-        ("poses", "distinct_poses", range(space.n_pose), "poses"),
-        ("masses", "distinct_masses", mass, "load.mass_kg"),
+    poses, masses = range(space.n_pose), range(space.n_pose, space.n_pose + 1)
+    for key, demanded, source, quantities in (
+        ("distinct_poses", section.distinct_poses, "poses", poses),
+        ("poses", len(section.poses), "poses", poses),
+        ("distinct_masses", section.distinct_masses, "load.mass_kg", masses),
+        ("masses_kg", len(section.masses_kg), "load.mass_kg", masses),
     ):
-        demanded, offered = getattr(section, key), space.different(quantities)
-        if demanded > offered:
-            what = f"{demanded} different {noun} are demanded, and `experiment.{source}` offers {offered:.0f}"
-            raise section.where(key).fault(what, "Demand fewer, or offer more.")
+        for name, offered in (("measurements", space.measurements), (source, space.different(quantities))):
+            if demanded > offered:
+                noun = "poses" if source == "poses" else "masses"
+                what = f"{demanded} different {noun} are demanded, and `experiment.{name}` offers {offered:.0f}"
+                raise section.where(key).fault(what, "Demand fewer, or offer more.")

@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.chain.recordings.columns import require_mass
 from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.chain.recordings.measured import read_test_rows
 from expdesign.chain.recordings.tilted import with_gravity
@@ -76,8 +75,6 @@ def read_plan(table: Table, loaded: LoadedRobot, noise: DeflectionNoise) -> Plan
     for i, name in enumerate(load.columns):
         given = table.has(name) or np.isnan(defaults[i])
         loads[:, i] = table.numbers((name,))[:, 0] if given else defaults[i]
-    if load.has_mass and table.has(load.columns[0]):
-        require_mass(table, load.columns[0])
     if not loaded.regressor.needs_load and np.any(loads):
         where = table.where(int(np.flatnonzero(loads.any(axis=1))[0]))
         what = "geometric calibration measures poses without load"
