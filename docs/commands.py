@@ -5,7 +5,7 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
-from expdesign.app.commands.listed import COMMANDS
+from expdesign.app.commands.help import COMMANDS
 from expdesign.app.commands.main import app
 
 PAGE = Path(__file__).parent / "commands.md"

@@ -20,7 +20,6 @@ import pathlib as _pathlib
 import typing as _typing
 
 if _typing.TYPE_CHECKING:  # the one list of what is exported; `__getattr__` reads it and imports what is used
-    from expdesign.app.api.check import CheckResult as CheckResult
     from expdesign.app.api.check import check as check
     from expdesign.app.api.compare import compare as compare
     from expdesign.app.api.compensate import compensate as compensate
@@ -72,7 +71,6 @@ if _typing.TYPE_CHECKING:  # the one list of what is exported; `__getattr__` rea
     from expdesign.app.api.simulate import simulate as simulate
     from expdesign.app.api.sweep import SweepResult as SweepResult
     from expdesign.app.api.sweep import sweep as sweep
-    from expdesign.app.api.table import CorrectionTableResult as CorrectionTableResult
     from expdesign.app.api.table import table as table
     from expdesign.app.api.verify import verify as verify
     from expdesign.app.parallel import WorkersError as WorkersError
@@ -96,16 +94,18 @@ if _typing.TYPE_CHECKING:  # the one list of what is exported; `__getattr__` rea
     from expdesign.mechanics.robots.robot_file import RobotFile as RobotFile
     from expdesign.planning.criteria.criterion import Criterion as Criterion
     from expdesign.planning.problem import DesignProblem as DesignProblem
+    from expdesign.report.check_texts import CheckResult as CheckResult
     from expdesign.report.comparison_report import ComparisonResult as ComparisonResult
     from expdesign.report.compensation_texts import CompensationResult as CompensationResult
+    from expdesign.report.compensation_texts import CorrectionTableResult as CorrectionTableResult
     from expdesign.report.design_report import RunResult as RunResult
-    from expdesign.report.design_texts import EvaluationResult as EvaluationResult
-    from expdesign.report.design_texts import NextResult as NextResult
     from expdesign.report.diagnosis_report import DiagnosisResult as DiagnosisResult
     from expdesign.report.identification_report import IdentificationResult as IdentificationResult
     from expdesign.report.laboratory_sheet import SheetResult as SheetResult
     from expdesign.report.montecarlo_report import MonteCarloResult as MonteCarloResult
     from expdesign.report.physics_texts import PhysicsResult as PhysicsResult
+    from expdesign.report.plan_results import EvaluationResult as EvaluationResult
+    from expdesign.report.plan_results import NextResult as NextResult
     from expdesign.report.recording_texts import CorrectionResult as CorrectionResult
     from expdesign.report.recording_texts import PredictionResult as PredictionResult
     from expdesign.report.recording_texts import RegistrationResult as RegistrationResult

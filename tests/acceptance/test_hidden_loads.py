@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import expdesign as xd
-from expdesign.app.api.at_targets import AtTargets
 from expdesign.assurance.acceptance.hidden_risk import joint_model, left_out_by
 from expdesign.assurance.model_error.physics import offsets
+from expdesign.report.at_targets import AtTargets
 from tests.design.problems import HEXAPOD, plan_table, problem
 
 ERRORS = [{"source": "com", "std": [0.02, 0.02, 0.02]}, {"source": "direction", "std": [0.01, 0.01]}]

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import expdesign as xd
-from expdesign.app.api.at_targets import AtTargets
 from expdesign.assurance.acceptance import decision as decision_module
 from expdesign.assurance.acceptance.any_axis import any_beyond
 from expdesign.assurance.acceptance.decision import Decision
@@ -23,6 +22,7 @@ from expdesign.errors import InputError
 from expdesign.estimation.whitening import Whitening
 from expdesign.planning.plan import plan_frame
 from expdesign.report.acceptance_texts import acceptance_record, sentences
+from expdesign.report.at_targets import AtTargets
 from tests.acceptance.test_acceptance import ERRORS, copies, decision
 from tests.design.problems import HEXAPOD, plan_for, problem, recorded
 
@@ -233,11 +233,11 @@ def test_friction_is_integrated_over_its_size() -> None:
     dense = LeftOutOptions(sizes=tuple(np.linspace(0.05, 9.0, 200)))
     shown = left_out_by(case, found.model)
     assert shown is not None
-    exact = replace(found.decision, left_out=left_out_risk(case, found.model, shown, dense))
-    assert found.decision.left_out is not None
+    exact = replace(found.acceptance, left_out=left_out_risk(case, found.model, shown, dense))
+    assert found.acceptance.left_out is not None
     assert exact.left_out is not None
-    assert found.decision.left_out.nothing == pytest.approx(exact.left_out.nothing, rel=0.02)
-    assert found.decision.robot_risk == pytest.approx(exact.robot_risk, rel=0.1)
+    assert found.acceptance.left_out.nothing == pytest.approx(exact.left_out.nothing, rel=0.02)
+    assert found.acceptance.robot_risk == pytest.approx(exact.robot_risk, rel=0.1)
 
 
 def test_physics_of_several_prior_sizes_is_believed() -> None:
@@ -249,8 +249,8 @@ def test_physics_of_several_prior_sizes_is_believed() -> None:
     narrow = LeftOutOptions(scales=(1.0,), sizes=())
     shown = left_out_by(case, found.model)
     assert shown is not None
-    before = replace(found.decision, left_out=left_out_risk(case, found.model, shown, narrow))
-    assert found.decision.robot_risk > 1.5 * before.robot_risk
+    before = replace(found.acceptance, left_out=left_out_risk(case, found.model, shown, narrow))
+    assert found.acceptance.robot_risk > 1.5 * before.robot_risk
 
 
 def test_what_a_fit_takes_up_does_not_depend_on_how_sure_its_predictions_are() -> None:

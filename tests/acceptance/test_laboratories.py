@@ -14,7 +14,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from expdesign.app.api.at_targets import AtTargets
 from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.model_error.physics import target_points
 from expdesign.chain.chain import Chain
@@ -28,6 +27,7 @@ from expdesign.estimation.compensation.compensate import compensate
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.identify import identify
 from expdesign.planning.problem import DesignProblem
+from expdesign.report.at_targets import AtTargets
 from tests.chain.kinds import KINDS
 from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 from tests.identification.experiments import read
@@ -38,12 +38,12 @@ Way = Callable[[DesignProblem, Recordings], tuple[Decision, Fit]]
 
 def identified(case: DesignProblem, recordings: Recordings) -> tuple[Decision, Fit]:
     found = identify(case.loaded.robot, recordings)
-    return AtTargets.identified(case, found).decision, found.fit
+    return AtTargets.identified(case, found).acceptance, found.fit
 
 
 def diagnosed(case: DesignProblem, recordings: Recordings) -> tuple[Decision, Fit]:
     found = diagnose(case.loaded.robot, recordings)
-    return AtTargets.diagnosed(case, found).decision, found.known
+    return AtTargets.diagnosed(case, found).acceptance, found.known
 
 
 @dataclass(frozen=True)

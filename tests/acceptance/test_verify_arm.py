@@ -168,7 +168,7 @@ def test_positions_alone_are_verified_in_the_instruments_frame(
 
 def test_frames_that_cannot_be_meant(identified: xd.IdentificationResult, checks: Checks) -> None:
     check = checks[True]
-    with pytest.raises(ArgumentError, match="`tracker` is no frame"):
+    with pytest.raises(ArgumentError, match="`tracker` is not known"):
         xd.verify(identified, check, frame="tracker")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="m from its target in the frame of the instrument"):
         xd.verify(identified, check, frame="instrument")

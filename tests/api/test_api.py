@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 import expdesign as xd
-from expdesign.app.commands.listed import function_of, listed_commands
+from expdesign.app.commands.help import function_of, listed_commands
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import ArgumentError, InputError

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import expdesign as xd
-from expdesign.app.commands.listed import function_of, listed_commands
+from expdesign.app.commands.help import function_of, listed_commands
 from tests.commands.calls import CONFIG, ROBOT, ROOT, Printed, call, recordings_file
 
 FILES_ALONE = {"new"}

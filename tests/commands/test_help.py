@@ -11,9 +11,7 @@ from typing import get_args
 import pytest
 
 import expdesign as xd
-from expdesign.app.commands.docstring import Docstring
-from expdesign.app.commands.grouped import GROUPS
-from expdesign.app.commands.listed import COMMANDS, function_of, listed_commands
+from expdesign.app.commands.help import COMMANDS, GROUPS, Docstring, function_of, listed_commands
 from expdesign.app.commands.main import main
 from expdesign.app.commands.maker import made
 from expdesign.app.commands.spelling import SPELLINGS, Spelling

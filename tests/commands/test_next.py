@@ -10,7 +10,7 @@ from expdesign.assurance.acceptance.budget import Contribution, UncertaintyBudge
 from expdesign.assurance.acceptance.decision import Basis, Decision
 from expdesign.estimation.coverage import STANDARD
 from expdesign.estimation.goodness import StatementOfFit
-from expdesign.report.design_texts import NextResult
+from expdesign.report.plan_results import NextResult
 from tests.commands.calls import CONFIG, ROBOT, Printed, call, plan_file, recordings_file
 
 

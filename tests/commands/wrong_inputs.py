@@ -513,7 +513,7 @@ OPTIONS = [
         (f"{REPEATED} --samples 3", "3 repetitions"),
         (f"{REPEATED} --seed -1", "-1 is not a seed"),
         (f"{DIAGNOSED} --series 0", "--series: 0 is not a number of series"),
-        ("compare config.yaml --out out --plan a=plan.csv --plan a=plan.csv", "two plans `a`"),
+        ("compare config.yaml --out out --plan a=plan.csv --plan a=plan.csv", "`a` appears twice"),
         ("compare config.yaml --out out --generations 0", "--generations: 0 is too small"),
         ("compare config.yaml --out out --plan duir=x.csv", "--plan: `duir` is the name of a criterion"),
         *(

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import expdesign as xd
-from expdesign.app.api.at_targets import AtTargets
 from expdesign.arrays import FloatArray, as_matrix
 from expdesign.assurance.acceptance.fitted import attained_at_targets, fitted_budget
 from expdesign.assurance.acceptance.planned import planned_budgets
@@ -22,6 +21,7 @@ from expdesign.estimation.identify import Identification, identify
 from expdesign.estimation.load_errors import Estimator, load_columns
 from expdesign.estimation.weighed import Fittable, weighed
 from expdesign.estimation.whitening import Whitening
+from expdesign.report.at_targets import AtTargets
 from tests.design.problems import BIPOD, HEXAPOD, problem, recorded
 
 LARGE = [

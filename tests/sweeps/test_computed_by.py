@@ -76,7 +76,7 @@ def test_reports_and_the_version_s_number_do_not_count(copied: Path) -> None:
     for name, before, after in (
         ("__init__.py", '__version__ = "', '__version__ = "9'),
         ("report/page.py", "_FOLDER = ", "OTHER = "),
-        ("app/commands/run.py", '"""', '"""Other words. '),
+        ("app/commands/new.py", '"""', '"""Other words. '),
     ):
         change(copied, name, before, after)
     assert code_digest(copied) == computed_by()["code"]

@@ -129,6 +129,8 @@ def executors_of(workers: int | None, cluster: str | None, default: int | None =
             yield partial(client.get_executor, pure=False)
     else:
         count = workers or default or processors()
+        # On the threads of linear algebra the last bits may depend: a process that is started has one.
+        os.environ.update(dict.fromkeys(SINGLE_THREAD, "1"))
         yield None if count == 1 else partial(Processes, count)
 
 
@@ -147,7 +149,7 @@ def _client(address: str) -> Any:
 
 
 class Processes(ProcessPoolExecutor):
-    """Processes of this machine with one thread of linear algebra each, on which the last bits may depend.
+    """Processes of this machine, which end with the work, however that ends.
 
     Args:
         workers: how many.
@@ -156,19 +158,6 @@ class Processes(ProcessPoolExecutor):
     def __init__(self, workers: int) -> None:
         self._before = set(multiprocessing.active_children())
         super().__init__(workers, mp_context=multiprocessing.get_context("spawn"), initializer=_settle)
-
-    def submit(self, work: Callable[..., R], /, *arguments: Any, **options: Any) -> "Future[R]":
-        """As the base class; a process that is started for it has one thread."""
-        before = {name: os.environ.get(name) for name in SINGLE_THREAD}
-        os.environ.update(dict.fromkeys(SINGLE_THREAD, "1"))
-        try:
-            return super().submit(work, *arguments, **options)
-        finally:
-            for name, value in before.items():
-                if value is None:
-                    os.environ.pop(name, None)
-                else:
-                    os.environ[name] = value
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """As the base class; what is running is ended where it is not waited for."""

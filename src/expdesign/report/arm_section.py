@@ -15,7 +15,7 @@ from expdesign.estimation.arm_outcome import Corrected, attached_frames, correct
 from expdesign.estimation.coverage import NORMAL_95
 from expdesign.estimation.identify import Identification
 from expdesign.report import words
-from expdesign.report.blocks import DataTable, PageSection, Sentences, Shown, corrections_of, framed, number_of
+from expdesign.report.blocks import DataTable, PageSection, Sentences, Shown, corrections_of, framed
 
 
 def arm_sections(result: Identification) -> list[PageSection]:
@@ -145,27 +145,28 @@ def accuracy_table(found: ArmCalibration) -> DataTable:
         ]
     )
 
-    def figure(name: str) -> Callable[[Any], str]:
-        return lambda row: number_of(name, _unit(row.of)[1])(row)
-
     caption = (
         "Distance between measured and predicted position, and angle between measured and predicted orientation (ISO "
         "9283 calls it accuracy, for one command). Before: the robot as its file has it, with instrument and markers "
         "fitted to it. Left-out folds are predicted by a fit to the others, linearised. The CSV is in m and rad."
     )
-    shown: Shown = {
-        "Error of": lambda row: f"{row.of}, {_unit(row.of)[0]}",
+
+    def figure(name: str) -> Callable[[Any], str]:
+        return lambda row: words.number(_in(row.of == "orientation")[1] * getattr(row, name))
+
+    shown: dict[str, str | Callable[[Any], str]] = {
+        "Error of": lambda row: f"{row.of}, {_in(row.of == 'orientation')[0]}",  # distances and gauges are lengths
         "Rows": lambda row: f"{row.which} ({row.rows})",
         "": "when",
-        **{
-            head: figure(name) for head, name in (("Mean", "mean"), ("RMS", "rms"), ("Maximum", "max"), ("95 %", "p95"))
-        },
     }
+    for head, name in (("Mean", "mean"), ("RMS", "rms"), ("Maximum", "max"), ("95 %", "p95")):
+        shown[head] = figure(name)
     return framed("accuracy", caption, frame, shown)
 
 
-def _unit(kind: str) -> tuple[str, float]:
-    return ("°", 180.0 / np.pi) if kind == "orientation" else ("mm", 1e3)  # distances and gauges are lengths
+def _in(angle: bool) -> tuple[str, float]:
+    """Unit in which an angle or a length is shown, and its factor."""
+    return ("°", 180.0 / np.pi) if angle else ("mm", 1e3)
 
 
 _CORRECTIONS = (
@@ -203,8 +204,8 @@ def _origin_table(found: ArmCalibration) -> DataTable:
     names = zip(SPATIAL.pose, ("x, mm", "y, mm", "z, mm", "roll, °", "pitch, °", "yaw, °"), strict=True)
 
     def cell(name: str) -> Callable[[Any], str]:
-        factor, decimals = (180.0 / np.pi, 4) if name.endswith("_rad") else (1e3, 3)
-        return lambda row: words.fixed(factor * getattr(row, name), decimals)
+        angle = name.endswith("_rad")
+        return lambda row: words.fixed(_in(angle)[1] * getattr(row, name), 4 if angle else 3)
 
     shown: Shown = {"Joint": "joint", "": "origin", **{heading: cell(name) for name, heading in names}}
     return framed("origins", "Origins of the joints as in the URDF.", frame, shown)
@@ -220,7 +221,7 @@ def _frame_table(found: ArmCalibration) -> DataTable | None:
     columns |= {"estimate": found.fit.values[part], "std": np.sqrt(np.diag(found.fit.covariance))[part]}
 
     def scaled(row: Any) -> tuple[str, float]:
-        return ("°", 180.0 / np.pi) if row.parameter.endswith("_rad") else ("mm", 1e3)
+        return _in(row.parameter.endswith("_rad"))
 
     caption = (
         "The instrument's pose in the base frame, and the markers on the tip. They include whatever the geometry "

@@ -1,20 +1,25 @@
 """Commands that compensate deflections, and what is said of them: for targets one by one, and as a table."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
+from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
+import pandas as pd
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.models.drawn import RESTS_ON_IT
 from expdesign.chain.models.estimable import OutsideRange
+from expdesign.errors import ArgumentError
+from expdesign.estimation.compensation.c_source import c_source
 from expdesign.estimation.compensation.compensate import Compensation, Corrections
 from expdesign.estimation.compensation.correction_table import CorrectionTable
+from expdesign.estimation.compensation.tabulated import Tabulated
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.report import words
 from expdesign.report.blocks import DataTable, table_of
-from expdesign.report.result import TableResult
+from expdesign.report.result import FolderResult, TableResult
 from expdesign.report.said import REFUTED, Said
 
 BASE_AS_DRAWN = (
@@ -65,53 +70,103 @@ class CompensationResult(TableResult):
         return Said(summary, lines, [REFUTED] if self.refuted else [], tables=tables)
 
 
-def tabulated(
-    table: CorrectionTable,
-    axes: Sequence[str],
-    outputs: Sequence[str],
-    source: str,
-    held: dict[str, float],
-    extrapolated: Sequence[OutsideRange],
-) -> Said:
-    """What `table` says: how many nodes there are, over what, and how well the table interpolates.
+ROUNDED = 1e-9
+"""Parts of a step beyond the range that are the rounding of a number, as in the file of C."""
 
-    Args:
+
+@dataclass(frozen=True, repr=False)
+class CorrectionTableResult(FolderResult):
+    """A table of corrections: command = target + correction.
+
+    Attributes:
+        tabulated: the model, the coordinates that vary, and those with one value in the whole table.
         table: nodes, values and the error of interpolation.
-        axes: coordinates that vary.
-        outputs: corrected coordinates.
-        source: file of the model.
-        held: coordinates with one value in the whole table.
-        extrapolated: what of its corners lies outside of what was calibrated.
+        extrapolated: commands and loads at the corners of the table that are outside of those of the model's
+            recordings, the farthest of each kind.
     """
-    grid = table.grid
-    lines = [f"{len(table.values)} nodes ({' x '.join(map(str, grid.counts))}) over {', '.join(axes)}"]
-    errors = list(zip(outputs, table.stated, table.bound, table.found, strict=True))
-    lines += [
-        f"{name}: interpolation within {stated:.2g} (found {found:.2g} at {table.checks} points)"
-        for name, stated, _, found in errors
-    ]
-    rows = zip(axes, grid.low, grid.high, grid.counts, strict=True)
-    record = {
-        "model": source,
-        "version": version("expdesign"),
-        "axes": {name: {"low": float(a), "high": float(b), "nodes": int(n)} for name, a, b, n in rows},
-        "held": held,
-        "nodes": len(table.values),
-        "interpolation_error": {
-            name: {"stated": float(stated), "bound": float(bound), "found": float(found)}
-            for name, stated, bound, found in errors
-        },
-        "checked_at": table.checks,
-    }
-    if extrapolated:
-        lines.append(beyond_text(extrapolated))
-        record["beyond_calibration"] = [str(each) for each in extrapolated]
-    return Said("\n".join(lines), document=lambda: record)
 
+    FILES: ClassVar = {"table.csv": "frame", "correction.c": "c_source", "table.json": "record"}
+    FIRST: ClassVar = "correction.c"
+    tabulated: Tabulated
+    table: CorrectionTable
+    extrapolated: tuple[OutsideRange, ...] = ()
 
-def beyond_text(extrapolated: Sequence[OutsideRange]) -> str:
-    """What of a table lies outside of what was calibrated."""
-    return f"The table reaches beyond what was calibrated: {'; '.join(map(str, extrapolated))}"
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """The coordinates that vary, with their SI units."""
+        return self.tabulated.axes
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """The corrected coordinates, with their SI units."""
+        return self.tabulated.model.chain.robot.configuration
+
+    @property
+    def said(self) -> Said:
+        table, grid = self.table, self.table.grid
+        lines = [f"{len(table.values)} nodes ({' x '.join(map(str, grid.counts))}) over {', '.join(self.axes)}"]
+        errors = list(zip(self.outputs, table.stated, table.bound, table.found, strict=True))
+        lines += [
+            f"{name}: interpolation within {stated:.2g} (found {found:.2g} at {table.checks} points)"
+            for name, stated, _, found in errors
+        ]
+        rows = zip(self.axes, grid.low, grid.high, grid.counts, strict=True)
+        record = {
+            "model": self.tabulated.model.source,
+            "version": version("expdesign"),
+            "axes": {name: {"low": float(a), "high": float(b), "nodes": int(n)} for name, a, b, n in rows},
+            "held": self.tabulated.held,
+            "nodes": len(table.values),
+            "interpolation_error": {
+                name: {"stated": float(stated), "bound": float(bound), "found": float(found)}
+                for name, stated, bound, found in errors
+            },
+            "checked_at": table.checks,
+        }
+        if self.extrapolated:
+            lines.append(self._beyond)
+            record["beyond_calibration"] = [str(each) for each in self.extrapolated]
+        return Said("\n".join(lines), document=lambda: record)
+
+    @property
+    def _beyond(self) -> str:
+        return f"The table reaches beyond what was calibrated: {'; '.join(map(str, self.extrapolated))}"
+
+    @property
+    def frame(self) -> pd.DataFrame:
+        """One row per node: the axes and the corrections in SI units."""
+        names = [*self.axes, *(f"correction_{name}" for name in self.outputs)]
+        return pd.DataFrame(np.concatenate([self.table.grid.nodes, self.table.values], axis=1), columns=names)
+
+    def exact(self, points: FloatArray) -> FloatArray:
+        """What the table interpolates: command − target of `compensate` (N, o) at points (N, d)."""
+        return self.tabulated.corrections(points)
+
+    def interpolated(self, points: FloatArray) -> FloatArray:
+        """What the table says at points (N, d) within its range, shape (N, o), as the file of C does.
+
+        Raises:
+            ArgumentError: a point is outside of the range or not a number, for which the C function returns 1 with the
+                correction at the edge.
+        """
+        grid = self.table.grid
+        places = (points - grid.low) / (grid.high - grid.low) * (grid.counts - 1)
+        outside = ~((places >= -ROUNDED) & (places <= grid.counts - 1 + ROUNDED))
+        if outside.any():
+            row, axis = (int(index) for index in np.argwhere(outside)[0])
+            what = f"{self.axes[axis]} = {points[row, axis]:g} in row {row} is outside of the table"
+            remedy = f"It has {grid.low[axis]:g} to {grid.high[axis]:g}; make a larger one, or ask `exact`."
+            raise ArgumentError(what, argument="points", remedy=remedy)
+        return grid.interpolate(self.table.values, np.clip(points, grid.low, grid.high))
+
+    @property
+    def c_source(self) -> str:
+        """The table as one file of C99."""
+        model = self.tabulated.model
+        about = f"Robot {model.robot.get('name', '')}, model {Path(model.source).name}; "
+        about += f"made by expdesign {version('expdesign')}. SI units."
+        about += f" {self._beyond}." if self.extrapolated else ""
+        return c_source(self.table, self.axes, self.outputs, list(self.tabulated.held.items()), about)
 
 
 def _table(corrections: Corrections, sequence: list[int], translations: int) -> DataTable:

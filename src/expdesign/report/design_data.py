@@ -35,65 +35,58 @@ _GROWTH = 0.01
 """Part by which the total error may grow where a plan is not met exactly."""
 
 
-class PlanDeviations:
-    """Deviations of the designs of a front, of those for which they are worth the time.
+def deviation_sentences(problem: DesignProblem, front: Front) -> list[list[str]]:
+    """For every design, what random deviations from its plan do, where that is worth the time."""
+    both = sorted({front.recommended, front.knee})
+    number = int(problem.space.taken(front.decisions[both]).sum(axis=1).max())
+    each = evaluations(problem, number)
+    choices = (list(range(len(front))), both, [front.recommended])
+    chosen = next((some for some in choices if each * len(some) <= DELICATE), [])
+    if not chosen:
+        return [["Not computed for plans of so many measurements, of which each by itself matters little."]] * len(
+            front
+        )
+    found = plan_deviations(problem, front.decisions[chosen])
+    only = "the recommended design and the knee" if chosen == both else "the recommended design"
+    texts = [[f"Computed for {only} only, because the front or its plans are long."]] * len(front)
+    for place, design in enumerate(chosen):
+        texts[design] = _deviations(found, place, len(problem.loaded.robot.configuration))
+    return texts
 
-    Args:
-        problem: what was searched.
-        front: what was found.
-    """
 
-    def __init__(self, problem: DesignProblem, front: Front) -> None:
-        both = sorted({front.recommended, front.knee})
-        number = int(problem.space.taken(front.decisions[both]).sum(axis=1).max())
-        each = evaluations(problem, number)
-        choices = (list(range(len(front))), both, [front.recommended])
-        chosen = next((some for some in choices if each * len(some) <= DELICATE), [])
-        self._place = {design: place for place, design in enumerate(chosen)}
-        self._only = "the recommended design and the knee" if chosen == both else "the recommended design"
-        self._found = plan_deviations(problem, front.decisions[chosen]) if chosen else None
-        self._n_pose = len(problem.loaded.robot.configuration)
+def _deviations(found: Deviations, place: int, n_pose: int) -> list[str]:
+    """What random deviations do, and which quantity is the most delicate: the error that costs 1 % by itself."""
+    if not np.isfinite(found.total[place]):
+        return ["This design does not determine every stiffness, so that its sensitivity is not determined either."]
+    loads, poses = _stated(found, slice(n_pose, None)), _stated(found, slice(0, n_pose))
+    loads = f", and every load by {loads}" if loads else ""
+    mean, spread = (float(part[place]) for part in found.growth(found.stated))
+    texts = [
+        f"If every pose is off at random by {poses}{loads} (standard deviations), "
+        f"the error to expect changes by about ±{words.number(100.0 * spread, 2)}\u00a0%"
+        + (f" and grows by {words.number(100.0 * mean, 2)}\u00a0% on average." if mean > 0.0 else ".")
+    ]
+    allowed = found.allowed(_GROWTH)[place]
+    measurement, quantity = np.unravel_index(int(np.argmin(allowed / found.stated)), allowed.shape)
+    if not np.isfinite(allowed[measurement, quantity]):
+        return [*texts, "No single deviation costs 1\u00a0%."]
+    column = words.plan_column(found.names[quantity])
+    return [
+        *texts,
+        f"The most delicate is the {column.title} of measurement {measurement + 1}: "
+        f"{words.number(float(allowed[measurement, quantity]) * column.factor, 2)}\u00a0{column.unit} off costs "
+        "1\u00a0%.",
+    ]
 
-    def sentences(self, design: int) -> list[str]:
-        """What random deviations do, and which quantity is the most delicate: the error that costs 1 % by itself."""
-        found = self._found
-        if found is None:
-            return ["Not computed for plans of so many measurements, of which each by itself matters little."]
-        if design not in self._place:
-            return [f"Computed for {self._only} only, because the front or its plans are long."]
-        place = self._place[design]
-        if not np.isfinite(found.total[place]):
-            return ["This design does not determine every stiffness, so that its sensitivity is not determined either."]
-        loads = self._stated(found, slice(self._n_pose, None))
-        loads, poses = f", and every load by {loads}" if loads else "", self._stated(found, slice(0, self._n_pose))
-        mean, spread = (float(part[place]) for part in found.growth(found.stated))
-        texts = [
-            f"If every pose is off at random by {poses}{loads} (standard deviations), "
-            f"the error to expect changes by about ±{words.number(100.0 * spread, 2)}\u00a0%"
-            + (f" and grows by {words.number(100.0 * mean, 2)}\u00a0% on average." if mean > 0.0 else ".")
-        ]
-        allowed = found.allowed(_GROWTH)[place] / found.stated
-        measurement, quantity = np.unravel_index(int(np.argmin(allowed)), allowed.shape)
-        if np.isfinite(allowed[measurement, quantity]):
-            column = words.plan_column(found.names[quantity])
-            value = found.allowed(_GROWTH)[place, measurement, quantity] * column.factor
-            texts.append(
-                f"The most delicate is the {column.title} of measurement {measurement + 1}: "
-                f"{words.number(float(value), 2)}\u00a0{column.unit} off costs 1\u00a0%."
-            )
-        else:
-            texts.append("No single deviation costs 1\u00a0%.")
-        return texts
 
-    @staticmethod
-    def _stated(found: Deviations, part: slice) -> str:
-        """Stated deviations of a group of quantities: `0.2 mm and 1 mrad`."""
-        texts: dict[str, None] = {}
-        for name, value in zip(found.names[part], found.stated[part], strict=True):
-            column = words.plan_column(name)
-            # Angles stated in radians are no round numbers of degrees.
-            texts[f"{words.given(float(f'{value * column.factor:.4g}'))}\u00a0{column.unit}"] = None
-        return words.listed(list(texts)) if texts else ""
+def _stated(found: Deviations, part: slice) -> str:
+    """Stated deviations of a group of quantities: `0.2 mm and 1 mrad`."""
+    texts: dict[str, None] = {}
+    for name, value in zip(found.names[part], found.stated[part], strict=True):
+        column = words.plan_column(name)
+        # Angles stated in radians are no round numbers of degrees.
+        texts[f"{words.given(float(f'{value * column.factor:.4g}'))}\u00a0{column.unit}"] = None
+    return words.listed(list(texts)) if texts else ""
 
 
 def plan_headings(plan: pd.DataFrame) -> list[tuple[str, str]]:
@@ -135,7 +128,7 @@ def design_data(
     front: Front,
     assessment: Assessment,
     accepted: Sequence[Decision],
-    deviations: PlanDeviations,
+    deviations: Sequence[list[str]],
     maps: list[AccuracyMap],
     bound: float | None,
 ) -> dict[str, Any]:
@@ -167,7 +160,7 @@ def design_data(
                 "sentences": sentences(accepted[design]),
                 "ellipses": error_maps.ellipses_of(problem, covariances, design),
                 "ellipseTable": ellipses[design],
-                "deviationsText": deviations.sentences(design),
+                "deviationsText": deviations[design],
                 "criteria": criteria_cells(front, design),
                 "compliance": compliances[design],
             }

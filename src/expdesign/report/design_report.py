@@ -1,10 +1,11 @@
 """What `run` returns and its page: the front, and for each design its plan, the robot and the accuracy to expect."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
+import numpy as np
 import pandas as pd
 
 from expdesign.assurance.acceptance.decision import Decision
@@ -23,6 +24,7 @@ from expdesign.report.blocks import (
     Block,
     Buttons,
     DataTable,
+    Definitions,
     Download,
     KeyFigure,
     KeyFigures,
@@ -33,12 +35,15 @@ from expdesign.report.blocks import (
     Sentences,
     SideBySide,
     Subheading,
+    framed,
+    number_of,
 )
 from expdesign.report.design_data import (
     CRITERIA_CAPTION,
-    PlanDeviations,
+    criteria_table,
     design_data,
     design_summary,
+    deviation_sentences,
     further_criteria,
 )
 from expdesign.report.design_figures import (
@@ -48,17 +53,10 @@ from expdesign.report.design_figures import (
     plotted,
     shown_criteria,
 )
-from expdesign.report.design_texts import (
-    about_run,
-    lower_bound_sentences,
-    planned_count,
-    poses_text,
-    recommendation,
-    steps_after,
-    vocabulary,
-)
 from expdesign.report.error_budget import EXPLAINED, acceptance_figure, headings
+from expdesign.report.glossary import words_section
 from expdesign.report.hidden_physics import hidden_section
+from expdesign.report.next_steps import next_steps
 from expdesign.report.page import Page
 from expdesign.report.result import PAGE, FolderResult, PathLike
 from expdesign.report.robot_view import view_figure
@@ -67,6 +65,10 @@ from expdesign.report.said import Said
 _BARS_BESIDE = 12
 """Axes of an error budget that are drawn beside the robot; more take the full width."""
 
+_DESIGNS_CAPTION = (
+    "Designs on the front. Choose one with the mouse or the arrow keys; its plan appears above. The CSV has all "
+    "criteria."
+)
 _PLAN_CAPTION = (
     "Plan of design {design}: one row per measurement. Shown in mm, mrad and, of joints, degrees, rounded; the CSV "
     "has the exact values in m and rad, ready to be filled in with what was measured."
@@ -110,11 +112,14 @@ class RunResult(FolderResult):
             f"{counted(len(front), 'design')} on the front; recommended design {front.recommended + 1}: "
             f"DUIR {best['duir']:.4g}, FEIR {best['feir']:.4g}, total {best['total']:.4g} tolerances."
         )
-        texts = [summary, f"The search ended because {front.ended}.", *recommendation(front)]
+        texts = [summary, f"The search ended because {front.ended}.", *_recommendation(front)]
         texts += [run["plan_ended"]] if "plan_ended" in run else []
         texts += sentences(recommended_acceptance(self.problem, front))
         texts += [run[name]["sentence"] for name in ("accuracy", "unseen") if name in run]
-        return Said(summary, [*texts, *lower_bound_sentences(self.problem, front, run)], document=lambda: run)
+        notes = []
+        if self.protocol is not None:
+            notes.append("poses.csv has every pose to measure, references included; `expdesign correct` reads it")
+        return Said(summary, [*texts, *_lower_bound(self.problem, front, run)], notes, lambda: run)
 
     def as_table(self) -> pd.DataFrame:
         """The recommended plan."""
@@ -164,7 +169,7 @@ class RunResult(FolderResult):
         accepted = planned_decisions(problem, assessment)
         maps = accuracy_maps(problem)
         bound = run.get("duir_lower_bound")
-        data = design_data(problem, front, assessment, accepted, PlanDeviations(problem, front), maps, bound)
+        data = design_data(problem, front, assessment, accepted, deviation_sentences(problem, front), maps, bound)
         further = bool(further_criteria(front))
         data["captions"] = {
             "plan": _PLAN_CAPTION,
@@ -179,14 +184,14 @@ class RunResult(FolderResult):
             _choice(problem, front, data),
             _over_workspace(problem, front, data, maps),
             hidden_section(problem, front),
-            steps_after(problem),
-            vocabulary(front),
-            about_run(problem, front, run),
+            _steps_after(problem),
+            _vocabulary(front),
+            _about_run(problem, front, run),
         )
         return Page(
             title=f"Calibration plan for {robot.name}",
             subtitle=(
-                f"{robot.kind}, {words.count(planned_count(problem, front), regressor.measurement)}, accuracy wanted "
+                f"{robot.kind}, {words.count(_planned_count(problem, front), regressor.measurement)}, accuracy wanted "
                 f"at {words.count(len(problem.targets.weights), 'target')}; configuration {problem.source}"
             ),
             sections=sections,
@@ -212,7 +217,7 @@ def _key_figures(problem: DesignProblem, front: Front, accepted: Decision) -> Ke
         acceptance_figure(accepted),
         KeyFigure("From measurement noise (DUIR)", best["duir"], "tolerances"),
         KeyFigure("From load errors (FEIR)", best["feir"], "tolerances"),
-        KeyFigure("Measurements", str(planned_count(problem, front)), "", poses_text(problem, front)),
+        KeyFigure("Measurements", str(_planned_count(problem, front)), "", _poses_text(problem, front)),
         KeyFigure("Recommended design", str(front.recommended + 1), f"of {len(front)}", why),
     ]
     if minutes is not None:
@@ -222,29 +227,20 @@ def _key_figures(problem: DesignProblem, front: Front, accepted: Decision) -> Ke
 
 def _choice(problem: DesignProblem, front: Front, data: Mapping[str, Any]) -> PageSection:
     names = shown_criteria(front)
-    first = tuple(dict.fromkeys((*front.objectives, "duir", "feir", "total")))
     minutes = design_minutes(problem, front)
-    rows = []
-    for design in range(len(front)):
-        marks = [name for name, index in (("recommended", front.recommended), ("knee", front.knee)) if index == design]
-        label = " · ".join((str(design + 1), *marks))
-        rows.append([label, *(words.number(float(front.criteria[name][design]), 4) for name in first)])
-        if minutes is not None:
-            rows[-1].append(words.number(float(minutes[design])))
-    titles = ["Design", *(words.criterion_with_unit(name, described(name).unit) for name in first)]
+
+    def label(row: Any) -> str:
+        return " · ".join([str(row.design), *["recommended"] * row.recommended, *["knee"] * row.knee])
+
+    cells: dict[str, str | Callable[[Any], str]] = {"Design": label}
+    for name in dict.fromkeys((*front.objectives, "duir", "feir", "total")):
+        cells[words.criterion_with_unit(name, described(name).unit)] = number_of(name, digits=4)
     if minutes is not None:
-        titles.append("Cost (min)")
-    table = DataTable(
-        "designs",
-        "Designs on the front. Choose one with the mouse or the arrow keys; its plan appears above. The CSV has all "
-        "criteria.",
-        titles,
-        rows,
-        Download("pareto.csv", csv_text(pareto_frame(front, minutes))),
-        choice="design",
-        chosen=front.recommended,
-        tall=True,
-    )
+        cells["Cost (min)"] = number_of("cost_min")
+    frame = pareto_frame(front, minutes)
+    table = framed("designs", _DESIGNS_CAPTION, frame, cells, tall=True)
+    file = Download("pareto.csv", csv_text(frame))
+    table = replace(table, csv=file, choice="design", chosen=front.recommended)
     jumps = Buttons((("choose-recommended", "Choose the recommended design"), ("choose-knee", "Choose the knee")))
     figures: list[Block] = [front_figure(front)]
     if data["choosing"]:
@@ -313,4 +309,112 @@ def _robot_blocks(problem: DesignProblem, data: Mapping[str, Any]) -> list[Block
         view_figure("robot", dimension, "The robot and its load", caption, 420 if dimension == 2 else 500),
         Selector("state", "Show", states, step=True),
         Paragraph("", id="state-text", live=True),
+    ]
+
+
+def _steps_after(problem: DesignProblem) -> PageSection:
+    """The way from the plan to a compensated robot, with the commands."""
+    files = {"config": problem.source, "robot": problem.robot_file, "model": "identified/model.yaml"}
+    regressor = problem.loaded.regressor
+    if not regressor.referenced:
+        return next_steps("evaluate", "identify poses", noun=regressor.noun, **files)
+    columns = ", ".join(problem.loaded.robot.coordinates.deflection)
+    names = ("evaluate", "simulate", "sheet", "check", "identify", "diagnose", "compensate")
+    return next_steps(*names, columns=columns, **files)
+
+
+def _vocabulary(front: Front) -> PageSection:
+    """The words of the page, for a reader who has not met them."""
+    names = ["Deflection", "Tolerance", "RMS, σ", "DUIR", "FEIR", "total"]
+    names += ["MEIR"] if "meir" in front.criteria else []
+    names += ["O1 to O5"] if {"o1", "o2", "o3", "o4", "o5"} & set(further_criteria(front)) else []
+    names += ["O_TP, O_MV"] if any(name.startswith(("o_tp", "o_mv")) for name in front.criteria) else []
+    return words_section(*names, "Front", "Recommended", "Knee", "Hypervolume")
+
+
+def _lower_bound(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> list[str]:
+    """How near the designs come to what no plan can surpass, or why that was not computed."""
+    bound = run["duir_lower_bound"]
+    if bound is None:
+        return [f"No lower bound of DUIR: {run['duir_lower_bound_certified_on']}."]
+    if bound <= 0.0:
+        return []
+    duir = front.criteria["duir"]
+    recommended = words.number(100.0 * (duir[front.recommended] / bound - 1.0), 2)
+    least = words.number(100.0 * (duir.min() / bound - 1.0), 2)
+    measurements = words.count(problem.space.measurements, "measurement")
+    texts = [
+        f"No plan of {measurements} has an error from measurement noise (DUIR) below {words.number(bound)} tolerances.",
+        f"The recommended design is {recommended}\u00a0% above this bound"
+        + ("." if least == recommended else f", the best design on the front {least}\u00a0%."),
+    ]
+    if front.complete and "duir" in front.objectives:
+        texts.append("Every design was evaluated: none has a smaller DUIR than the front.")
+    elif duir.min() > bound:
+        better = words.number(100.0 * (1.0 - bound / duir.min()), 2)
+        texts.append(f"A plan with a smaller DUIR, if there is one, is at most {better}\u00a0% better.")
+    return [" ".join(texts)]
+
+
+def _planned_count(problem: DesignProblem, front: Front) -> int:
+    """How many measurements the recommended design takes."""
+    return int(problem.space.taken(front.decisions[front.recommended]).sum())
+
+
+def _poses_text(problem: DesignProblem, front: Front) -> str:
+    """At how many different poses the recommended design measures."""
+    configurations, _ = problem.space.decode(front.decisions[front.recommended])
+    poses = words.count(len(np.unique(configurations.round(9), axis=0)), "pose")
+    return f"at {poses}" if problem.loaded.regressor.needs_load else f"at {poses}, without load"
+
+
+def _missing(share: float | None, *, complete: bool) -> str:
+    if complete:
+        return "none: all designs were evaluated"
+    if not share:
+        return "not estimated"
+    return f"about {words.number(100.0 * share, 2)} % of it (estimate; unknown branches of the front are not included)"
+
+
+def _about_run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> PageSection:
+    """How the designs were searched for, and their further criteria."""
+    robot, settings = problem.loaded.robot, problem.optimiser
+    point = ", ".join(words.number(float(value)) for value in front.reference_point)
+    bound, scope = run.get("duir_lower_bound"), run.get("duir_lower_bound_certified_on")
+    clauses = [f"{words.sentence(clause)}." for clause in (scope or "").rstrip(".").split("; ")]
+    versions = ", ".join(f"{name} {version}" for name, version in run.get("versions", {}).items())
+    items = [
+        ("Robot", f"{robot.name} ({robot.kind})"),
+        *([] if problem.found is None else [("Model of the robot", problem.found.note)]),
+        ("Configuration", problem.source),
+        ("Objectives", ", ".join(words.criterion(name) for name in front.objectives)),
+        ("Search", f"NSGA-II, population {settings.population}, effort {settings.effort}"),
+        ("Why it ended", f"{words.sentence(run.get('search_ended', front.ended) or 'not recorded')}."),
+        ("Seed", str(run.get("seed", settings.seed))),
+        ("Designs evaluated", str(run.get("evaluations", front.evaluations))),
+        ("Hypervolume", f"{words.number(front.hypervolume, 4)} with respect to ({point})"),
+        ("Missing hypervolume", _missing(run.get("missing_hypervolume"), complete=front.complete)),
+        ("Lower bound of DUIR", "not computed" if bound is None else words.number(bound, 4)),
+        *([("How it was computed", " ".join(clauses))] if scope else []),
+    ]
+    if "wall_s" in run:
+        items.insert(6, ("Time", f"{words.number(float(run['wall_s']))} s"))
+    if "ended_by_hand" in run:
+        items.insert(5, ("Ended by hand", f"{run['ended_by_hand']}; the search was not finished"))
+    if versions:
+        items.append(("Versions", versions))
+    criteria = [criteria_table(front, front.recommended)] if further_criteria(front) else []
+    return PageSection("run", "About this run", (Definitions(items), *criteria))
+
+
+def _recommendation(front: Front) -> list[str]:
+    """Why a design is recommended that has not the least total of the front; nothing where it has."""
+    total = front.criteria["total"]
+    least = int(total.argmin())
+    if least == front.recommended or front.passing is None:
+        return []
+    passing = "is the only one that is" if front.passing == 1 else f"has the least of the {front.passing} that are"
+    return [
+        f"Design {least + 1} has the least total of all, {words.number(float(total[least]))} tolerances, and is not "
+        f"expected to pass: design {front.recommended + 1} {passing}."
     ]

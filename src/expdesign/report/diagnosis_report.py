@@ -157,7 +157,7 @@ class DiagnosisResult(RecordedResult):
         consistent = result.verdict == "consistent"
         found = [_effects_table(result)] if any(finding.parameters for finding in result.findings) else []
         first = [*next_recording(result), *self._measure_next]
-        files = {"config": "" if at is None else at.configuration, "recordings": result.recordings.source}
+        files = {"config": "" if at is None else at.problem.source, "recordings": result.recordings.source}
         errors = SideBySide([error_figure(result)], [axis_figure(result)])
         sections = (
             said.section("Result", self._key_figures()),

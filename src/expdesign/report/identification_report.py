@@ -130,7 +130,7 @@ class IdentificationResult(RecordedResult):
         robot, train = result.robot, result.recordings.rows(result.fitted)
         drawn, view = picture(robot, at_rest(robot, np.median(train.configurations, axis=0)), note=_PICTURE)
         fit, data = residuals(result, train)
-        configuration = "" if at is None else at.configuration
+        configuration = "" if at is None else at.problem.source
         files = {"robot": self.robot.document.source, "config": configuration, "recordings": result.recordings.source}
         stiffness = [table for table in said.tables if table.id == "stiffness-table"]
         doubts = sentences(self._doubts)

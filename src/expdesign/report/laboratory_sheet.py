@@ -46,7 +46,6 @@ class SheetResult(RowsResult, FolderResult):
         minutes: time of the steps, or None where the configuration states no costs.
         minutes_in_plan_order: the same for the plan row by row.
         title: of the page.
-        shared: whether rows of a series share their reference.
         robot_file: path of the robot's file, for the command that follows; empty where it is not known.
     """
 
@@ -56,7 +55,6 @@ class SheetResult(RowsResult, FolderResult):
     minutes: float | None
     minutes_in_plan_order: float | None
     title: str
-    shared: bool
     robot_file: str = ""
 
     @property
@@ -78,8 +76,31 @@ class SheetResult(RowsResult, FolderResult):
         return {
             "sheet.csv": csv_text(frame),
             "sheet.xlsx": workbook(frame, notes=notes, blank=_FILL),
-            "sheet.html": _page(frame, self.title, self.summary, lines),
+            "sheet.html": self._page(frame, lines),
         }
+
+    def _page(self, frame: pd.DataFrame, notes: Sequence[str]) -> str:
+        """The page of a frame in the units that were asked for, with notes below the table."""
+        environment = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=True)
+        columns = [str(name) for name in frame.columns]
+        shown = [name for name in columns if name not in _HIDDEN and not _DEVIATION.fullmatch(name.split("_")[0])]
+        texts = {name: [_text(name, cell) for cell in frame[name]] for name in shown}
+        poses, loads = _set_points(columns)
+        same = [name for name in (*poses, *loads) if len(set(texts[name])) == 1 and len(frame) > 1]
+        names = [name for name in shown if name not in same]
+        constant = ", ".join(f"{_headed(name)} {texts[name][0]}" for name in same)
+        rows = []
+        for index in range(len(frame)):
+            reference = "reference" in texts["do"][index]
+            cells = [_cell(texts[name], index, blank=reference and name in loads, key=name) for name in names]
+            stop = index == 0 or any(texts[name][index] != texts[name][index - 1] for name in poses)
+            rows.append({"cells": cells, "kind": " ".join(["reference"] * reference + ["stop"] * stop)})
+        page = environment.get_template("sheet.html")
+        lines = [*([f"The same throughout: {constant}."] if constant else []), *notes]
+        header = [_headed(name) for name in names]
+        return page.render(
+            title=self.title, summary=self.summary, blanks=_BLANKS, header=header, rows=rows, notes=lines
+        )
 
     def save(self, folder: PathLike, units: str | None = None, *, force: bool = False) -> Path:
         """Write the sheet and return the path of its page.
@@ -93,35 +114,6 @@ class SheetResult(RowsResult, FolderResult):
             InputError: a unit is unknown, or the folder cannot be written.
         """
         return self._write(Path(folder), self.files(Path(folder), units), force=force)
-
-
-def _page(frame: pd.DataFrame, title: str, summary: str, notes: Sequence[str]) -> str:
-    """The page.
-
-    Args:
-        frame: the sheet, texts and numbers; empty cells are to be filled in.
-        title: of the page.
-        summary: what is measured and how long it takes.
-        notes: what to do with the sheet, below the table.
-    """
-    environment = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=True)
-    columns = [str(name) for name in frame.columns]
-    shown = [name for name in columns if name not in _HIDDEN and not _DEVIATION.fullmatch(name.split("_")[0])]
-    texts = {name: [_text(name, cell) for cell in frame[name]] for name in shown}
-    poses, loads = _set_points(columns)
-    same = [name for name in (*poses, *loads) if len(set(texts[name])) == 1 and len(frame) > 1]
-    names = [name for name in shown if name not in same]
-    constant = ", ".join(f"{_headed(name)} {texts[name][0]}" for name in same)
-    rows = []
-    for index in range(len(frame)):
-        reference = "reference" in texts["do"][index]
-        cells = [_cell(texts[name], index, blank=reference and name in loads, key=name) for name in names]
-        stop = index == 0 or any(texts[name][index] != texts[name][index - 1] for name in poses)
-        rows.append({"cells": cells, "kind": " ".join(["reference"] * reference + ["stop"] * stop)})
-    page = environment.get_template("sheet.html")
-    lines = [*([f"The same throughout: {constant}."] if constant else []), *notes]
-    header = [_headed(name) for name in names]
-    return page.render(title=title, summary=summary, blanks=_BLANKS, header=header, rows=rows, notes=lines)
 
 
 def _set_points(columns: list[str]) -> tuple[list[str], list[str]]:

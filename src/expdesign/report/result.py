@@ -24,7 +24,7 @@ from expdesign.report.said import Said
 
 if TYPE_CHECKING:  # most results have no targets, and no page is drawn unless it is saved
     from expdesign.assurance.acceptance.decision import Decision
-    from expdesign.report.error_budget import StatedAtTargets
+    from expdesign.report.at_targets import AtTargets
     from expdesign.report.page import Page
 
 PathLike = str | Path
@@ -158,7 +158,7 @@ class RecordedResult(FolderResult):
 
     robot: RobotFile
     model: Model
-    at_targets: "StatedAtTargets | None" = field(default=None, kw_only=True)
+    at_targets: "AtTargets | None" = field(default=None, kw_only=True)
 
     def as_model(self) -> Model:
         """The model that was found."""

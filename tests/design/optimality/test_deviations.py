@@ -9,7 +9,7 @@ from expdesign.arrays import FloatArray
 from expdesign.planning.criteria.accuracy import Total
 from expdesign.planning.front import Front
 from expdesign.planning.optimality.deviations import evaluations, plan_deviations
-from expdesign.report.design_data import DELICATE, PlanDeviations
+from expdesign.report.design_data import DELICATE, deviation_sentences
 from tests.design.problems import BIPOD, HEXAPOD, changed, problem
 from tests.design.refined import refined
 
@@ -106,6 +106,6 @@ def test_long_plans_are_judged_for_fewer_designs_or_none(count: int, said: str) 
     designs = case.space.sample(2 * count, np.random.default_rng(4)).reshape(2, count, -1)
     one = np.ones(2)
     front = Front(designs, {"total": one}, ("total",), 0, 1, one, 1.0, one, 2)
-    deviations = PlanDeviations(case, front)
-    assert said in " ".join(deviations.sentences(1))
+    deviations = deviation_sentences(case, front)
+    assert said in " ".join(deviations[1])
     assert evaluations(case, count) * (count <= 50) <= DELICATE

@@ -10,7 +10,7 @@ from typing import Any, ParamSpec, TypeVar
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TimeElapsedColumn
 
-from expdesign.app.api.inputs import named_arguments
+from expdesign.app.api.arguments import named_arguments
 
 P = ParamSpec("P")
 R = TypeVar("R")

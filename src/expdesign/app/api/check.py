@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar
 
-from expdesign.app.api.configuration import checked_problem, problem_of
-from expdesign.app.api.inputs import RobotInput, load_robot, named_arguments, purpose_of
+from expdesign.app.api.arguments import named_arguments
+from expdesign.app.api.configuration import problem_of, read_problem
+from expdesign.app.api.inputs import RobotInput, load_robot, purpose_of
 from expdesign.app.api.load import read_document
 from expdesign.app.api.points_said import say_unknown_columns
 from expdesign.app.api.recorded import referenced
@@ -22,73 +21,28 @@ from expdesign.chain.recordings.filled_in import check_structure
 from expdesign.chain.recordings.joint_columns import with_joint_columns
 from expdesign.chain.recordings.measured import with_targets
 from expdesign.chain.recordings.reader import recordings_from_table, require_measured
-from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError
-from expdesign.estimation.identify import Identification
 from expdesign.estimation.identify import identify as identify_recordings
 from expdesign.io.kinds import kind_of
 from expdesign.io.table import is_table_name, read_table
 from expdesign.io.written import Purpose
 from expdesign.io.yaml_reader import read_yaml
-from expdesign.mechanics.robots.robot import Robot, RobotSection
+from expdesign.mechanics.robots.robot import RobotSection
 from expdesign.mechanics.robots.robot_file import RobotFile
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.problem_file import require_regular
-from expdesign.planning.sampling import Feasibility, feasibility
+from expdesign.planning.sampling import feasibility
 from expdesign.planning.schema import RunSection
-from expdesign.report.check_texts import problem_doubts, problem_said, recordings_said, robot_said, sweep_said
-from expdesign.report.page import Page
-from expdesign.report.result import PAGE, FolderResult, PathLike, Result
-from expdesign.report.robot_section import problem_report, robot_report
-from expdesign.report.said import Said
+from expdesign.report.check_texts import (
+    CheckResult,
+    checked_problem,
+    checked_recordings,
+    checked_robot,
+    checked_sweep,
+)
+from expdesign.report.result import PathLike, Result
 
 Checked = PathLike | RobotFile | RobotSection | Model | DesignProblem | RunSection | Result
-
-
-@dataclass(frozen=True, repr=False)
-class CheckResult(FolderResult):
-    """What was checked and can be used.
-
-    Attributes:
-        stated: what is said of it.
-        read: what was read: a robot or a configuration's problem, which the page draws, or recordings; None of a sweep.
-        doubts: the notes for which `--strict` refuses it.
-        feasibility: shares of the design space of a configuration that can be reached, and that identify what the
-            targets need; else None.
-        identification: of the base model from recordings, or None.
-        doubted: whether something is doubtful, and that was not to be.
-    """
-
-    FILES: ClassVar = PAGE
-    stated: Said
-    read: Robot | DesignProblem | Recordings | None
-    doubts: Sequence[str]
-    feasibility: Feasibility | None = None
-    identification: Identification | None = None
-    doubted: bool = False
-
-    @property
-    def said(self) -> Said:
-        return self.stated
-
-    @property
-    def refused(self) -> bool:
-        """Whether none of the poses of a configuration, drawn at random, can be reached; or it is `doubted`."""
-        return self.doubted or (self.feasibility is not None and self.feasibility.reachable == 0.0)
-
-    def page(self) -> Page:
-        """The robot, drawn with its legs or joints numbered, at rest and at the targets of a configuration.
-
-        Raises:
-            InputError: there is none in what was checked.
-        """
-        if isinstance(self.read, DesignProblem):
-            return problem_report(self.read, self.summary)
-        if self.read is None or isinstance(self.read, Recordings):
-            remedy = "Give a robot, a model or a run configuration; of others no page is made."
-            where = ", ".join(self.purpose.inputs)
-            raise InputError("there is no robot to draw in this file", where=where, remedy=remedy)
-        return robot_report(self.read, self.summary)
 
 
 @named_arguments
@@ -159,32 +113,22 @@ def _checked(
             from expdesign.app.sweeps.runs import sweep_runs  # noqa: PLC0415 (of sweeps alone)
 
             runs = sweep_runs(document)
-            keys = list(dict.fromkeys(key for run in runs for key in run.values))
-            return CheckResult(sweep_said(str(file), len(runs), keys), None, (), purpose=purpose)
-        found = read_document(document, checked_problem)
+            return checked_sweep(purpose, len(runs), list(dict.fromkeys(key for run in runs for key in run.values)))
+        found = read_document(document, read_problem)
     if isinstance(found, DesignProblem | RunSection):
         problem = problem_of(found)
-        shares = feasibility(problem)
-        doubts = problem_doubts(problem, shares)
-        stated = problem_said(", ".join(purpose.inputs), problem, shares, doubts)
-        return CheckResult(stated, problem, doubts, shares, purpose=purpose)
+        return checked_problem(purpose, problem, feasibility(problem))
     if isinstance(found, RobotFile | RobotSection):
         machine = load_robot(found)
-        return _usable(machine.robot, machine.document.source, None, purpose)
-    if isinstance(found, Model):
-        return _usable(found.chain.robot, found.source, len(found.chain.effects), purpose)
-    what = f"a `{type(file).__name__}` cannot be checked"
-    raise InputError(what, remedy="Give a path, an object, a model, or what `load` returned.")
-
-
-def _usable(robot: Robot, source: str, effects: int | None, purpose: Purpose) -> CheckResult:
-    """What is said of a robot, or of a model with effects, that is regular at its reference pose."""
-    say(robot_findings(robot), source)
-    reference = robot.reference_configuration()
-    require_regular(robot, reference, f"{source}, reference pose")
-    condition = float(robot.jacobians(reference).condition)
-    stated = robot_said(", ".join(purpose.inputs), source, robot, condition, effects)
-    return CheckResult(stated, robot, stated.notes, purpose=purpose)
+        source, read, effects = machine.document.source, machine.robot, None
+    elif isinstance(found, Model):
+        source, read, effects = found.source, found.chain.robot, len(found.chain.effects)
+    else:
+        what = f"a `{type(file).__name__}` cannot be checked"
+        raise InputError(what, remedy="Give a path, an object, a model, or what `load` returned.")
+    say(robot_findings(read), source)
+    require_regular(read, read.reference_configuration(), f"{source}, reference pose")
+    return checked_robot(purpose, source, read, effects)
 
 
 def _recordings(
@@ -192,9 +136,7 @@ def _recordings(
 ) -> CheckResult:
     table = read_table(file, COLUMNS)
     if robot is None:
-        return CheckResult(
-            recordings_said(str(file), check_structure(table), None, robot=False), None, (), purpose=purpose
-        )
+        return checked_recordings(purpose, check_structure(table), None, None)
     machine = load_robot(robot).robot
     table = with_targets(with_joint_columns(table, machine), jointed=machine.jointed)
     structure = check_structure(table, commanded=machine.actuated)
@@ -203,5 +145,4 @@ def _recordings(
     say_unknown_columns(recordings)
     say(recordings_findings(recordings, machine), str(file))
     found = identify_recordings(machine, recordings) if machine.actuated else None
-    stated = recordings_said(str(file), structure, found, robot=True)
-    return CheckResult(stated, recordings, stated.notes, identification=found, purpose=purpose)
+    return checked_recordings(purpose, structure, recordings, found)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Annotated
 
+from expdesign.app.api.arguments import Seed, Within
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.configuration import Config, plan_of, problem_of
 from expdesign.app.api.inputs import TableInput, purpose_of
@@ -30,10 +32,10 @@ def compare(
     *configs: Config,
     plans: Mapping[str, TableInput] | None = None,
     separate: bool = False,
-    samples: int = SAMPLES,
-    random: int = RANDOM,
-    generations: int | None = None,
-    seed: int = 1,
+    samples: Annotated[int, Within("a number of repetitions", "Use at least 2.", 2)] = SAMPLES,
+    random: Annotated[int, Within("a number of designs", "Use at least 0.", 0)] = RANDOM,
+    generations: Annotated[int | None, Within("a number of generations", "Use at least 1.", 1)] = None,
+    seed: Seed = 1,
     executors: Executors | None = None,
     callback: Callback | None = None,
     progress: bool = False,
@@ -61,9 +63,7 @@ def compare(
     Command:
         expdesign compare configs/hexapod-h1.yaml --plan mine=plan.csv --out results/compare
     """
-    least = {"samples": (samples, 2), "random": (random, 0), "seed": (seed, 0)}
-    least |= {} if generations is None else {"generations": (generations, 1)}
-    _require_settings(configs, plans or {}, least)
+    _require_settings(configs, plans or {})
     problems = [problem_of(config) for config in configs]
     names = _names(problems)
     if not separate:
@@ -107,15 +107,10 @@ def compare(
     )
 
 
-def _require_settings(
-    configs: Sequence[Config], plans: Mapping[str, TableInput], least: Mapping[str, tuple[int, int]]
-) -> None:
-    """Raise where nothing is compared, a number is below its least value, or a plan has the name of a criterion."""
+def _require_settings(configs: Sequence[Config], plans: Mapping[str, TableInput]) -> None:
+    """Raise where nothing is compared, or a plan has the name of a criterion."""
     if not configs:
         raise InputError("no configuration is given", remedy="Name at least one.")
-    for name, (value, smallest) in least.items():
-        if value < smallest:
-            raise ArgumentError(f"{value} is too small", argument=name, remedy=f"Use at least {smallest}.")
     for name in plans:
         if name in (*known_criteria(), Meir.name) or not name.strip():
             what = f"`{name}` is the name of a criterion" if name.strip() else "the plan has no name"

@@ -4,20 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import (
-    ModelInput,
-    TableInput,
-    load_model,
-    named_arguments,
-    purpose_of,
-    require_known,
-    table_of,
-)
+from expdesign.app.api.arguments import named_arguments
+from expdesign.app.api.inputs import ModelInput, TableInput, load_model, purpose_of, table_of
 from expdesign.app.api.points_said import say_unknown_columns
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.finding import say
@@ -83,12 +76,12 @@ def compensate(
     problem = None
     if not _is_table(targets):
         from expdesign.app.api.configuration import problem_of_robot  # noqa: PLC0415 (of configurations)
+        from expdesign.planning.target_table import targets_table  # noqa: PLC0415 (of configurations)
 
         problem = problem_of_robot(targets, robot, identified.source, confirmed=other_robot)  # type: ignore[arg-type]
-    table = table_of(targets, "targets") if problem is None else _table_of(problem)  # type: ignore[arg-type]
+    table = table_of(targets, "targets") if problem is None else targets_table(problem)  # type: ignore[arg-type]
     loads = TargetLoads.of_table(table, robot.coordinates)
     require_history(identified, table)
-    require_known(frame, get_args(Frame), "frame", "frame")
     if robot.jointed and any(table.has(name) for name in SPATIAL.pose[:3]):
         say(pose_findings(robot, table.numbers(SPATIAL.pose), "targets", SPATIAL.pose), table.source)
     aims = arm_targets(table, identified, frame) if robot.jointed else None
@@ -115,12 +108,6 @@ def compensate(
     if base_as_drawn(identified, frame):
         scope.append(BASE_AS_DRAWN)
     return CompensationResult(text, found, corrections, sequence, robot, refuted, scope, purpose=purpose)
-
-
-def _table_of(problem: DesignProblem) -> Table:
-    from expdesign.planning.target_table import targets_table  # noqa: PLC0415 (of configurations)
-
-    return targets_table(problem)
 
 
 def _is_table(targets: object) -> bool:

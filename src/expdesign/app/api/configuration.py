@@ -33,7 +33,7 @@ def problem_of(config: Config) -> DesignProblem:
     """A run configuration, read."""
     if isinstance(config, DesignProblem):
         return config
-    return checked_problem(document_of(config, "configuration"))
+    return read_problem(document_of(config, "configuration"))
 
 
 def problem_of_robot(config: Config | None, robot: Robot, source: str, *, confirmed: bool) -> DesignProblem | None:
@@ -55,7 +55,7 @@ def problem_of_robot(config: Config | None, robot: Robot, source: str, *, confir
     return problem
 
 
-def checked_problem(document: YamlDocument) -> DesignProblem:
+def read_problem(document: YamlDocument) -> DesignProblem:
     """The problem of a run configuration, of which physics has been asked what it says.
 
     Raises:
@@ -128,14 +128,12 @@ def require_reachable(problem: DesignProblem, plan: Plan, table: Table) -> None:
     if problem.constraints is None:
         return
     collisions, seen = problem.constraints.collisions, problem.constraints.visibility
-    excess = np.zeros(len(plan)) if collisions is None else collisions.excess(robot, plan.configurations)
-    if collisions is not None and (excess > LIMIT_MARGIN).any():
+    if collisions is not None and ((excess := collisions.excess(robot, plan.configurations)) > LIMIT_MARGIN).any():
         row = int(np.argmax(excess))
         distance = 1e3 * (collisions.stated.clearance_m - excess[row])
         what = f"parts of the robot or its payload come within {distance:.3g} mm (`experiment.constraints.collisions`)"
         raise table.fault(what, row, remedy="Choose another pose, or correct the parts.")
-    hidden = np.zeros((len(plan), 2)) if seen is None else seen.excess(robot, plan.configurations)
-    if seen is not None and (hidden > LIMIT_MARGIN).any():
+    if seen is not None and ((hidden := seen.excess(robot, plan.configurations)) > LIMIT_MARGIN).any():
         row = int(np.argmax(hidden.max(axis=1)))
         what = f"{seen.sentence(hidden[row])} (`experiment.constraints.visibility`)"
         raise table.fault(what, row, remedy="Choose another pose, or correct station and reflectors.")

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import RobotInput, TableInput, load_robot, named_arguments, purpose_of, table_of
+from expdesign.app.api.arguments import named_arguments
+from expdesign.app.api.inputs import RobotInput, TableInput, load_robot, purpose_of, table_of
 from expdesign.app.api.points_said import say_unknown_columns
 from expdesign.arrays import FloatArray
 from expdesign.assurance.plausibility.commanded import commanded_findings

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
+from expdesign.app.api.arguments import Within
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.inputs import RobotInput, purpose_of
 from expdesign.app.api.recorded import RecordingsInput, recorded_at, recorded_model
@@ -16,7 +17,7 @@ from expdesign.chain.recordings.recordings import Recordings, complete_positions
 from expdesign.diagnosis.diagnose import diagnose as diagnose_recordings
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.diagnosis.stages import Stage
-from expdesign.errors import ArgumentError, InputError
+from expdesign.errors import InputError
 from expdesign.estimation.load_errors import declared_load_errors
 from expdesign.io.yaml_reader import parse_yaml
 from expdesign.report.diagnosis_report import DiagnosisResult
@@ -60,7 +61,7 @@ def diagnose(
     robot: RobotInput,
     recordings: RecordingsInput,
     *,
-    series: int = 3,
+    series: Annotated[int, Within("a number of series", "Use at least 1.", 1)] = 3,
     shared_reference: bool | None = None,
     targets: Config | None = None,
     without: Collection[str] = (),
@@ -102,10 +103,6 @@ def diagnose(
 
         expdesign diagnose configs/robots/hexapod-h1.yaml recordings.csv --out results/diagnosis
     """
-    if series < 1:
-        raise ArgumentError(f"{series} is not a number of series", argument="series", remedy="Use at least 1.")
-    if isinstance(without, str):
-        raise ArgumentError("identifiers of physics are a list", argument="without", remedy=f"Write [{without!r}].")
     machine, measured, problem = recorded_at(
         robot, recordings, targets, shared_reference, confirmed=other_robot, usable=_read_here
     )
@@ -131,29 +128,26 @@ def diagnose(
     calibrated = None if result.verdict == "consistent" else result.calibrated
     result = replace(result, doubts=doubts(measured, machine.robot, result.after.left, calibrated))
     model = recorded_model(
+        result,
         result.known,
-        result.loads,
         machine,
-        measured,
-        ~measured.test,
-        result.reading_deviations,
+        ~result.recordings.test,
         birge_ratio=max(1.0, result.widening.parameters),  # less is noise that was stated too large
-        verdict="refuted" if result.refuted else result.after.verdict,
+        fit="refuted" if result.refuted else result.after.verdict,
         drawn=result.drawn,
     )
     result = _read_again(result, model)
     at_targets = None
     if problem is not None:
-        from expdesign.app.api.at_targets import AtTargets  # noqa: PLC0415 (of targets)
+        from expdesign.report.at_targets import AtTargets  # noqa: PLC0415 (of targets)
 
-        found = AtTargets.diagnosed(problem, result)
-        at_targets = found.stated(hidden=False)
+        at_targets = AtTargets.diagnosed(problem, result)
         # Sizes and motions of hidden physics are those of deflections.
         sought = problem.loaded.regressor.referenced
         if sought and result.verdict == "consistent" and not result.ended:
             report(Stage.HIDDEN, "")
             try:
-                at_targets = found.stated(hidden=True)
+                at_targets.look_for_hidden()
             except KeyboardInterrupt:
                 if not interruptible:
                     raise

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from expdesign.app.api.arguments import named_arguments
 from expdesign.app.api.configuration import Config, plan_of, problem_of
-from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of
+from expdesign.app.api.inputs import TableInput, purpose_of
 from expdesign.planning.plan import require_whole_load, without_validation
-from expdesign.report.design_texts import EvaluationResult
+from expdesign.report.plan_results import EvaluationResult
 
 
 @named_arguments

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Collection
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from expdesign.app.api.inputs import RobotInput, named_arguments, purpose_of, require_known
+from expdesign.app.api.arguments import Within, named_arguments
+from expdesign.app.api.inputs import RobotInput, purpose_of
 from expdesign.app.api.recorded import RecordingsInput, recorded_at, recorded_model
 from expdesign.assurance.plausibility.recordings import doubts
 from expdesign.errors import ArgumentError
@@ -19,8 +21,8 @@ from expdesign.report.identification_report import IdentificationResult
 if TYPE_CHECKING:  # most recordings are identified without targets, and need not wait for planning
     from expdesign.app.api.configuration import Config
 
-SMALLEST_PRIOR = 1e-6
-"""%; a smaller deviation would say that nothing has to be identified."""
+_PRIOR = Within("a standard deviation in %", "Give e.g. 30.", 1e-6, sys.float_info.max)
+"""A smaller one would say that nothing has to be identified."""
 
 Frames = Literal["known", "unknown"]
 
@@ -31,32 +33,13 @@ def with_doubts(result: Identification) -> Identification:
     return replace(result, suspicions=[*found, *result.suspicions])
 
 
-def require_prior(prior: float | None) -> None:
-    """Raise an `InputError` where `prior` is no standard deviation in percent."""
-    if prior is not None and not SMALLEST_PRIOR <= prior < float("inf"):
-        raise ArgumentError(f"{prior:g} % is not a standard deviation", argument="prior", remedy="Give e.g. 30.")
-
-
-def _require_parts(names: Collection[str], known: Collection[str], argument: str, what: str, *, shown: bool) -> None:
-    """Raise an `InputError` where parts of an arm are named that there are not, or that no recordings have `shown`."""
-    unknown = [name for name in names if name not in known]
-    if isinstance(names, str) or unknown:
-        named = names if isinstance(names, str) else unknown[0]
-        raise ArgumentError(
-            f"`{named}` cannot be {what}", argument=argument, remedy=f"List some of {', '.join(known)}."
-        )
-    if names and not shown:
-        cause = f"{', '.join(known)} show in positions or poses of an arm"
-        raise ArgumentError(cause, argument=argument, remedy="Leave it out.")
-
-
 @named_arguments
 def identify(
     robot: RobotInput,
     recordings: RecordingsInput,
     *,
     shared_reference: bool | None = None,
-    prior: float | None = None,
+    prior: Annotated[float | None, _PRIOR] = None,
     targets: Config | None = None,
     calibration: Calibration | None = None,
     frames: Frames = "known",
@@ -104,14 +87,12 @@ def identify(
     Command:
         expdesign identify configs/robots/hexapod-h1.yaml recordings.csv --out results/mine
     """
-    require_prior(prior)
     machine, measured, problem = recorded_at(robot, recordings, targets, shared_reference, confirmed=other_robot)
     relative = None if prior is None else prior / 100.0
-    require_known(frames, get_args(Frames), "frames", "knowledge of frames")
-    require_known(loss, get_args(Loss), "loss", "loss")
-    arm = machine.robot.jointed and measured.measurand.absolute
-    _require_parts(further, get_args(Further), "further", "identified as well", shown=arm)
-    _require_parts(hold, get_args(Held), "hold", "held", shown=arm)
+    for argument, names in (("further", further), ("hold", hold)):
+        if names and not (machine.robot.jointed and measured.measurand.absolute):
+            what = f"{', '.join(names)} show in positions or poses of an arm"
+            raise ArgumentError(what, argument=argument, remedy="Leave it out.")
     result = identify_recordings(
         machine.robot,
         measured,
@@ -125,20 +106,20 @@ def identify(
     result = with_doubts(result)
     at_targets = None
     if problem is not None:
-        from expdesign.app.api.at_targets import AtTargets  # noqa: PLC0415 (of targets)
         from expdesign.assurance.model_error.meir import meir_of_problem  # noqa: PLC0415 (of targets)
+        from expdesign.report.at_targets import AtTargets  # noqa: PLC0415 (of targets)
 
-        at_targets = AtTargets.identified(problem, result).stated(hidden=meir_of_problem(problem) is not None)
+        at_targets = AtTargets.identified(problem, result)
+        if meir_of_problem(problem) is not None:
+            at_targets.look_for_hidden()
     goodness = result.goodness
     model = recorded_model(
+        result,
         result.fit,
-        result.loads,
         machine,
-        measured,
         result.fitted,
-        result.reading_deviations,
         birge_ratio=goodness.birge_ratio,
-        verdict=goodness.verdict,
+        fit=goodness.verdict,
         drawn=None if result.arm is None else result.arm.drawn,
     )
     purpose = purpose_of("identify", robot, recordings)

@@ -1,13 +1,10 @@
 """What the functions of the package take: a path, or what was loaded or computed before."""
 
 import hashlib
-import inspect
 import json
-from collections.abc import Callable, Mapping, Sequence
-from functools import wraps
-from numbers import Integral, Real
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import Any
 
 import pandas as pd
 
@@ -16,9 +13,8 @@ from expdesign.assurance.plausibility.robot import robot_findings
 from expdesign.chain.models.model_file import Model, model_from_document, model_of_robot, read_model
 from expdesign.chain.recordings.columns import COLUMNS
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.errors import ArgumentError, InputError
+from expdesign.errors import InputError
 from expdesign.io.kinds import kind_of
-from expdesign.io.nearest import nearest
 from expdesign.io.output import csv_text
 from expdesign.io.schema import Section
 from expdesign.io.table import Table, parse_table, read_table
@@ -27,10 +23,6 @@ from expdesign.io.yaml_reader import YamlDocument, document_from_mapping, read_y
 from expdesign.mechanics.robots.robot import RobotSection
 from expdesign.mechanics.robots.robot_file import RobotFile, robot_from_document
 from expdesign.report.result import PathLike, Result
-
-P = ParamSpec("P")
-R = TypeVar("R")
-
 
 RobotInput = PathLike | Mapping[str, Any] | RobotSection | RobotFile
 ModelInput = PathLike | Model | Result
@@ -134,49 +126,3 @@ def table_of(table: TableInput, name: str) -> Table:
         return parse_table(csv_text(rows.astype(object).where(rows.notna(), "")), name, COLUMNS)
     path = _path(table if rows is None else rows, name, "a path, a frame, or a result that has rows")
     return read_table(path, COLUMNS)
-
-
-_WHOLE = ("int", "int | None")
-_NUMBERS = (*_WHOLE, "float", "float | None")
-"""Annotations of arguments that are numbers."""
-
-
-def named_arguments(function: Callable[P, R]) -> Callable[P, R]:
-    """Answer an unknown keyword with the nearest that the function has, and what is no number where one is needed.
-
-    Raises:
-        TypeError: when it is called with such a keyword.
-        ArgumentError: a keyword that is annotated as a number is none, or is not whole where it has to be.
-    """
-
-    @wraps(function)
-    def called(*args: P.args, **kwargs: P.kwargs) -> R:
-        known = inspect.signature(function).parameters
-        for name, value in kwargs.items():
-            if name not in known:
-                raise TypeError(f"`{function.__name__}` has no argument `{name}`. {nearest(name, known)}")
-            annotation = known[name].annotation
-            wanted = annotation.__name__ if isinstance(annotation, type) else str(annotation)
-            optional = value is None and "None" in wanted
-            if wanted in _NUMBERS and not optional and not isinstance(value, Real):
-                raise ArgumentError(f"{value!r} is not a number", argument=name, remedy="Give one, without quotes.")
-            if wanted in _WHOLE and not optional and not isinstance(value, Integral):
-                if not float(value).is_integer():  # type: ignore[arg-type]
-                    raise ArgumentError(f"{value!r} is not a whole number", argument=name, remedy="Give a whole one.")
-                kwargs[name] = int(value)  # type: ignore[call-overload]
-        return function(*args, **kwargs)
-
-    return called
-
-
-def require_known(value: object, known: Sequence[str], argument: str, noun: str) -> None:
-    """Raise an `ArgumentError` where an argument is none of the known ones."""
-    if value not in known:
-        remedy = f"Choose {', '.join(known[:-1])} or {known[-1]}."
-        raise ArgumentError(f"`{value}` is no {noun}", argument=argument, remedy=remedy)
-
-
-def require_seed(seed: int) -> None:
-    """Raise an `ArgumentError` where random numbers cannot have this seed."""
-    if seed < 0:
-        raise ArgumentError(f"{seed} is not a seed", argument="seed", remedy="Use a whole number of at least 0.")

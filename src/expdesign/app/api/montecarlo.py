@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import replace
-from typing import get_args
+from typing import Annotated
 
+from expdesign.app.api.arguments import Seed, Within
 from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.configuration import Config
 from expdesign.app.api.evaluate import evaluate
-from expdesign.app.api.inputs import TableInput, TruthInput, purpose_of, require_known, require_seed, truth_of
+from expdesign.app.api.inputs import TableInput, TruthInput, purpose_of, truth_of
 from expdesign.app.parallel import Executors, each_of
 from expdesign.assurance.validation.repeated import Drawn, Elsewhere, repeat
 from expdesign.assurance.validation.simulation import Repetitions, VirtualExperiment
 from expdesign.chain.models.model_file import Model
-from expdesign.errors import ArgumentError, InputError
+from expdesign.errors import InputError
 from expdesign.mechanics.elastostatics.measurements import Distribution, LoadedRobot
 from expdesign.mechanics.robots.robot_file import require_same_robot
 from expdesign.planning.plan import Plan
@@ -23,6 +24,9 @@ from expdesign.report.montecarlo_report import MonteCarloResult
 
 MOST_SAMPLES = 5_000_000
 """Repetitions at most, whose samples are all kept in memory."""
+Repeatedly = Annotated[
+    int, Within(f"a number of repetitions from 100 to {MOST_SAMPLES}", "Use e.g. 100000.", 100, MOST_SAMPLES)
+]
 Common = tuple[Plan, int, Distribution]
 """What all batches share: plan, seed and distribution."""
 
@@ -32,8 +36,8 @@ def montecarlo(
     config: Config,
     plan: TableInput,
     *,
-    samples: int = 100_000,
-    seed: int = 1,
+    samples: Repeatedly = 100_000,
+    seed: Seed = 1,
     distribution: Distribution = "normal",
     truth: TruthInput | None = None,
     other_robot: bool = False,
@@ -71,11 +75,6 @@ def montecarlo(
     Command:
         expdesign montecarlo configs/hexapod-h1.yaml results/mine/plan.csv --out results/mine-montecarlo
     """
-    require_known(distribution, get_args(Distribution), "distribution", "distribution of load errors")
-    if not 100 <= samples <= MOST_SAMPLES:
-        what = f"{samples} repetitions are not from 100 to {MOST_SAMPLES}"
-        raise ArgumentError(what, argument="samples", remedy="Use e.g. 100000.")
-    require_seed(seed)
     judged = evaluate(config, plan)
     if judged.unidentified is not None:
         raise judged.unidentified

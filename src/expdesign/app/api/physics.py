@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from expdesign.app.api.inputs import RobotInput, load_robot, named_arguments, purpose_of
+from expdesign.app.api.arguments import named_arguments
+from expdesign.app.api.inputs import RobotInput, load_robot, purpose_of
 from expdesign.chain.models.effect_entry import offered
 from expdesign.report.physics_texts import PhysicsResult
 

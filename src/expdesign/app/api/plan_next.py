@@ -5,11 +5,14 @@ Named so because `next` is a builtin function of Python.
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 import pandas as pd
 
+from expdesign.app.api.arguments import Seed, Within, named_arguments
 from expdesign.app.api.configuration import Config, problem_of
-from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of, require_seed, table_of
+from expdesign.app.api.inputs import TableInput, purpose_of, table_of
 from expdesign.app.api.points_said import say_unknown_columns
 from expdesign.app.api.recorded import correlated, referenced
 from expdesign.arrays import FloatArray
@@ -22,16 +25,17 @@ from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.reader import recordings_from_table, require_measured
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.recordings.references import reference_names
-from expdesign.errors import ArgumentError, NotIdentifiableError
+from expdesign.errors import NotIdentifiableError
 from expdesign.estimation.identify import fitted_rows
 from expdesign.io.table import Table
 from expdesign.planning.plan import Plan, plan_frame, read_plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sequential import identified_so_far, next_measurements, recorded_knowledge, require_readings_of
-from expdesign.report.design_texts import NextResult
+from expdesign.report.plan_results import NextResult
 
 MOST = 24
 """Measurements that are added at most in order to reach an accuracy."""
+_ACCURACY = Within("an accuracy", "Give tolerances, e.g. 0.8.", 0.0, strict=True)
 
 
 @named_arguments
@@ -39,9 +43,9 @@ def plan_next(
     config: Config,
     recordings: TableInput,
     *,
-    count: int | None = None,
-    accuracy: float | None = None,
-    seed: int = 1,
+    count: Annotated[int | None, Within("a number of measurements", "Use at least 1.", 1)] = None,
+    accuracy: Annotated[float | None, _ACCURACY] = None,
+    seed: Seed = 1,
 ) -> NextResult:
     """Plan the next measurements, given what was measured.
 
@@ -63,7 +67,6 @@ def plan_next(
     Command:
         expdesign next configs/hexapod-h1.yaml recordings.csv --out plan-next.csv --accuracy 0.8
     """
-    _require_sensible(count, accuracy, seed)
     purpose = purpose_of("next", config, recordings)
     problem = problem_of(config)
     table = table_of(recordings, "recordings")
@@ -93,16 +96,6 @@ def plan_next(
     return NextResult(
         frame, measured, found.before, found.after, goodness, undetermined, decided, accuracy, purpose=purpose
     )
-
-
-def _require_sensible(count: int | None, accuracy: float | None, seed: int) -> None:
-    if count is not None and count < 1:
-        raise ArgumentError(f"{count} is not a number of measurements", argument="count", remedy="Use at least 1.")
-    require_seed(seed)
-    if accuracy is not None and not 0.0 < accuracy < float("inf"):
-        raise ArgumentError(
-            f"{accuracy:g} is not an accuracy", argument="accuracy", remedy="Give tolerances, e.g. 0.8."
-        )
 
 
 def _assumed_loads(problem: DesignProblem, table: Table, measured: Recordings) -> FloatArray | None:

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import TableInput, TruthInput, named_arguments, purpose_of, table_of, truth_of
+from expdesign.app.api.arguments import named_arguments
+from expdesign.app.api.inputs import TableInput, TruthInput, purpose_of, table_of, truth_of
 from expdesign.app.api.points_said import say_limits, say_unknown_columns
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.assurance.plausibility.finding import say

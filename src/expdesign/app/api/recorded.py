@@ -3,16 +3,15 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from expdesign.app.api.inputs import RobotInput, load_robot, table_of
 from expdesign.app.api.points_said import say_unknown_columns
-from expdesign.arrays import BoolArray, FloatArray
+from expdesign.arrays import BoolArray
 from expdesign.assurance.plausibility.finding import Implausibility, say
 from expdesign.assurance.plausibility.recordings import recordings_findings
-from expdesign.chain.models.drawn import Drawn
 from expdesign.chain.models.estimable import Calibrated
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.recordings.reader import read_several, recordings_from_table, require_measured
@@ -20,12 +19,13 @@ from expdesign.chain.recordings.recordings import DEFLECTIONS, Recordings
 from expdesign.chain.recordings.references import Points, Sharing, with_references
 from expdesign.errors import InputError
 from expdesign.estimation.fit import Fit
-from expdesign.estimation.weighed import WeighedLoads
 from expdesign.mechanics.robots.robot_file import RobotFile
 from expdesign.report.result import PathLike, Result
 
 if TYPE_CHECKING:  # most recordings have no targets, and need not wait for planning
     from expdesign.app.api.configuration import Config
+    from expdesign.diagnosis.result import Diagnosis
+    from expdesign.estimation.identify import Identification
     from expdesign.planning.problem import DesignProblem
 
 RecordingsInput = PathLike | Sequence[PathLike] | pd.DataFrame | Recordings | Result
@@ -117,37 +117,23 @@ def referenced(points: Points, option: bool | None, problem: "DesignProblem | No
 
 
 def recorded_model(
-    fit: Fit,
-    loads: WeighedLoads | None,
-    robot: RobotFile,
-    recordings: Recordings,
-    fitted: BoolArray,
-    reading_deviations: FloatArray,
-    *,
-    birge_ratio: float,
-    verdict: str,
-    drawn: Drawn | None = None,
+    result: "Identification | Diagnosis", found: Fit, robot: RobotFile, fitted: BoolArray, **stated: Any
 ) -> Model:
     """The model of a fit, with what its recordings say of predictions.
 
     Args:
-        fit: parameters and covariance.
-        loads: errors of the recorded loads; None where none are declared.
+        result: of which the fit is.
+        found: parameters and covariance.
         robot: with its file.
-        recordings: of the robot.
         fitted: rows that the fit has seen, shape (N,).
-        reading_deviations: standard deviation of a reading on every measured axis.
-        birge_ratio: by which standard deviations are to be widened.
-        verdict: of the test of fit.
-        drawn: what the recordings do not show of an arm's tip.
+        stated: of the model: its Birge ratio, the verdict of the test of fit (`fit`), what is as drawn.
     """
+    recordings, loads = result.recordings, result.loads
     names = recordings.deviation_columns(robot.robot.coordinates)
     return replace(
-        Model.from_fit(fit, robot.document, recordings.source),
-        birge_ratio=birge_ratio,
-        reading_std=dict(zip(names, reading_deviations.tolist(), strict=True)),
-        fit=verdict,
-        calibrated=Calibrated.of(recordings.rows(fitted), fit.chain.robot, ordered=fit.chain.counts_rows),
-        acting=None if loads is None else loads.at_targets(fit),
-        drawn=drawn,
+        Model.from_fit(found, robot.document, recordings.source),
+        reading_std=dict(zip(names, result.reading_deviations.tolist(), strict=True)),
+        calibrated=Calibrated.of(recordings.rows(fitted), found.chain.robot, ordered=found.chain.counts_rows),
+        acting=None if loads is None else loads.at_targets(found),
+        **stated,
     )

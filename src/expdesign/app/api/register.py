@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import casadi as ca
 import numpy as np
 import pandas as pd
 
-from expdesign.app.api.inputs import RobotInput, TableInput, load_robot, named_arguments, purpose_of, table_of
+from expdesign.app.api.arguments import Within, named_arguments
+from expdesign.app.api.inputs import RobotInput, TableInput, load_robot, purpose_of, table_of
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.recordings.columns import REFERENCE
 from expdesign.chain.recordings.filled_in import unloaded_rows
@@ -32,6 +33,8 @@ from expdesign.mechanics.robots.robot import Robot
 from expdesign.report.recording_texts import RegistrationResult
 from expdesign.report.result import PathLike, filled
 
+_DEVIATION = Within("a standard deviation in m", "Give it in m, e.g. 15e-6.", 0.0, 1.0, strict=True)
+
 
 @named_arguments
 def register(
@@ -40,7 +43,7 @@ def register(
     points: PathLike | Sequence[PathLike],
     *,
     unit: str | None = None,
-    deviation: float | None = None,
+    deviation: Annotated[float | None, _DEVIATION] = None,
     base_frame: bool = False,
     positions: bool = False,
 ) -> RegistrationResult:
@@ -70,9 +73,6 @@ def register(
     table = table_of(plan, "plan")
     table.require(("sequence", "series"))
     sets = _read(points, unit)
-    if deviation is not None and not 0.0 < deviation < 1.0:
-        remedy = "Give it in m, e.g. 15e-6."
-        raise ArgumentError(f"{deviation:g} is not a standard deviation in m", argument="deviation", remedy=remedy)
     unloaded = unloaded_rows(table, machine.coordinates)
     states = matched(table, sets, unloaded)
     purpose = purpose_of("register", robot, plan, points)

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from typing import Annotated, Any
 
+from expdesign.app.api.arguments import Within
 from expdesign.app.api.callbacks import Callback, never, shows_progress, silent
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import purpose_of
 from expdesign.assurance.acceptance.planned import recommended_acceptance, with_recommended
 from expdesign.assurance.model_error.statement import AccuracyStatement, hidden_by_plan
 from expdesign.assurance.model_error.unseen import unseen_by
-from expdesign.errors import ArgumentError, InputError
+from expdesign.errors import InputError
 from expdesign.planning.front import Front
 from expdesign.planning.optimality.certificate import Certificate, LowerBound
 from expdesign.planning.problem import DesignProblem
@@ -30,7 +31,7 @@ def run(
     callback: Callback | None = None,
     progress: bool = False,
     ended: Callable[[], bool] | None = None,
-    seconds: float | None = None,
+    seconds: Annotated[float | None, Within("a time in s", "Use at least 0.", 0.0)] = None,
     searched: Callable[[RunResult], None] | None = None,
 ) -> RunResult:
     """Find the Pareto front of DUIR against FEIR and the recommended plan.
@@ -44,7 +45,7 @@ def run(
         ended: whether a person wants no more; asked before every evaluation of designs and in every round of bounding.
         seconds: time limit of the whole command in seconds, writing included; the best plans so far are kept. Without a
             limit, the same input gives the same front.
-        searched: called with the run as it is before it is bounded, so that its plans can be kept.
+        searched: called with the plans of the run before they are bounded, so that they can be kept.
 
     Raises:
         InputError: the configuration is wrong, or leaves nothing to choose; or the search was ended before any plan
@@ -64,8 +65,6 @@ def run(
 
         expdesign run configs/hexapod-h1.yaml --out results/mine
     """
-    if seconds is not None and seconds < 0.0:
-        raise ArgumentError(f"{seconds:g} s is no time", argument="seconds", remedy="Use at least 0.")
     started = time.perf_counter()
     problem = problem_of(config)
     if problem.space.decisions == 0:
@@ -75,17 +74,15 @@ def run(
     limit = _Limit(seconds, started, ended or never, callback or silent)
     problem, front = spent(problem, search(problem, limit.reported, ended=limit.searching))
     front = with_recommended(problem, front)
-    unbounded = LowerBound(None, "not computed yet")
     purpose = purpose_of("run", config)
-    first = replace(_result(problem, front, unbounded, unbounded, limit.ended), purpose=purpose)
-    (searched or silent)(first)
+    (searched or silent)(RunResult(problem, front, {}, purpose=purpose))
     duir, total = _bounds(problem, front, callback or silent, limit)
     unseen = None if limit.bounding() else unseen_by(problem, front.decisions[front.recommended])
-    result = replace(_result(problem, front, duir, total, limit.ended), purpose=purpose, unseen=unseen)
+    record = _record(problem, front, duir, total, limit.ended)
     if unseen is not None:
-        result.written["unseen"] = unseen.record
-    result.written["wall_s"] = time.perf_counter() - started
-    return result
+        record["unseen"] = unseen.record
+    record["wall_s"] = time.perf_counter() - started
+    return RunResult(problem, front, record, unseen, purpose=purpose)
 
 
 class _Limit:
@@ -130,7 +127,8 @@ _BOUNDING, _WRITING = 2.0, 3.0
 """s of the processor that are kept of a limit for bounds, and for writing."""
 
 
-def _result(problem: DesignProblem, front: Front, duir: LowerBound, total: LowerBound, ended: str) -> RunResult:
+def _record(problem: DesignProblem, front: Front, duir: LowerBound, total: LowerBound, ended: str) -> dict[str, Any]:
+    """The content of `run.json`."""
     record = run_record(problem, front, duir, total)
     record["acceptance"] = acceptance_record(recommended_acceptance(problem, front))
     recommended = problem.assessed(front.decisions[[front.recommended]])
@@ -145,7 +143,7 @@ def _result(problem: DesignProblem, front: Front, duir: LowerBound, total: Lower
         record["plan_ended"] = ends
     if ended:
         record["ended_by_hand"] = ended
-    return RunResult(problem, front, record)
+    return record
 
 
 def _bounds(problem: DesignProblem, front: Front, callback: Callback, limit: _Limit) -> tuple[LowerBound, LowerBound]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from expdesign.app.api.inputs import named_arguments
+from expdesign.app.api.arguments import named_arguments
 from expdesign.app.sweeps.runs import SweepSection
 from expdesign.errors import InputError
 from expdesign.io.nearest import nearest

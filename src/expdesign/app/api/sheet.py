@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from expdesign.app.api.arguments import named_arguments
 from expdesign.app.api.configuration import Config, plan_of, problem_of
-from expdesign.app.api.inputs import TableInput, named_arguments, purpose_of
+from expdesign.app.api.inputs import TableInput, purpose_of
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.recordings import reading_names
 from expdesign.errors import InputError
@@ -61,7 +62,6 @@ def sheet(config: Config, plan: TableInput) -> SheetResult:
         steps.minutes(costs) if costs.known else None,
         before.minutes(costs) if costs.known else None,
         f"Measuring {problem.loaded.robot.name}: {Path(table.source).name}",
-        shared,
         problem.robot_file,
         purpose=purpose_of("sheet", config, plan),
     )

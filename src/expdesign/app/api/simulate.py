@@ -9,19 +9,14 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Sequence
+from itertools import product
 
 import numpy as np
 import pandas as pd
 
+from expdesign.app.api.arguments import Seed, named_arguments
 from expdesign.app.api.configuration import Config, plan_of, problem_of
-from expdesign.app.api.inputs import (
-    TableInput,
-    TruthInput,
-    named_arguments,
-    purpose_of,
-    require_seed,
-    truth_of,
-)
+from expdesign.app.api.inputs import TableInput, TruthInput, purpose_of, truth_of
 from expdesign.arrays import FloatArray
 from expdesign.assurance.model_error.physics import sizes_at_targets
 from expdesign.chain.chain import Chain
@@ -52,7 +47,7 @@ def simulate(
     *,
     model: TruthInput | None = None,
     conceal: str | Sequence[str] = (),
-    seed: int = 1,
+    seed: Seed = 1,
     noise: bool = True,
     load_errors: bool = True,
     other_robot: bool = False,
@@ -85,7 +80,6 @@ def simulate(
     Command:
         expdesign simulate configs/hexapod-h1.yaml plan.csv --out recordings.csv --seed 3
     """
-    require_seed(seed)
     purpose = purpose_of("simulate", config, plan)
     problem = problem_of(config)
     read = plan_of(plan, problem, within=False)
@@ -162,13 +156,13 @@ def _concealed(text: str, problem: DesignProblem, robot: Robot) -> tuple[Effect,
         remedy = "Write e.g. `leg_backlash at leg 4, 5 um`; `expdesign physics ROBOT` lists what can be there."
         raise InputError(f"`{head}` names no place", where=WHERE, remedy=remedy)
     readings = DEFLECTIONS if problem.loaded.regressor.referenced else POSES
-    effects = _at(physics, place, robot)
+    parts = [part for part in parts if part]
+    effects = _at(physics, place, parts, robot)
     if not any(readings in type(effect).measurands for effect in effects):
         what = f"`{physics}` at `{place}` does not show in {readings.name}, which this configuration measures"
         raise InputError(what, where=WHERE, remedy="`expdesign physics ROBOT` says what shows in which readings.")
     effects = [effect for effect in effects if readings in type(effect).measurands]
-    parts = [part for part in parts if part]
-    meant = ((effect, _texts(effect, parts)) for effect in [*_in_form(parts, effects, robot), *effects])
+    meant = ((effect, _texts(effect, parts)) for effect in effects)
     effect, texts = next(((effect, texts) for effect, texts in meant if texts is not None), (None, {}))
     if effect is None:
         forms = ", ".join(dict.fromkeys(f"`{effect.variant}`" for effect in effects if str(effect.variant)))
@@ -179,8 +173,8 @@ def _concealed(text: str, problem: DesignProblem, robot: Robot) -> tuple[Effect,
     return effect, np.array([_value(parameter, effect, texts, problem) for parameter in effect.parameters])
 
 
-def _at(physics: str, place: str, robot: Robot) -> list[Effect]:
-    """The effects of a physics at a component, in all forms."""
+def _at(physics: str, place: str, parts: list[str], robot: Robot) -> list[Effect]:
+    """The effects of a physics at a component: in forms that parts of a text name (`98 newton`), and in all listed."""
     known = effect_classes()
     named = [cls for cls in known if physics in (cls.physics, cls.identifier)]
     if not named:
@@ -196,16 +190,11 @@ def _at(physics: str, place: str, robot: Robot) -> list[Effect]:
         remedy = f"It can be at {places}." if places else f"A {robot.kind} does not have it."
         what = f"`{robot.name}` has no `{place}` at which `{physics}` could be"
         raise InputError(what, where=WHERE, remedy=remedy)
-    return found
-
-
-def _in_form(parts: list[str], effects: list[Effect], robot: Robot) -> list[Effect]:
-    """The effects in forms that are not listed, but known to their class (`98 newton`)."""
-    forms, found = {str(effect.variant) for effect in effects}, []
-    for part in parts:
-        for cls in dict.fromkeys(type(effect) for effect in effects) if part not in forms else ():
-            with contextlib.suppress(ValueError):
-                found.append(cls.from_text(robot, str(effects[0].component), part))
+    forms = {str(effect.variant) for effect in found}
+    others = [part for part in parts if part not in forms]
+    for cls, part in product(dict.fromkeys(type(effect) for effect in found), others):
+        with contextlib.suppress(ValueError):
+            found.insert(0, cls.from_text(robot, place, part))
     return found
 
 

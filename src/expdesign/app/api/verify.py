@@ -6,25 +6,17 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import get_args
+from typing import Annotated
 
 import numpy as np
 
+from expdesign.app.api.arguments import Within, named_arguments
 from expdesign.app.api.configuration import Config, problem_of_robot
-from expdesign.app.api.inputs import (
-    ModelInput,
-    TableInput,
-    document_of,
-    load_model,
-    named_arguments,
-    purpose_of,
-    require_known,
-    table_of,
-)
+from expdesign.app.api.inputs import ModelInput, TableInput, document_of, load_model, purpose_of, table_of
 from expdesign.app.api.recorded import referenced
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.attained import attained_at, compare
-from expdesign.assurance.acceptance.certificate import About, read_about
+from expdesign.assurance.acceptance.certificate import About
 from expdesign.assurance.acceptance.check_measurement import CheckMeasurement, read_check_measurement
 from expdesign.assurance.acceptance.conformity import judge
 from expdesign.assurance.acceptance.verification import Verification
@@ -33,11 +25,12 @@ from expdesign.assurance.plausibility.recordings import recordings_findings
 from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.position import Frame
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.errors import ArgumentError, InputError
+from expdesign.errors import InputError
 from expdesign.estimation.compensation.arm_targets import instrument_of
 from expdesign.estimation.compensation.prediction import after_campaign, require_history, require_regular_points
 from expdesign.estimation.compensation.target_loads import TargetLoads
 from expdesign.estimation.coverage import STANDARD, Coverage
+from expdesign.io.schema import validate
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.result import PathLike
 from expdesign.report.verification_report import VerificationResult
@@ -55,7 +48,7 @@ def verify(
     *,
     config: Config | None = None,
     about: PathLike | Mapping[str, str] | About | None = None,
-    coverage: float | None = None,
+    coverage: Annotated[float | None, Within("a coverage", "Give e.g. 0.95.", 0.0, 1.0, strict=True)] = None,
     shared_reference: bool | None = None,
     other_robot: bool = False,
     frame: Frame = "base",
@@ -88,13 +81,10 @@ def verify(
     Command:
         expdesign verify results/mine/model.yaml check.csv --config configs/hexapod-h1.yaml --out results/verified
     """
-    if coverage is not None and not 0.0 < coverage < 1.0:
-        raise ArgumentError(f"{coverage:g} is not a coverage", argument="coverage", remedy="Give e.g. 0.95.")
     identified = load_model(model)
     robot = identified.chain.robot
     table = table_of(recordings, "recordings")
     require_history(identified, table)
-    require_known(frame, get_args(Frame), "frame", "frame")
     if frame == "instrument":
         instrument_of(identified)  # or a message
     check = read_check_measurement(table, robot, frame)
@@ -115,10 +105,9 @@ def verify(
         say([finding for finding in recordings_findings(read, robot, MISTAKES) if finding.otherwise], read.source)
     judged = judge(check, comparison, problem, chosen, robot, loads)
     result = Verification(comparison, statement, judged, chosen, identified.fit == "refuted")
+    texts = validate(About, document_of(about or {}, "about"))
     hashes = _hashes(model, recordings, config, about)
-    return VerificationResult(
-        identified, check, result, _about(about), hashes, purpose=purpose_of("verify", model, recordings)
-    )
+    return VerificationResult(identified, check, result, texts, hashes, purpose=purpose_of("verify", model, recordings))
 
 
 def _deviations(model: Model, check: CheckMeasurement, loads: TargetLoads, problem: DesignProblem | None) -> FloatArray:
@@ -140,12 +129,6 @@ def _deviations(model: Model, check: CheckMeasurement, loads: TargetLoads, probl
         what += " (the standard deviations are still those of the prediction, which `compensate` wrote)"
     remedy = f"Write those of the instrument into {names}, or give a configuration with them (argument `config`)."
     raise InputError(what, where=check.points.source, remedy=remedy)
-
-
-def _about(about: PathLike | Mapping[str, str] | About | None) -> About:
-    if about is None or isinstance(about, About):
-        return about or About()
-    return read_about(document_of(about, "about"))
 
 
 def _hashes(*inputs: object) -> dict[str, str]:

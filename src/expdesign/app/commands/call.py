@@ -2,7 +2,9 @@
 
 import inspect
 import sys
+import time
 from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,8 +13,9 @@ import typer
 
 import expdesign as xd
 from expdesign.app.api.inputs import purpose_of
+from expdesign.app.commands import BEGUN
 from expdesign.app.commands.spelling import Spelling
-from expdesign.app.commands.terminal import printable
+from expdesign.app.commands.terminal import interruptible, printable
 from expdesign.errors import ExpdesignError
 from expdesign.io.output import json_text, require_writable
 from expdesign.io.written import is_stream, require_free, require_free_names
@@ -60,36 +63,44 @@ class Call:
     given: Mapping[str, Any]
     out: Path | None
 
-    def carried_out(self, **further: Any) -> None:
-        """Do the work, keep the result and say it."""
+    def carried_out(self) -> None:
+        """Do the work, keep the result and say it; Ctrl-C ends a search that asks whether it is `ended`."""
         self.require_free()
-        result = self.result(**further)
-        path = self.kept(result)
+        function = getattr(xd, self.function)
+        parameters = inspect.signature(function).parameters
+        with interruptible(note) if "ended" in parameters else nullcontext() as ended:
+            result = self.result(function, parameters, ended)
+            path = self.kept(result)
         self.say(result, path)
+
+    @property
+    def force(self) -> bool:
+        """Whether files that are there for another purpose are replaced."""
+        return bool(self.given.get("force"))
 
     def require_free(self) -> None:
         """Raise an `InputError` where a file cannot be written, or would replace another."""
         purpose = purpose_of(self.name, *(self.given[name] for name in self.inputs))
-        force = bool(self.given.get("force"))
         files = [self.given.get("record"), self.out]
         if self.out is not None and issubclass(self.kind, FolderResult):
             require_writable(self.out)
-            require_free_names(self.out, self.kind.FILES, purpose, force=force)
+            require_free_names(self.out, self.kind.FILES, purpose, force=self.force)
             files.remove(self.out)
         for file in files:
             if file is not None and not is_stream(file):
-                require_free(file, purpose, force=force)
+                require_free(file, purpose, force=self.force)
                 require_writable(file.parent)
 
-    def result(self, **further: Any) -> Any:
-        """What the function returns; `further` arguments are those that no option gives."""
-        function = getattr(xd, self.function)
-        parameters = inspect.signature(function).parameters
+    def result(self, function: Any, parameters: Mapping[str, inspect.Parameter], ended: Any) -> Any:
+        """What the function returns; the plans of a search are kept as soon as they are known."""
         arguments = {name: value for name, value in self.given.items() if name in parameters}
         for name, written in self.spelling.written.items():
             if name in arguments:
                 arguments[name] = written.read(arguments[name])
-        arguments |= {**self.spelling.always, **further, **({"progress": True} if "progress" in parameters else {})}
+        given = {"progress": True, "ended": ended, "searched": lambda run: run.save_plan(self.out, force=self.force)}
+        arguments |= {**self.spelling.always, **{name: given[name] for name in given if name in parameters}}
+        if arguments.get("seconds", -1.0) >= 0.0:  # what it took to get here counts too
+            arguments["seconds"] = max(0.0, arguments["seconds"] - (time.perf_counter() - BEGUN))
         several = [name for name, one in parameters.items() if one.kind is inspect.Parameter.VAR_POSITIONAL]
         positional = [value for name in several for value in arguments.pop(name, ())]
         try:
@@ -110,7 +121,7 @@ class Call:
         options = {name: value for name, value in self.given.items() if name in ("units", "force")}
         path: Path = result.save(self.out, **options)
         if "record" in self.given:
-            result.save_record(self.given["record"], force=self.given["force"])
+            result.save_record(self.given["record"], force=self.force)
         return path
 
     def say(self, result: Any, path: Path | None = None) -> None:

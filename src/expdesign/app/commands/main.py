@@ -15,8 +15,7 @@ import typer
 from typer.core import TyperGroup
 from typer.main import get_command
 
-from expdesign.app.commands.grouped import GroupedCommand
-from expdesign.app.commands.listed import COMMANDS, listed_commands
+from expdesign.app.commands.help import COMMANDS, GroupedCommand, listed_commands
 from expdesign.app.commands.spelling import Spelling
 from expdesign.app.commands.terminal import encode_anything, printable, terminated_as_interrupted, unwritable_output
 from expdesign.errors import ExpdesignError, InputError

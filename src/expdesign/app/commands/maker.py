@@ -2,26 +2,23 @@
 
 A parameter without a default is an argument of the command, any other an option; callbacks are left out. The class of
 what the function returns says how it is kept: `save` makes `--out` and `--force` (and `--units`), `save_record` makes
-`--record`, and `record` without `save` makes `--json`. What a signature does not say stands in `spelling`. A module of
-this package with the command's name may have a function `command(call)`, which then does the work.
+`--record`, and `record` without `save` makes `--json`. What a signature does not say stands in `spelling`.
 """
 
 import importlib
 import importlib.util
 import inspect
 import re
-import typing
 from collections.abc import Callable, Collection, Sequence
 from enum import StrEnum
 from pathlib import Path
-from types import NoneType
 from typing import Annotated, Any, Literal, get_args, get_origin
 
 import typer
 
+from expdesign.app.api.arguments import choices_of, hints_of, parts_of
 from expdesign.app.commands.call import WRITTEN, Call
-from expdesign.app.commands.docstring import Docstring
-from expdesign.app.commands.listed import function_of
+from expdesign.app.commands.help import Docstring, function_of
 from expdesign.app.commands.spelling import SPELLINGS, Spelling
 from expdesign.io.output import new_folder
 
@@ -35,14 +32,13 @@ _OPTION = re.compile(r"`(\w+)`")
 
 def made(name: str) -> tuple[Callable[..., None], str]:
     """The function that carries out a command, with annotations for typer, and the command's help."""
-    own = _own(name)
     function = function_of(name)
     if function is None:  # what writes files and computes nothing has no function in Python
-        assert own is not None
+        own: Callable[..., None] = importlib.import_module(f"{__package__}.{name}").command
         return own, Docstring.of(own.__doc__).help
     called = getattr(importlib.import_module(f"expdesign.app.api.{function}"), function)
     spelling, docstring = SPELLINGS.get(name, Spelling()), Docstring.of(called.__doc__)
-    hints = typing.get_type_hints(called, localns={"Config": Path, "DesignProblem": Path})
+    hints = hints_of(called)
     kind, parameters = hints.pop("return"), _shown(called, hints, spelling)
     arguments, options = _options(parameters, hints, docstring, spelling)
     kept = _result_options(kind, spelling)
@@ -56,8 +52,7 @@ def made(name: str) -> tuple[Callable[..., None], str]:
         if out is None and spelling.out == "a new one under results/":
             first = given[inputs[0]]
             out = new_folder(first.stem if isinstance(first, Path) else name)
-        call = Call(name, function, spelling, kind, inputs, given, out)
-        (own or Call.carried_out)(call)
+        Call(name, function, spelling, kind, inputs, given, out).carried_out()
 
     command.__annotations__ = {key: annotation for key, (annotation, _) in whole.items()}
     command.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
@@ -69,15 +64,6 @@ def made(name: str) -> tuple[Callable[..., None], str]:
     return command, docstring.help
 
 
-def _own(name: str) -> Callable[..., None] | None:
-    """What the module of the command's name does in the place of the usual."""
-    place = f"{__package__}.{name}"
-    if importlib.util.find_spec(place) is None:
-        return None
-    found: Callable[..., None] = importlib.import_module(place).command
-    return found
-
-
 def _shown(function: Any, hints: dict[str, Any], spelling: Spelling) -> dict[str, inspect.Parameter]:
     """Parameters that are arguments or options."""
     never = {*spelling.hidden, *spelling.always, "progress"}
@@ -86,7 +72,7 @@ def _shown(function: Any, hints: dict[str, Any], spelling: Spelling) -> dict[str
         name: one
         for name, one in parameters.items()
         if name == "executors"
-        or (name not in never and not any(get_origin(part) is Callable for part in _parts(hints[name])))
+        or (name not in never and not any(get_origin(part) is Callable for part in parts_of(hints[name])))
     }
 
 
@@ -159,22 +145,16 @@ def _result_options(kind: Any, spelling: Spelling) -> Options:
     return options
 
 
-def _parts(hint: Any) -> tuple[Any, ...]:
-    """Types of a union, None left out."""
-    parts = get_args(hint) if get_origin(hint) is typing.Union or isinstance(hint, type(int | str)) else (hint,)
-    return tuple(part for part in parts if part is not NoneType)
-
-
 def _kind(hint: Any) -> tuple[Any, bool]:
     """What a person writes for a type (one of its choices where it is a `Literal`), and whether several of it."""
-    parts = _parts(hint)
+    parts = parts_of(hint)
     listed = [part for part in parts if get_origin(part) in (Sequence, Collection, list)]
     several = bool(listed)
-    parts = tuple(part for one in listed for part in _parts(get_args(one)[0])) if listed else parts
+    parts = tuple(part for one in listed for part in parts_of(get_args(one)[0])) if listed else parts
     for kind in (Path, bool, float, int):
         if kind in parts:
             return kind, several
-    choices = [choice for part in parts if get_origin(part) is Literal for choice in get_args(part)]
+    choices = choices_of(parts)
     if choices and str not in parts:
         if not several:
             return Literal[tuple(choices)], several

@@ -28,37 +28,44 @@ class Written:
     repeated: bool = True
 
 
-def ranges(texts: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """`NAME=LOW:HIGH` of each coordinate."""
-    found = {}
-    for text in texts:
-        name, equals, numbers = text.partition("=")
-        low, colon, high = numbers.partition(":")
-        if not equals or not colon:
-            raise InputError(f"`{text}` is not a range", where="--over", remedy="Write e.g. x_mm=-30:30.")
-        if name.strip() in found:
-            raise InputError("a coordinate appears twice", where="--over", remedy="Name each once.")
-        found[name.strip()] = _number(low, "--over"), _number(high, "--over")
-    return found
+def pairs(
+    option: str, noun: str, example: str, read: Callable[[str], Any]
+) -> Callable[[Sequence[str]], dict[str, Any]]:
+    """What reads texts `NAME=VALUE` of an option: a mapping of values by name.
+
+    Args:
+        option: of the command.
+        noun: what a text is that has a name and a value, with its article.
+        example: of such a text.
+        read: the value from its text; None where it is none.
+    """
+
+    def mapping(texts: Sequence[str]) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for text in texts:
+            name, _, value = text.partition("=")
+            if not value or (meant := read(value)) is None:
+                raise InputError(f"`{text}` is not {noun}", where=option, remedy=f"Write e.g. {example}.")
+            if name.strip() in found:
+                raise InputError(f"`{name.strip()}` appears twice", where=option, remedy="Name each once.")
+            found[name.strip()] = meant
+        return found
+
+    return mapping
 
 
-def held(texts: Sequence[str]) -> dict[str, float]:
-    """`NAME=VALUE` of each coordinate."""
-    found = {}
-    for text in texts:
-        name, equals, number = text.partition("=")
-        if not equals:
-            raise InputError(f"`{text}` is not a value", where="--at", remedy="Write e.g. mass_kg=26.5.")
-        found[name.strip()] = _number(number, "--at")
-    return found
-
-
-def _number(text: str, where: str) -> float:
+def number(text: str) -> float | None:
+    """A number; its unit stands in the name that it belongs to."""
     try:
         return float(text)
     except ValueError:
-        remedy = "Write a number; its unit stands in the name (x_mm=-30:30)."
-        raise InputError(f"`{text.strip()}` is not a number", where=where, remedy=remedy) from None
+        return None
+
+
+def ends(text: str) -> tuple[float, float] | None:
+    """`LOW:HIGH`."""
+    low, _, high = map(number, text.partition(":"))
+    return None if low is None or high is None else (low, high)
 
 
 def errors(text: str) -> dict[str, float]:
@@ -83,24 +90,9 @@ def length(text: str) -> float:
     return value
 
 
-def named_files(texts: Sequence[str]) -> dict[str, Path]:
-    """`NAME=FILE` of each plan."""
-    found: dict[str, Path] = {}
-    for text in texts:
-        name, separator, file = text.partition("=")
-        if not separator or not file:
-            remedy = "Write NAME=FILE, e.g. mine=plan.csv."
-            raise InputError(f"`{text}` is no named plan", where="--plan", remedy=remedy)
-        if name.strip() in found:
-            remedy = "Give each plan a name of its own."
-            raise InputError(f"there are two plans `{name.strip()}`", where="--plan", remedy=remedy)
-        found[name.strip()] = Path(file)
-    return found
-
-
-RANGES = Written("As NAME=LOW:HIGH, e.g. x_mm=-30:30; repeatable.", ranges)
-HELD = Written("As NAME=VALUE, e.g. mass_kg=26.5; repeatable.", held)
-NAMED_FILES = Written("As NAME=FILE.csv; repeatable.", named_files)
+RANGES = Written("As NAME=LOW:HIGH, e.g. x_mm=-30:30; repeatable.", pairs("--over", "a range", "x_mm=-30:30", ends))
+HELD = Written("As NAME=VALUE, e.g. mass_kg=26.5; repeatable.", pairs("--at", "a value", "mass_kg=26.5", number))
+NAMED_FILES = Written("As NAME=FILE.csv; repeatable.", pairs("--plan", "a named plan", "mine=plan.csv", Path))
 ERRORS = Written("As text, e.g. '0.01 um, 0.1 urad' (the default).", errors, repeated=False)
 LENGTH = Written("As text, e.g. '15 um'.", length, repeated=False)
 

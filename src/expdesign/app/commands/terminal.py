@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any
 
@@ -58,6 +58,25 @@ def unwritable_output() -> OSError | None:
             os.close(nowhere)
         return error
     return None
+
+
+@contextlib.contextmanager
+def interruptible(note: Callable[[str], None]) -> Iterator[Callable[[], bool]]:
+    """Whether somebody has pressed Ctrl-C, which is noted; who presses it twice ends the program."""
+    pressed = False
+
+    def press(number: int, frame: FrameType | None) -> None:
+        nonlocal pressed
+        if pressed:
+            raise KeyboardInterrupt
+        pressed = True
+        note("ending; the best plans so far are kept. Ctrl-C again ends without them")
+
+    before = signal.signal(signal.SIGINT, press)
+    try:
+        yield lambda: pressed
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @contextlib.contextmanager

@@ -23,7 +23,7 @@ import re
 import sys
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -52,12 +52,7 @@ _DECIDE = (
 def computed_by() -> dict[str, str]:
     """Digest of the code (`code`), and versions of Python, the libraries and installed extensions, by their names."""
     found = {"code": code_digest(), "python": ".".join(map(str, sys.version_info[:2]))}
-    for name in LIBRARIES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = "not installed"
-    return found | extensions()
+    return found | {name: version(name) for name in LIBRARIES} | extensions()
 
 
 def code_digest(root: Path = ROOT) -> str:

@@ -3,11 +3,11 @@
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import Any
+from typing import Annotated, Any
 
-from expdesign.io.schema import Section, validate
-from expdesign.io.yaml_reader import YamlDocument
+from pydantic import BeforeValidator
+
+from expdesign.io.schema import Section
 
 
 class About(Section):
@@ -22,23 +22,8 @@ class About(Section):
     instrument_number: str = ""
     environment: str = ""
     operator: str = ""
-    date: str = ""
+    date: Annotated[str, BeforeValidator(str)] = ""  # YAML reads 2026-03-01 as a date
     remarks: str = ""
-
-
-def read_about(document: YamlDocument) -> About:
-    """The texts of a YAML file or a mapping.
-
-    Raises:
-        InputError: a key is unknown, or a value is no text.
-    """
-    if not isinstance(document.content, dict):
-        raise document.where().fault(
-            "a mapping (`key: value`) is needed here", f"Keys: {', '.join(About.model_fields)}."
-        )
-    # YAML reads 2026-03-01 as a date; on a certificate it is a text.
-    texts = {key: str(value) if key == "date" else value for key, value in document.content.items()}
-    return validate(About, replace(document, content=texts))
 
 
 def certificate_number(record: Mapping[str, Any]) -> str:
