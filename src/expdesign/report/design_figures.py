@@ -8,7 +8,7 @@ from expdesign.planning.criteria.criterion import Criterion, known_criteria
 from expdesign.planning.front import Front
 from expdesign.report import words
 from expdesign.report.blocks import Figure
-from expdesign.report.figures import Trace, axis, bars_across, chart, points
+from expdesign.report.figures import axis, bars_across, chart, points
 
 
 def described(name: str) -> Criterion | type[Criterion]:
@@ -38,20 +38,18 @@ def hover_text(front: Front, design: int) -> str:
 
 def front_figure(front: Front) -> Figure:
     """The front, with the recommended design, the knee and the chosen design marked."""
-    best, middle = front.recommended, front.knee
-    everything = list(range(len(front)))
-    ring = {"color": "var(--ink)", "size": 21, "symbol": "circle-open", "line": {"width": 2.5}}
-
-    def marked(name: str, shade: str, indices: list[int], size: float, symbol: str = "circle") -> Trace:
-        across, up = (front.criteria[criterion][indices] for criterion in plotted(front))
-        return points(name, across, up, shade, size=size, symbol=symbol, **_hovering(front, indices))
-
-    traces = [
-        marked("designs", "design", everything, 9),
-        marked(f"recommended: design {best + 1}", "recommended", [best], 17, "star"),
-        marked(f"knee: design {middle + 1}", "knee", [middle], 12, "diamond"),
-        marked(f"chosen: design {best + 1}", "ink", [best], 21) | {"marker": ring},
-    ]
+    best, middle = front.recommended + 1, front.knee + 1
+    across, up = (front.criteria[name] for name in plotted(front))
+    numbers, texts = list(range(len(front))), [hover_text(front, design) for design in range(len(front))]
+    hover = "%{text}<extra></extra>"
+    traces = [points("designs", across, up, "design", size=9, customdata=numbers, text=texts, hovertemplate=hover)]
+    for name, shade, size, symbol in (
+        (f"recommended: design {best}", "recommended", 17, "star"),
+        (f"knee: design {middle}", "knee", 12, "diamond"),
+        (f"chosen: design {best}", "ink", 21, "circle-open"),
+    ):  # the script places them
+        traces.append(points(name, [], [], shade, size=size, symbol=symbol, hovertemplate=hover))
+    traces[-1]["marker"]["line"] = {"width": 2.5}
     x, y = (criterion_title(name) for name in plotted(front))
     return chart(
         "front", "Front of the designs", traces,
@@ -62,12 +60,6 @@ def front_figure(front: Front) -> Figure:
         "and lets you choose a design with the keyboard.",
         x=x, y=y, showlegend=True,
     )  # fmt: skip
-
-
-def _hovering(front: Front, designs: list[int]) -> Trace:
-    """What points of designs say of themselves."""
-    texts = [hover_text(front, design) for design in designs]
-    return {"customdata": designs, "text": texts, "hovertemplate": "%{text}<extra></extra>"}
 
 
 def plotted(front: Front) -> tuple[str, ...]:
