@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import count
 from pathlib import Path
 from typing import Annotated
 
@@ -76,18 +77,11 @@ def compare(
     }
     given = [_given(problem, plans or {}) for problem in problems]
     total = sum(2 * len(problem.criteria) + random + len(plans or {}) + 2 for problem in problems)
-    done = 0
-
-    def step(text: str) -> None:
-        nonlocal done
-        done += 1
-        (callback or silent)("comparing", done, total, text)
-
-    judgements, bounds = [], []
+    done, judgements, bounds = count(1), [], []
     for problem, name, own in zip(problems, names, given, strict=True):
 
         def at(text: str, name: str = name) -> None:
-            step(f"{name}: {text}")
+            (callback or silent)("comparing", next(done), total, f"{name}: {text}")
 
         each = each_of(problem, executors)
         contenders = [*optimised(problem, seed, generations, at, each), *own]
