@@ -28,7 +28,7 @@ def repeated(errors: bool = True) -> Repeated:
 
 
 def reported(result: Repeated) -> Page:
-    return MonteCarloResult(result, ()).page()
+    return MonteCarloResult(result).page()
 
 
 @cache

@@ -36,12 +36,10 @@ class MonteCarloResult(FolderResult):
 
     Attributes:
         result: the samples and what is compared.
-        remarks: what is doubtful about the plan, in words.
     """
 
     FILES: ClassVar = {"montecarlo.json": "record", **PAGE}
     result: Repeated
-    remarks: tuple[str, ...]
 
     @property
     def criteria(self) -> pd.DataFrame:
@@ -57,8 +55,7 @@ class MonteCarloResult(FolderResult):
             f"predict {words.number(predicted, 4)}."
         )
         agreement = _agreement(self.result)
-        notes = [f"expdesign: {remark}" for remark in self.remarks]
-        return Said(agreement, [error, agreement], notes, self.result.record, [_criteria_table(self.result)])
+        return Said(agreement, [error, agreement], (), self.result.record, [_criteria_table(self.result)])
 
     def page(self) -> Page:
         result, said = self.result, self.said

@@ -33,14 +33,12 @@ class EvaluationResult(Result):
         problem: by which it is judged.
         plan: what is judged.
         assessment: the pieces of every criterion, for a batch of this one design.
-        remarks: what is doubtful about the plan, in words.
         unidentified: the error that says what the plan cannot identify, or None.
     """
 
     problem: DesignProblem
     plan: Plan
     assessment: Assessment
-    remarks: tuple[str, ...]
     unidentified: ExpdesignError | None = None
 
     @property
@@ -65,7 +63,7 @@ class EvaluationResult(Result):
         values = [
             f"{name} {np.nan if record[name] is None else record[name]:.4g}" for name in ("duir", "feir", "total")
         ]
-        notes = [f"expdesign: {remark}" for remark in self.remarks]
+        notes = [] if self.unidentified is None else [f"expdesign: {self.unidentified.message}"]
         return Said(f"{', '.join(values)} tolerances", lines, notes, lambda: record, [table])
 
     @property

@@ -33,12 +33,5 @@ def evaluate(config: Config, plan: TableInput) -> EvaluationResult:
     require_whole_load(read.table, problem.loaded)
     given = without_validation(read.plan, read.table)
     assessment = problem.assess(given.configurations[None], given.loads[None], given.series[None])
-    error = problem.unidentified(assessment, read.table.source)
-    return EvaluationResult(
-        problem,
-        given,
-        assessment,
-        () if error is None else (error.message,),
-        error,
-        purpose=purpose_of("evaluate", config, plan),
-    )
+    unidentified = problem.unidentified(assessment, read.table.source)
+    return EvaluationResult(problem, given, assessment, unidentified, purpose=purpose_of("evaluate", config, plan))

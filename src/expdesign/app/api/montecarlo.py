@@ -95,7 +95,7 @@ def montecarlo(
         elsewhere=elsewhere,
     )
     result = result if model is None else replace(result, truth=model.source)
-    return MonteCarloResult(result, judged.remarks, purpose=purpose_of("montecarlo", config, plan))
+    return MonteCarloResult(result, purpose=purpose_of("montecarlo", config, plan))
 
 
 def _elsewhere(
