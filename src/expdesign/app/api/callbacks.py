@@ -31,11 +31,6 @@ def silent(*reported: object) -> None:
     """Nothing, where nobody listens."""
 
 
-def never() -> bool:
-    """Nobody wants an end."""
-    return False
-
-
 def shows_progress(*titles: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Make the arguments `callback` and `progress` of a function work: with `progress` a bar is shown as well.
 

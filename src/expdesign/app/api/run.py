@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Annotated, Any
 
 from expdesign.app.api.arguments import Within
-from expdesign.app.api.callbacks import Callback, never, shows_progress, silent
+from expdesign.app.api.callbacks import Callback, shows_progress, silent
 from expdesign.app.api.configuration import Config, problem_of
 from expdesign.app.api.inputs import purpose_of
 from expdesign.assurance.acceptance.planned import recommended_acceptance, with_recommended
@@ -71,7 +71,7 @@ def run(
         what = "every pose and every load is fixed, so that there is nothing to choose"
         remedy = "Give an interval or a list of choices; `expdesign evaluate` judges a plan that is given."
         raise InputError(what, where=f"{problem.source}, experiment", remedy=remedy)
-    limit = _Limit(seconds, started, ended or never, callback or silent)
+    limit = _Limit(seconds, started, ended or (lambda: False), callback or silent)
     problem, front = spent(problem, search(problem, limit.reported, ended=limit.searching))
     front = with_recommended(problem, front)
     purpose = purpose_of("run", config)
