@@ -26,6 +26,9 @@ from expdesign.report.comparison_report import ComparisonResult
 
 SAMPLES, RANDOM = 4000, 40
 """Repetitions and random designs where nothing is said."""
+Samples = Annotated[int, Within("a number of repetitions", "Use at least 2.", 2)]
+Drawn = Annotated[int, Within("a number of designs", "Use at least 0.", 0)]
+Generations = Annotated[int | None, Within("a number of generations", "Use at least 1.", 1)]
 
 
 @shows_progress("comparing")
@@ -33,9 +36,9 @@ def compare(
     *configs: Config,
     plans: Mapping[str, TableInput] | None = None,
     separate: bool = False,
-    samples: Annotated[int, Within("a number of repetitions", "Use at least 2.", 2)] = SAMPLES,
-    random: Annotated[int, Within("a number of designs", "Use at least 0.", 0)] = RANDOM,
-    generations: Annotated[int | None, Within("a number of generations", "Use at least 1.", 1)] = None,
+    samples: Samples = SAMPLES,
+    random: Drawn = RANDOM,
+    generations: Generations = None,
     seed: Seed = 1,
     executors: Executors | None = None,
     callback: Callback | None = None,

@@ -25,6 +25,8 @@ from expdesign.report.diagnosis_report import DiagnosisResult
 if TYPE_CHECKING:  # most recordings are diagnosed without targets, and need not wait for planning
     from expdesign.app.api.configuration import Config
 
+Series = Annotated[int, Within("a number of series", "Use at least 1.", 1)]
+
 
 def _read_here(recordings: Recordings) -> Recordings:
     """Complete positions where markers are measured; what an identification fits beside them is named in a warning."""
@@ -61,7 +63,7 @@ def diagnose(
     robot: RobotInput,
     recordings: RecordingsInput,
     *,
-    series: Annotated[int, Within("a number of series", "Use at least 1.", 1)] = 3,
+    series: Series = 3,
     shared_reference: bool | None = None,
     targets: Config | None = None,
     without: Collection[str] = (),

@@ -21,7 +21,7 @@ from expdesign.report.identification_report import IdentificationResult
 if TYPE_CHECKING:  # most recordings are identified without targets, and need not wait for planning
     from expdesign.app.api.configuration import Config
 
-_PRIOR = Within("a standard deviation in %", "Give e.g. 30.", 1e-6, sys.float_info.max)
+Percent = Annotated[float | None, Within("a standard deviation in %", "Give e.g. 30.", 1e-6, sys.float_info.max)]
 """A smaller one would say that nothing has to be identified."""
 
 Frames = Literal["known", "unknown"]
@@ -39,7 +39,7 @@ def identify(
     recordings: RecordingsInput,
     *,
     shared_reference: bool | None = None,
-    prior: Annotated[float | None, _PRIOR] = None,
+    prior: Percent = None,
     targets: Config | None = None,
     calibration: Calibration | None = None,
     frames: Frames = "known",

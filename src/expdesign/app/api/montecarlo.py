@@ -12,7 +12,7 @@ from expdesign.app.api.configuration import Config
 from expdesign.app.api.evaluate import evaluate
 from expdesign.app.api.inputs import TableInput, TruthInput, purpose_of, truth_of
 from expdesign.app.parallel import Executors, each_of
-from expdesign.assurance.validation.repeated import Drawn, Elsewhere, repeat
+from expdesign.assurance.validation.repeated import Drawn, repeat
 from expdesign.assurance.validation.simulation import Repetitions, VirtualExperiment
 from expdesign.chain.models.model_file import Model
 from expdesign.errors import InputError
@@ -83,8 +83,16 @@ def montecarlo(
         own = judged.problem.loaded.robot
         require_same_robot(model.chain.robot, model.source, own, judged.problem.source, confirmed=other_robot)
     real = None if model is None else _truth(judged.problem, model)
-    common = (judged.plan, seed, distribution)
-    elsewhere = None if executors is None else _elsewhere(judged.problem, executors, common, model, callback or silent)
+    common, report = (judged.plan, seed, distribution), callback or silent
+
+    def done(batches: list[Drawn]) -> list[Repetitions]:
+        found: dict[int, Repetitions] = {}
+        report("repeating", 0, len(batches), "")
+        for index, batch in each_of(judged.problem, executors)(_batch, [(drawn, common, model) for drawn in batches]):
+            found[index] = batch
+            report("repeating", len(found), len(batches), "")
+        return [found[index] for index in range(len(batches))]
+
     result = repeat(
         judged.problem,
         judged.plan,
@@ -92,26 +100,10 @@ def montecarlo(
         seed,
         distribution=distribution,
         truth=real,
-        elsewhere=elsewhere,
+        elsewhere=done,
     )
     result = result if model is None else replace(result, truth=model.source)
     return MonteCarloResult(result, purpose=purpose_of("montecarlo", config, plan))
-
-
-def _elsewhere(
-    problem: DesignProblem, executors: Executors, common: Common, truth: Model | None, callback: Callback
-) -> Elsewhere:
-    """Batches by executors."""
-
-    def elsewhere(batches: list[Drawn]) -> list[Repetitions]:
-        found: dict[int, Repetitions] = {}
-        callback("repeating", 0, len(batches), "")
-        for index, batch in each_of(problem, executors)(_batch, [(drawn, common, truth) for drawn in batches]):
-            found[index] = batch
-            callback("repeating", len(found), len(batches), "")
-        return [found[index] for index in range(len(batches))]
-
-    return elsewhere
 
 
 def _batch(problem: DesignProblem, drawn: Drawn, common: Common, truth: Model | None) -> Repetitions:

@@ -35,7 +35,8 @@ from expdesign.report.plan_results import NextResult
 
 MOST = 24
 """Measurements that are added at most in order to reach an accuracy."""
-_ACCURACY = Within("an accuracy", "Give tolerances, e.g. 0.8.", 0.0, strict=True)
+Count = Annotated[int | None, Within("a number of measurements", "Use at least 1.", 1)]
+Accuracy = Annotated[float | None, Within("an accuracy", "Give tolerances, e.g. 0.8.", 0.0, strict=True)]
 
 
 @named_arguments
@@ -43,8 +44,8 @@ def plan_next(
     config: Config,
     recordings: TableInput,
     *,
-    count: Annotated[int | None, Within("a number of measurements", "Use at least 1.", 1)] = None,
-    accuracy: Annotated[float | None, _ACCURACY] = None,
+    count: Count = None,
+    accuracy: Accuracy = None,
     seed: Seed = 1,
 ) -> NextResult:
     """Plan the next measurements, given what was measured.

@@ -33,7 +33,9 @@ from expdesign.mechanics.robots.robot import Robot
 from expdesign.report.recording_texts import RegistrationResult
 from expdesign.report.result import PathLike, filled
 
-_DEVIATION = Within("a standard deviation in m", "Give it in m, e.g. 15e-6.", 0.0, 1.0, strict=True)
+Deviation = Annotated[
+    float | None, Within("a standard deviation in m", "Give it in m, e.g. 15e-6.", 0.0, 1.0, strict=True)
+]
 
 
 @named_arguments
@@ -43,7 +45,7 @@ def register(
     points: PathLike | Sequence[PathLike],
     *,
     unit: str | None = None,
-    deviation: Annotated[float | None, _DEVIATION] = None,
+    deviation: Deviation = None,
     base_frame: bool = False,
     positions: bool = False,
 ) -> RegistrationResult:

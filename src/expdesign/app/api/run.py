@@ -23,6 +23,8 @@ from expdesign.planning.spending import spent, what_ends
 from expdesign.report.acceptance_texts import acceptance_record
 from expdesign.report.design_report import RunResult
 
+Seconds = Annotated[float | None, Within("a time in s", "Use at least 0.", 0.0)]
+
 
 @shows_progress("searching", "bounding")
 def run(
@@ -31,7 +33,7 @@ def run(
     callback: Callback | None = None,
     progress: bool = False,
     ended: Callable[[], bool] | None = None,
-    seconds: Annotated[float | None, Within("a time in s", "Use at least 0.", 0.0)] = None,
+    seconds: Seconds = None,
     searched: Callable[[RunResult], None] | None = None,
 ) -> RunResult:
     """Find the Pareto front of DUIR against FEIR and the recommended plan.

@@ -30,6 +30,8 @@ MOST_NODES = 50_000
 ERROR = {"length": 1e-8, "angle": 1e-7}
 """m, rad."""
 
+Nodes = Annotated[int, Within("a number of nodes", "Use at least 2.", 2)]
+
 
 @named_arguments
 def table(
@@ -38,7 +40,7 @@ def table(
     at: Mapping[str, float] | None = None,
     *,
     error: Mapping[str, float] = ERROR,
-    nodes: Annotated[int, Within("a number of nodes", "Use at least 2.", 2)] = MOST_NODES,
+    nodes: Nodes = MOST_NODES,
     seed: Seed = 1,
 ) -> CorrectionTableResult:
     """Tabulate corrections of commands, as CSV and as a file of C99, with the error of interpolation stated.

@@ -40,6 +40,8 @@ SAME = 1e-6
 MISTAKES = 100.0
 """Factor by which another reading must reduce the misfit: few rows, of a robot that is off by what it deflects."""
 
+Share = Annotated[float | None, Within("a coverage", "Give e.g. 0.95.", 0.0, 1.0, strict=True)]
+
 
 @named_arguments
 def verify(
@@ -48,7 +50,7 @@ def verify(
     *,
     config: Config | None = None,
     about: PathLike | Mapping[str, str] | About | None = None,
-    coverage: Annotated[float | None, Within("a coverage", "Give e.g. 0.95.", 0.0, 1.0, strict=True)] = None,
+    coverage: Share = None,
     shared_reference: bool | None = None,
     other_robot: bool = False,
     frame: Frame = "base",
