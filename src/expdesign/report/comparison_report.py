@@ -1,5 +1,6 @@
 """What `compare` returns and its page: which criterion's design is accurate, and how well each predicts it."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import ClassVar
@@ -42,6 +43,9 @@ from expdesign.report.said import Said
 
 _WORDS = ("Design by X", "Attained", "Tolerance", "DUIR", "FEIR", "total", "O1 to O5", "O_TP, O_MV", "Rank correlation",
           "Random designs")  # fmt: skip
+
+_NO_FILE = re.compile(r"[^\w.-]")
+"""Characters of a configuration's name that stand in no name of a file."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -109,7 +113,7 @@ class ComparisonResult(FolderResult):
     def optimised(self) -> dict[str, pd.DataFrame]:
         """The plans that are best by a criterion, by the names of their files."""
         return {
-            f"plan-{_file_name(name)}-{contender.name}.csv": self.plan(name, contender.name)
+            f"plan-{_NO_FILE.sub('-', name)}-{contender.name}.csv": self.plan(name, contender.name)
             for name, judgement in zip(self.names, self.judgements, strict=True)
             for contender in judgement.contenders
             if contender.origin == "optimised"
@@ -128,10 +132,6 @@ class ComparisonResult(FolderResult):
         robots = ", ".join(dict.fromkeys(judgement.problem.loaded.robot.name for judgement in judgements))
         count = words.count(sum(len(judgement.contenders) for judgement in judgements), "design")
         return Page("Comparison of criteria", f"{robots}; {count} of {', '.join(names)}", sections)
-
-
-def _file_name(name: str) -> str:
-    return "".join(character if character.isalnum() or character in "-_." else "-" for character in name)
 
 
 def agreement(judgement: Judgement) -> list[str]:

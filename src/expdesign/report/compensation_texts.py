@@ -63,7 +63,10 @@ class CompensationResult(TableResult):
     @property
     def said(self) -> Said:
         translations = self.robot.coordinates.translations
-        summary = _largest(self.corrections, translations)
+        size, known = _sizes(self.corrections, translations, list(range(len(self.sequence))))
+        summary = f"largest correction {', '.join(size)}; expected U {', '.join(known)}"
+        if outside := sum(bool(row) for row in self.corrections.beyond):
+            summary += f"; {outside} of {len(self.sequence)} targets beyond what was calibrated"
         more = len(self.sequence) - _MOST_LINES
         lines = [*([f"({more} smaller corrections are in the file)"] if more > 0 else []), summary, *self.scope]
         tables = [_table(self.corrections, self.sequence, translations)]
@@ -178,14 +181,6 @@ def _table(corrections: Corrections, sequence: list[int], translations: int) -> 
         beyond = "; ".join(map(str, corrections.beyond[row])) or "-"
         rows.append([str(sequence[row]), ", ".join(size), ", ".join(known), beyond])
     return table_of("corrections", "", ["Target", "Correction", "U (k = 2)", "Beyond what was calibrated"], rows)
-
-
-def _largest(corrections: Corrections, translations: int) -> str:
-    """The largest correction and the largest uncertainty."""
-    size, known = _sizes(corrections, translations, list(range(len(corrections.translation))))
-    text = f"largest correction {', '.join(size)}; expected U {', '.join(known)}"
-    outside = sum(bool(row) for row in corrections.beyond)
-    return text + (f"; {outside} of {len(corrections.beyond)} targets beyond what was calibrated" if outside else "")
 
 
 def _sizes(corrections: Corrections, translations: int, rows: list[int]) -> tuple[list[str], list[str]]:

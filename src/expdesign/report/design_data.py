@@ -89,11 +89,6 @@ def _stated(found: Deviations, part: slice) -> str:
     return words.listed(list(texts)) if texts else ""
 
 
-def plan_headings(plan: pd.DataFrame) -> list[tuple[str, str]]:
-    """Name and unit of the columns of a plan as they are shown."""
-    return [(words.plan_column(str(name)).title, words.plan_column(str(name)).unit) for name in plan.columns]
-
-
 def plan_cells(plan: pd.DataFrame) -> list[list[str]]:
     """Rows of a plan as they are shown: lengths and angles to 0.001 mm and 0.001 mrad (joints: 0.001°)."""
     shown = []
@@ -135,7 +130,7 @@ def design_data(
     """Everything that the page's script needs, for all designs."""
     view, forces = _view(problem, front)
     covariances = target_covariances(assessment)
-    compliances = error_maps.packed_compliances(assessment)
+    noise, load_errors = assessment.parameter_covariance
     plans = plans_frame(problem, front)
     rows_of = np.split(np.arange(len(plans)), np.flatnonzero(np.diff(plans["design"])) + 1)
     plans = plans.drop(columns="design")
@@ -162,7 +157,7 @@ def design_data(
                 "ellipseTable": ellipses[design],
                 "deviationsText": deviations[design],
                 "criteria": criteria_cells(front, design),
-                "compliance": compliances[design],
+                "compliance": error_maps.packed(noise[design] + load_errors[design]),
             }
         )
     names = dict.fromkeys(shown_criteria(front))
@@ -173,7 +168,7 @@ def design_data(
         "objectives": front.objectives if len(front.objectives) > 1 else plotted(front),
         "choosing": len(front.objectives) > 2,
         "criteria": {name: {"values": front.criteria[name], "title": criterion_title(name)} for name in names},
-        "columns": plan_headings(plans),
+        "columns": [(column.title, column.unit) for column in map(words.plan_column, plans.columns)],
         "budget": {
             "rows": [[t + 1, budget.axes[i], budget.tolerance[t, i]] for t, i in np.ndindex(budget.matters.shape)],
             "bars": np.flatnonzero(budget.matters),

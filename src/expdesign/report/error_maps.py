@@ -12,7 +12,6 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.assurance.acceptance.budget import UncertaintyBudget
 from expdesign.planning.accuracy_map import AccuracyMap
-from expdesign.planning.criteria.assessment import Assessment
 from expdesign.planning.criteria.error_ellipses import TargetCovariances, ellipse_scale, principal_axes
 from expdesign.planning.problem import DesignProblem
 from expdesign.report import words
@@ -150,12 +149,6 @@ def map_views(problem: DesignProblem, maps: list[AccuracyMap]) -> list[dict[str,
             }
         )
     return charts
-
-
-def packed_compliances(assessment: Assessment) -> list[str]:
-    """The covariance of the compliances of every design, packed."""
-    noise, load = assessment.parameter_covariance
-    return [packed(covariance) for covariance in noise + load]
 
 
 def packed(matrices: FloatArray, *, doubled: bool = False) -> str:

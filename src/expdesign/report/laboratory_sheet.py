@@ -85,7 +85,9 @@ class SheetResult(RowsResult, FolderResult):
         columns = [str(name) for name in frame.columns]
         shown = [name for name in columns if name not in _HIDDEN and not _DEVIATION.fullmatch(name.split("_")[0])]
         texts = {name: [_text(name, cell) for cell in frame[name]] for name in shown}
-        poses, loads = _set_points(columns)
+        set_points = columns[columns.index("series") + 1 : columns.index("do")]  # tilts of the base among them
+        loads = [name for name in set_points if _LOAD.fullmatch(name.split("_")[0])]
+        poses = [name for name in set_points if name not in loads]
         same = [name for name in (*poses, *loads) if len(set(texts[name])) == 1 and len(frame) > 1]
         names = [name for name in shown if name not in same]
         constant = ", ".join(f"{_headed(name)} {texts[name][0]}" for name in same)
@@ -114,13 +116,6 @@ class SheetResult(RowsResult, FolderResult):
             InputError: a unit is unknown, or the folder cannot be written.
         """
         return self._write(Path(folder), self.files(Path(folder), units), force=force)
-
-
-def _set_points(columns: list[str]) -> tuple[list[str], list[str]]:
-    """Columns of the pose, tilts of the base among them, and of the load, between `series` and `do`."""
-    between = columns[columns.index("series") + 1 : columns.index("do")]
-    loads = [name for name in between if _LOAD.fullmatch(name.split("_")[0])]
-    return [name for name in between if name not in loads], loads
 
 
 def _cell(texts: list[str], index: int, *, blank: bool, key: str) -> dict[str, str]:

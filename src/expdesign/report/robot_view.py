@@ -102,11 +102,6 @@ def labels(robot: Robot, drawing: Drawing) -> dict[str, FloatArray]:
     return places
 
 
-def marker_places(robot: Robot, drawing: Drawing, rotation: FloatArray) -> dict[str, FloatArray]:
-    """Known markers in O (m), shapes (s, d)."""
-    return {name: drawing.origin + (rotation @ place) for name, place in robot.markers.items()}
-
-
 def view_data(robot: Robot, states: RobotStates, concerned: Sequence[str] = ()) -> dict[str, Any]:
     """The states as data for `robot_view.js`: points as flat lists, and the paths between them.
 
@@ -123,13 +118,14 @@ def view_data(robot: Robot, states: RobotStates, concerned: Sequence[str] = ()) 
     size = _size(drawing)
     largest = float(np.linalg.norm(states.force, axis=-1).max())
     tip = states.contact + states.force * (_ARROW * size / (largest or 1.0))
-    named, markers = labels(robot, drawing), marker_places(robot, drawing, states.rotation)
+    named = labels(robot, drawing)
+    markers = {name: drawing.origin + (states.rotation @ place) for name, place in robot.markers.items()}
     further = [drawing.origin, states.contact, tip, *named.values(), *markers.values()]
     whole = np.concatenate([drawing.points, np.stack(further, axis=-2)], axis=-2)
     return {
         "dimension": dimension,
         "size": size,
-        "moving": moving_part(robot),
+        "moving": "tip" if robot.jointed else "platform",
         # Tips of an arm are so far apart that the arm would be small beside them.
         "ghosts": not robot.jointed,
         "parts": [{"name": part.name, "role": part.role, "paths": part.paths} for part in drawing.parts],
@@ -149,11 +145,6 @@ def view_data(robot: Robot, states: RobotStates, concerned: Sequence[str] = ()) 
 def _size(drawing: Drawing) -> float:
     """Largest extent of the drawing in any of its states (m)."""
     return float(np.linalg.norm(np.ptp(drawing.points, axis=-2), axis=-1).max()) or 1.0
-
-
-def moving_part(robot: Robot) -> str:
-    """What moves under the load: the `tip` of a robot with links, else the `platform`."""
-    return "platform" if not robot.jointed else "tip"
 
 
 def view_figure(id: str, dimension: int, title: str, caption: str, height: int) -> Figure:

@@ -101,11 +101,6 @@ class SavedResult(Result):
         return self.model
 
 
-def _from(folder: Path, name: str) -> str:
-    """A path relative to a folder as seen from here; the name of what is no file stays."""
-    return str((folder / name).resolve()) if (folder / name).exists() else name
-
-
 def open_result(folder: PathLike) -> SavedResult:
     """Read what `save`, or a command with `--out`, wrote into a folder.
 
@@ -128,10 +123,12 @@ def open_result(folder: PathLike) -> SavedResult:
     names = [name for name, entry in written.items() if entry["command"] == about["command"]]
     found = [place / name for name in names if (place / name).exists()]
     records = [path for path in found if path.suffix == ".json"]
+    # Inputs are named relative to the folder; the name of what is no file stays.
+    inputs = tuple(str((place / one).resolve()) if (place / one).exists() else one for one in about["inputs"])
     return SavedResult(
         place,
         json.loads(read_text(records[0])) if records else {},
         {path.stem: numeric(read_table(path, COLUMNS).frame) for path in found if path.suffix == ".csv"},
         read_model(place / MODEL) if MODEL in names and (place / MODEL).exists() else None,
-        purpose=Purpose(about["command"], tuple(_from(place, name) for name in about["inputs"])),
+        purpose=Purpose(about["command"], inputs),
     )
