@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
@@ -79,7 +80,8 @@ def test_a_reference_pose_makes_a_protocol(tmp_path: Path) -> None:
 def test_no_bound_of_the_total_is_below_that_of_its_part(monkeypatch: pytest.MonkeyPatch) -> None:
     """The relaxation of DUIR may be the closer one, and DUIR is a part of every plan's total."""
     bounds = {0.0: LowerBound(1e-3, "of DUIR"), 1.0: LowerBound(5e-4, "of total")}
-    monkeypatch.setattr("expdesign.app.api.run.lower_bound", lambda problem, errors, *rest: bounds[errors])
+    found = {errors: SimpleNamespace(bound=lambda *rest, errors=errors: bounds[errors]) for errors in bounds}
+    monkeypatch.setattr("expdesign.app.api.run.Certificate", lambda problem, errors: found[errors])
     record = xd.run(problem(BIPOD)).record
     assert record["total_lower_bound"] == record["duir_lower_bound"] == 1e-3
 
