@@ -130,7 +130,7 @@ def test_the_header_says_ranges_units_and_errors(folder: Path) -> None:
     [
         (("--over", "x_mm=20:-20", "--at", "mass_kg=5"), "the range of x_m from 0.02 to -0.02 is empty"),
         (("--over", "x_mm=-2", "--at", "mass_kg=5"), "`x_mm=-2` is not a range"),
-        (("--over", "x_mm=a:2", "--at", "mass_kg=5"), "`a` is not a number"),
+        (("--over", "x_mm=a:2", "--at", "mass_kg=5"), "`x_mm=a:2` is not a range"),
         (("--over", "w_mm=1:2", "--at", "mass_kg=5"), "unknown coordinate `w_mm`"),
         (("--over", "x_mrad=1:2", "--at", "mass_kg=5"), "`x` is a length"),
         (("--over", "x_mm=1:2", "--at", "x_m=5"), "x_m is both varied and held"),
