@@ -510,18 +510,18 @@ OPTIONS = [
         (f"{SIMULATED} --seed -1", "--seed"),
         (f"{PREDICTED} --units mm,furlong", "--units: unknown unit `furlong`"),
         (f"{REPEATED} --distribution cauchy", "--distribution: `cauchy` is not one of `normal`, `uniform`"),
-        (f"{REPEATED} --samples 3", "3 repetitions"),
+        (f"{REPEATED} --samples 3", "3 is not a number of repetitions from 100"),
         (f"{REPEATED} --seed -1", "-1 is not a seed"),
         (f"{DIAGNOSED} --series 0", "--series: 0 is not a number of series"),
         ("compare config.yaml --out out --plan a=plan.csv --plan a=plan.csv", "`a` appears twice"),
-        ("compare config.yaml --out out --generations 0", "--generations: 0 is too small"),
+        ("compare config.yaml --out out --generations 0", "--generations: 0 is not a number of generations"),
         ("compare config.yaml --out out --plan duir=x.csv", "--plan: `duir` is the name of a criterion"),
         *(
             (f"{command} --workers {workers}", "--workers")
             for command in ("compare config.yaml --out out", REPEATED, "sweep sweep.yaml --out out")
             for workers in ("0", "2 --cluster tcp://localhost:1")
         ),
-        ("run config.yaml --out out --seconds -1", "--seconds: -1 s is no time"),
+        ("run config.yaml --out out --seconds -1", "--seconds: -1 is not a time in s"),
         ("new hexpod --out out", "Did you mean `hexapod`?"),
         ("schema config", "Did you mean `configuration`?"),
     )

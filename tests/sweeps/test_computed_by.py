@@ -59,7 +59,7 @@ def test_whatever_a_run_imports_counts() -> None:
     [
         ("planning/search.py", "MOST_GENERATIONS = 2000", "MOST_GENERATIONS = 2001"),
         ("planning/criteria/accuracy.py", "class ", "ADDED = 1\n\n\nclass "),
-        ("app/api/run.py", "seconds: float | None = None", "seconds: float | None = 1.0"),
+        ("app/api/run.py", "seconds: Seconds = None", "seconds: Seconds = 1.0"),
     ],
 )
 def test_code_that_decides_about_numbers_counts(copied: Path, name: str, before: str, after: str) -> None:
