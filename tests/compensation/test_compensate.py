@@ -51,8 +51,6 @@ def test_the_predicted_pose_under_load_is_the_target(name: str) -> None:
     prediction = predict(model, moved(targets, found.commands, made.robot))
     np.testing.assert_allclose(found.commands + prediction.deflections, made.poses, atol=1e-13)
     np.testing.assert_allclose(found.deviations, predict(model, targets).deviations, rtol=1e-12)
-    assert found.residual <= 1e-13
-    assert found.iterations < 12
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from expdesign.chain.recordings.reader import recordings_from_table
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
 from expdesign.estimation.arm import calibrate
-from expdesign.estimation.arm_options import ArmOptions, Loss
+from expdesign.estimation.arm_options import Loss
 from expdesign.estimation.remarks import BlindPoses, GenerousNoise, NoiseBeyondStated
 from expdesign.mechanics.robots.kinematic_tree import KinematicTree
 from expdesign.mechanics.robots.robot_file import read_robot
@@ -317,8 +317,8 @@ def test_intervals_cover_the_truth() -> None:
     assert isinstance(robot, SerialRobot)
     rows = recordings_of(measured(120))
     effect = CalibratedGeometryError(robot, GEOMETRY)
-    generator, options = np.random.default_rng(11), ArmOptions()
-    start = calibrate(robot, rows, "both", options)
+    generator = np.random.default_rng(11)
+    start = calibrate(robot, rows, "both")
     reading = start.fit.chain.reading
     chain = Chain(robot, (effect,), reading=reading)
     kept = [int(i) for i in start.minimal.kept if i >= chain.base]
@@ -331,7 +331,7 @@ def test_intervals_cover_the_truth() -> None:
             size = 4e-4 if name.endswith("_m") else 1.5e-3 if "_offset_" in name else 8e-4
             truth[index] = generator.normal(0.0, size)
         read = chain.predict(row_data(rows, robot), truth) + NOISE * generator.standard_normal(rows.deflections.shape)
-        found = calibrate(robot, replace(rows, deflections=read), "both", options)
+        found = calibrate(robot, replace(rows, deflections=read), "both")
         deviation = np.sqrt(np.diag(found.fit.covariance))
         told = [i for i in [*range(chain.compliances), *kept] if found.told_apart[i]]
         inside += int((np.abs(found.fit.values - truth)[told] <= 1.96 * deviation[told]).sum())

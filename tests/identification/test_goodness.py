@@ -22,7 +22,7 @@ from expdesign.diagnosis.dispersion import statement
 from expdesign.diagnosis.frame import framed
 from expdesign.diagnosis.stages import unheard
 from expdesign.diagnosis.verdict import within_noise
-from expdesign.estimation.goodness import FIT, StatementOfFit
+from expdesign.estimation.goodness import REFUTED, StatementOfFit, allows
 from expdesign.estimation.identify import identify
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.mechanics.robots.robot_file import read_robot
@@ -286,11 +286,11 @@ ROOT = Path(expdesign.__file__).parent
 
 @pytest.mark.parametrize("dof", [3, 40, 400])
 def test_at_the_threshold_all_say_the_same(dof: int) -> None:
-    limit = float(chi2.isf(FIT.refuted, dof))
+    limit = float(chi2.isf(REFUTED, dof))
     for value in (0.999 * limit, 1.001 * limit):
         refuted = StatementOfFit.of_chi2(value, dof).refuted
         assert refuted == (value > limit)
-        assert FIT.allows(value, dof) is not refuted
+        assert allows(value, dof) is not refuted
         assert within_noise((value, dof)) is not refuted
 
 

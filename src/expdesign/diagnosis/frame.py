@@ -28,7 +28,7 @@ from expdesign.errors import InputError
 from expdesign.estimation.arm import ArmCalibration, identified_by
 from expdesign.estimation.estimability import CORRECT_ROW
 from expdesign.estimation.fit import Data, Fit, fit
-from expdesign.estimation.goodness import FIT, StatementOfFit
+from expdesign.estimation.goodness import StatementOfFit, allows
 from expdesign.estimation.identify import fitted_rows
 from expdesign.estimation.load_errors import DeclaredLoadErrors, load_columns
 from expdesign.estimation.noise_level import NoiseLevel, noise_from_replicates, noise_from_residuals
@@ -86,7 +86,7 @@ class Frame:
     def loads_account_for_it(self) -> bool:
         """Whether the base model is refuted, but not where the loads have the errors that are declared."""
         exact = self.before.without_load_errors
-        return exact is not None and not self.before.refuted and not FIT.allows(exact, self.before.dof)
+        return exact is not None and not self.before.refuted and not allows(exact, self.before.dof)
 
     @cached_property
     def dictionary(self) -> Dictionary:

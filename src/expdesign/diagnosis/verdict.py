@@ -14,7 +14,7 @@ from expdesign.diagnosis.held_out import HeldOut
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.possible import at_limit
-from expdesign.estimation.goodness import FIT, StatementOfFit
+from expdesign.estimation.goodness import StatementOfFit, allows
 
 
 def verdict_without(statement: StatementOfFit) -> str:
@@ -57,7 +57,7 @@ def doubt(names: Names, model: NamedModel, before: tuple[float, int], after: tup
 
 def within_noise(after: tuple[float, int]) -> bool:
     """Whether χ² (with its degrees of freedom) is that of noise."""
-    return FIT.allows(*after)
+    return allows(*after)
 
 
 def fits(before: tuple[float, int], after: tuple[float, int]) -> bool:

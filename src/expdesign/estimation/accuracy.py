@@ -12,6 +12,7 @@ from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data
+from expdesign.estimation.arm_problem import ArmProblem
 from expdesign.estimation.groups import Priors, with_groups
 
 _MILLI = 1e-3
@@ -100,20 +101,16 @@ def nominal_start(chain: Chain, recordings: Recordings) -> FloatArray:
     if not np.isfinite(chain.robot.stiffness).all():
         start[: plain.compliances] = 0.0
     train = recordings.rows(~recordings.test)
-    rows, seen = row_data(train, chain.robot), np.isfinite(train.deflections)
-
-    def linearised(values: FloatArray) -> tuple[FloatArray, FloatArray]:
-        whole = np.concatenate([start[: plain.compliances], values])
-        predicted, slopes = plain.predict_with_sensitivities(rows, whole)
-        residuals = (train.deflections - predicted[:, train.axes])[seen] / _MILLI
-        return residuals, slopes[:, train.axes][seen][:, own] / _MILLI
-
+    problem, deviations = (
+        ArmProblem(plain, train, row_data(train, chain.robot), own),
+        np.full(train.deflections.shape, _MILLI),
+    )
     if len(own):
         spreads = np.array([plain.parameters[index].spread for index in own])
         free = np.full(len(own), -1, dtype=np.int64)
         low, high = plain.bounds()
         wide = Priors(np.zeros(len(own)), np.minimum(spreads, 1e3), free, low[own], high[own])
-        start = np.concatenate([start[: plain.compliances], with_groups(linearised, wide, start[own]).values])
+        start[own] = with_groups(lambda at: problem.linearised(at, deviations, start), wide, start[own]).values
     return start
 
 

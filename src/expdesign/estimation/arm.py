@@ -35,7 +35,9 @@ from expdesign.estimation.accuracy import Accuracies, accuracies, nominal_readin
 from expdesign.estimation.arm_noise import ArmNoise, Settled
 from expdesign.estimation.arm_options import ArmOptions, Further
 from expdesign.estimation.arm_problem import (
+    ANGLE,
     GROUPS,
+    LENGTH,
     ArmProblem,
     Level,
     beyond_manufacture,
@@ -56,6 +58,10 @@ from expdesign.mechanics.elastostatics.calibration import Calibration
 from expdesign.mechanics.minimal_set import MinimalSet
 from expdesign.mechanics.robots.robot import Robot
 
+_DETERMINED = 0.5
+"""Part of its deviation beforehand that a parameter keeps at most where the rows tell it apart."""
+_FOLDS = 5
+"""Of the cross-validation where no rows are marked `test`."""
 _HIDDEN = 0.3
 """Standard deviations by which a parameter moves all readings together, at its size beforehand, that do not show it."""
 
@@ -74,7 +80,6 @@ class ArmCalibration:
         labels: of all parameters of the chain, for people.
         minimal: which of them are identified.
         redundant: the others as combinations of them.
-        beforehand: their standard deviations before the rows were read, as the rows made them, shape (p,).
         sizes: of all parameters before the rows were read, those of a kind as the rows size them, shape (p,).
         told_apart: parameters that the rows determine one by one, shape (p,).
         accuracy: before and after.
@@ -93,7 +98,6 @@ class ArmCalibration:
     labels: list[str]
     minimal: MinimalSet
     redundant: list[Redundant]
-    beforehand: FloatArray
     sizes: FloatArray
     told_apart: BoolArray
     accuracy: Accuracies
@@ -125,26 +129,31 @@ def calibrate(
     effects = (*_geometry(reading, robot, calibration), *further_effects(robot, train, options.further))
     chain = Chain(robot, effects, reading=reading)
     problem = ArmProblem(chain, train, row_data(train, robot), np.arange(len(chain.parameters)))
-    sizes, kinds = sizes_of(chain, options)
+    sizes, kinds = sizes_of(chain)
     compliances = calibration != "geometric" and "compliances" not in options.hold
-    minimal = chosen_set(problem, sizes, options, compliances=compliances)
+    minimal = chosen_set(problem, sizes, options.hold, compliances=compliances)
     problem = replace(problem, live=minimal.kept)
-    priors, groups = priors_of(chain, minimal.widened(sizes), kinds, minimal.kept, options)
-    found = ArmNoise(problem, priors, options).settled(_start(chain, calibration))
+    priors = priors_of(chain, minimal.widened(sizes), kinds, minimal.kept)
+    found = ArmNoise(problem, priors, options.loss).settled(_start(chain, calibration))
     beforehand = np.zeros(len(sizes))
     beforehand[minimal.kept] = priors.deviations(found.solution.factors)
-    levels = {GROUPS.index(name): factor for name, factor in zip(groups, found.solution.factors, strict=True)}
-    factors = np.array([levels.get(kind, 1.0) for kind in kinds.tolist()])
+    levels = found.solution.factors
+    factors = np.where(kinds >= 0, levels[kinds], 1.0)
     hidden = _among(minimal.kept[_hidden(found)], len(sizes))
     factors = np.where(hidden, np.maximum(factors, 1.0), factors)
     fit = _fit(problem, found, factors)
     labels = labels_of(chain)
-    told = (np.sqrt(np.diag(fit.covariance)) <= options.determined * beforehand) & _among(minimal.kept, len(sizes))
+    told = (np.sqrt(np.diag(fit.covariance)) <= _DETERMINED * beforehand) & _among(minimal.kept, len(sizes))
     typical = np.where(np.isfinite(sizes), sizes, 1e-3)
     errors = _errors(chain, recordings, fit)
     of_fitted = (errors[0][fitted], errors[1][fitted])
-    beyond = beyond_manufacture(chain, fit.values, minimal, sizes, labels, options)
-    remarks = [*beyond, *found.remarks, *reading.degeneracies, *blind_poses(problem, minimal, labels, sizes, options)]
+    beyond = beyond_manufacture(chain, fit.values, minimal, sizes, labels)
+    remarks = [
+        *beyond,
+        *found.remarks,
+        *reading.degeneracies,
+        *blind_poses(problem, minimal, labels, sizes, options.hold),
+    ]
     return ArmCalibration(
         fitted=fitted,
         fit=fit,
@@ -155,21 +164,18 @@ def calibrate(
         labels=labels,
         minimal=minimal,
         redundant=redundancies(minimal, labels, typical),
-        beforehand=beforehand,
         sizes=sizes * factors,
         told_apart=told,
-        accuracy=_accuracy(errors, recordings, problem, found, options),
+        accuracy=_accuracy(errors, recordings, problem, found),
         left=left_over(of_fitted, train.axes, fit.residuals, train.deflections[:, :3]),
         levels=levels_of(sizes, kinds, minimal.kept, found.solution),
         mean_square=None if options.loss == "squares" else found.mean_square,
-        drawn=_drawn(chain, minimal, sizes * factors, levels, options),
+        drawn=_drawn(chain, minimal, sizes * factors, levels),
     )
 
 
-def _drawn(
-    chain: Chain, minimal: MinimalSet, sizes: FloatArray, levels: dict[int, float], options: ArmOptions
-) -> Drawn:
-    """What no reading shows, from the sizes of all parameters (p,) and the factors by group.
+def _drawn(chain: Chain, minimal: MinimalSet, sizes: FloatArray, levels: FloatArray) -> Drawn:
+    """What no reading shows, from the sizes of all parameters (p,) and the factors by group (g,).
 
     What the instrument's pose stands for is the place of the base. A tip that markers of unknown places show is as far
     from where it is drawn as other frames of this arm are.
@@ -181,8 +187,8 @@ def _drawn(
     steps = minimal.unseen(len(sizes)) * np.where(np.isfinite(sizes), sizes, 0.0)[minimal.dropped]
     known = not any(isinstance(effect, CalibratedGeometryError) for effect in chain.effects)
     known |= all(site in chain.robot.markers for site in reading.sited)
-    length, angle = (levels.get(GROUPS.index(name), 1.0) for name in ("lengths", "angles"))
-    tip = (0.0, 0.0) if known else (options.length * length, options.angle * angle)
+    length, angle = (LENGTH * levels[GROUPS.index("lengths")], ANGLE * levels[GROUPS.index("angles")])
+    tip = (0.0, 0.0) if known else (float(length), float(angle))
     return Drawn(steps[:, ~of_base], steps[:, of_base], tip)
 
 
@@ -316,14 +322,13 @@ def _accuracy(
     recordings: Recordings,
     problem: ArmProblem,
     found: Settled,
-    options: ArmOptions,
 ) -> Accuracies:
     """Of `_errors`; left-out folds where no rows are marked `test`."""
     before, after = errors
     left_out = None
     if not recordings.test.any():
         seen = problem.seen
-        folds = np.repeat(pose_folds(problem.train, options.folds)[:, None], seen.shape[1], axis=1)[seen]
+        folds = np.repeat(pose_folds(problem.train, _FOLDS)[:, None], seen.shape[1], axis=1)[seen]
         left_out = np.full(seen.shape, np.nan)
         left_out[seen] = found.solution.left_out(folds) * found.effective[seen]
     judged = recordings.test & problem.chain.reading.predictable(problem.chain.robot, recordings)

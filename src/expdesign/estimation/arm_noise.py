@@ -13,13 +13,18 @@ from scipy.special import gammaln, xlogy
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.recordings.recordings import Remark
 from expdesign.errors import NotIdentifiableError
-from expdesign.estimation.arm_options import ArmOptions, Loss
+from expdesign.estimation.arm_options import Loss
 from expdesign.estimation.arm_problem import ArmProblem
-from expdesign.estimation.goodness import FIT, p_value_of
+from expdesign.estimation.goodness import REFUTED, p_value_of
 from expdesign.estimation.groups import Priors, Sized, with_groups
 from expdesign.estimation.noise_level import NoiseGroup, NoiseLevel, axis_groups
 from expdesign.estimation.remarks import GenerousNoise, NoiseBeyondStated
 
+_GENEROUS = 0.7
+"""RMS of the residuals in stated standard deviations below which these are far too large, and are estimated; only where
+χ² is improbably small as well."""
+_FREEDOM = 4.0
+"""Degrees of freedom of Student's t."""
 _CORNER = 1.345
 """Standard deviations where Huber's loss becomes linear: 95 % efficient at normal noise."""
 
@@ -30,11 +35,9 @@ class Weighting:
 
     Attributes:
         loss: see `ArmOptions.loss`.
-        freedom: of Student's t.
     """
 
     loss: Loss
-    freedom: float
 
     @property
     def robust(self) -> bool:
@@ -63,7 +66,7 @@ class Weighting:
             size = np.sqrt(squares / count)
             return np.minimum(1.0, _CORNER / np.maximum(size, 1e-12))
         if self.loss == "student":
-            return (self.freedom + count) / (self.freedom + squares)
+            return (_FREEDOM + count) / (_FREEDOM + squares)
         return np.ones_like(squares)
 
 
@@ -113,7 +116,7 @@ class ArmNoise:
 
     problem: ArmProblem
     priors: Priors
-    options: ArmOptions
+    loss: Loss
 
     def settled(self, start: FloatArray) -> Settled:
         """The solution at the stated deviations if these account for the residuals, else at those that do."""
@@ -130,14 +133,14 @@ class ArmNoise:
         weights: FloatArray = np.ones(len(deviations))
         for _ in range(_ROUNDS if self._weighting.robust else 1):
             found = self._solve(start, deviations, weights)
-            weights, before = self._weighting.weights(self._whitened(found, start, deviations)), weights
+            weights, before = self._weighting.weights(self._whitened(found, weights)), weights
             if np.abs(weights - before).max() < _SETTLED:
                 break
         squares, dof = self._by_kind(found, weights)
         total, freedom = float(squares.sum()), max(float(dof.sum()), 1.0)
         judged = (total, round(freedom), p_value_of(total, freedom))
-        beyond = judged[2] < FIT.refuted
-        generous = total < self.options.generous**2 * freedom and 1.0 - judged[2] < FIT.refuted
+        beyond = judged[2] < REFUTED
+        generous = total < _GENEROUS**2 * freedom and 1.0 - judged[2] < REFUTED
         if not (beyond or generous):
             noise = NoiseLevel(deviations, "recordings")
             effective = deviations / np.sqrt(weights)[:, None]
@@ -171,7 +174,7 @@ class ArmNoise:
             deviations = self._as_levels(levels, stated)
             found = self._solve(whole, deviations, weights)
             whole[self.problem.live] = found.values
-            residuals = self._whitened(found, whole, deviations)
+            residuals = self._whitened(found, weights)
             weights = self._weighting.weights(residuals)
             _, dof = self._by_kind(found, weights)
             fresh: FloatArray = np.array([
@@ -212,7 +215,7 @@ class ArmNoise:
 
     @property
     def _weighting(self) -> Weighting:
-        return Weighting(self.options.loss, self.options.freedom)
+        return Weighting(self.loss)
 
     def _solve(self, start: FloatArray, deviations: FloatArray, weights: FloatArray, *, known: bool = True) -> Sized:
         effective = deviations / np.sqrt(weights)[:, None]
@@ -223,13 +226,12 @@ class ArmNoise:
             known_noise=known,
         )
 
-    def _whitened(self, found: Sized, start: FloatArray, deviations: FloatArray) -> FloatArray:
-        """Residuals without weights, 0 where nothing was read, shape (N, k)."""
-        whole = start.copy()
-        whole[self.problem.live] = found.values
-        train = self.problem.train
-        predicted = self.problem.chain.predict(self.problem.rows, whole)[:, train.axes]
-        return np.where(self.problem.seen, (train.deflections - predicted) / deviations, 0.0)
+    def _whitened(self, found: Sized, weights: FloatArray) -> FloatArray:
+        """Residuals of a solution with weights (N,) as they are without these, 0 where nothing was read, (N, k)."""
+        seen = self.problem.seen
+        whitened = np.zeros(seen.shape)
+        whitened[seen] = found.residuals
+        return whitened / np.sqrt(weights)[:, None]
 
     def _counted(self, weights: FloatArray) -> FloatArray:
         """By what r² counts for a level over its mean at normal noise, (N,): a row is weighed by all its readings."""

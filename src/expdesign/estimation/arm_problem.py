@@ -14,7 +14,7 @@ from expdesign.chain.effects.links.links import LinkMassError
 from expdesign.chain.effects.load.payload import UnknownTool
 from expdesign.chain.recordings.recordings import Recordings, Remark
 from expdesign.chain.row import RowData, row_data
-from expdesign.estimation.arm_options import ArmOptions
+from expdesign.estimation.arm_options import Held
 from expdesign.estimation.groups import Priors, Sized
 from expdesign.estimation.remarks import BeyondManufacture, BlindPoses
 from expdesign.mechanics.minimal_set import MinimalSet, minimal_set
@@ -23,6 +23,22 @@ GROUPS = ("zeros", "lengths", "angles", "compliances", "harmonics", "masses", "s
 """Errors of one kind, which have one variance."""
 _ZEROS, _LENGTHS, _ANGLES, _COMPLIANCES, _HARMONICS, _MASSES, _SHIFTS, _TURNS = range(len(GROUPS))
 _UNITS = ("rad", "m", "rad", "relative", "rad", "relative", "m", "rad")
+LENGTH, ANGLE = 8e-4, 3e-3
+"""m, rad; with which frames of joints are made: the limit for 400 to 1000 mm in ISO 2768-1, class m, and half the limit
+(20') for sides of 50 to 120 mm there."""
+_ZERO, _ZERO_LENGTH = 1e-2, 2e-3
+"""rad, m; of zeros of revolute joints (mastering by marks reaches some tenths of a degree) and of prismatic ones."""
+_COMPLIANCE = 3.0
+"""Of a joint, in units of the robot file's, whose order of magnitude is all that is taken as known."""
+_TOOL_MASS, _TOOL_MOMENT = 2.0, 0.3
+"""kg, kg·m; of what rides on a tip: a gripper, and its first moments at 0.15 m."""
+_SPREAD = 2.3
+"""Standard deviation of the logarithm of a factor on these sizes beforehand: ten times better or worse is usual."""
+_BEYOND = 5.0
+"""Deviations of manufacture beyond which the drawing is of another machine, or the correction holds something else."""
+_REDUNDANT = 1e-7
+"""Part of a column, orthogonal to the columns before it, below which rows do not tell parameters apart: rounding of
+exact derivatives, squared by no normal equation."""
 _MANY = 60
 """Rows from which poses at random tell apart whatever poses can."""
 _SEED = 1
@@ -51,15 +67,10 @@ class Level:
 
 def levels_of(sizes: FloatArray, kinds: IntArray, live: IntArray, solution: Sized) -> list[Level]:
     """Of all groups of a chain's parameters with sizes and kinds (p,), of which those `live` were fitted."""
-    levels, present = [], np.unique(kinds[live][kinds[live] >= 0]).tolist()
+    levels = []
     for kind in np.unique(kinds[kinds >= 0]).tolist():
-        own, count = kinds == kind, int((kinds[live] == kind).sum())
-        made = float(np.median(sizes[own]))
-        if not count:
-            levels.append(Level(GROUPS[kind], _UNITS[kind], made, 0.0, 0, 0.0))
-            continue
-        number = present.index(kind)
-        size, shown = made * float(solution.factors[number]), float(solution.determined[number])
+        made, count = float(np.median(sizes[kinds == kind])), int((kinds[live] == kind).sum())
+        size, shown = made * float(solution.factors[kind]) * (count > 0), float(solution.determined[kind])
         levels.append(Level(GROUPS[kind], _UNITS[kind], made, size, count, shown))
     return levels
 
@@ -90,32 +101,32 @@ class ArmProblem:
         return residuals, slopes[:, axes][seen][:, self.live] / deviations[seen][:, None]
 
 
-def sizes_of(chain: Chain, options: ArmOptions) -> tuple[FloatArray, IntArray]:
+def sizes_of(chain: Chain) -> tuple[FloatArray, IntArray]:
     """Standard deviations beforehand (p,), and the kind of every parameter, −1 for those without a factor."""
     sizes = np.array([parameter.spread for parameter in chain.parameters])
     kinds = np.full(len(sizes), -1, dtype=np.int64)
-    sizes[: chain.compliances], kinds[: chain.compliances] = options.compliance, _COMPLIANCES
+    sizes[: chain.compliances], kinds[: chain.compliances] = _COMPLIANCE, _COMPLIANCES
     for effect, part in zip(chain.effects, chain.slices, strict=True):
         if not isinstance(effect, CalibratedGeometryError):
-            sizes[part], kinds[part] = _further_sizes(effect, options)
+            sizes[part], kinds[part] = _further_sizes(effect)
             continue
         for index, parameter in zip(range(part.start, part.stop), effect.parameters, strict=True):
             angle = parameter.name.endswith("_rad")
             if "_offset_" in parameter.name:
-                sizes[index], kinds[index] = (options.zero if angle else options.zero_length), _ZEROS
+                sizes[index], kinds[index] = (_ZERO if angle else _ZERO_LENGTH), _ZEROS
             else:
-                sizes[index] = options.angle if angle else options.length
+                sizes[index] = ANGLE if angle else LENGTH
                 kinds[index] = _ANGLES if angle else _LENGTHS
     return sizes, kinds
 
 
-def _further_sizes(effect: Effect, options: ArmOptions) -> tuple[FloatArray, IntArray]:
+def _further_sizes(effect: Effect) -> tuple[FloatArray, IntArray]:
     """The same of what is identified on request."""
     names = [parameter.name for parameter in effect.parameters]
     sizes = np.array([parameter.spread for parameter in effect.parameters])
     kinds = np.full(len(names), -1, dtype=np.int64)
     if isinstance(effect, UnknownTool):
-        sizes = np.array([options.tool_mass if "mass" in name else options.tool_moment for name in names])
+        sizes = np.array([_TOOL_MASS if "mass" in name else _TOOL_MOMENT for name in names])
     elif isinstance(effect, JointHarmonics):
         kinds[:] = _HARMONICS
     elif isinstance(effect, LinkMassError):
@@ -125,7 +136,7 @@ def _further_sizes(effect: Effect, options: ArmOptions) -> tuple[FloatArray, Int
     return sizes, kinds
 
 
-def chosen_set(problem: ArmProblem, sizes: FloatArray, options: ArmOptions, *, compliances: bool) -> MinimalSet:
+def chosen_set(problem: ArmProblem, sizes: FloatArray, hold: tuple[Held, ...], *, compliances: bool) -> MinimalSet:
     """A minimal complete set: instrument and markers, then zeros, lengths and angles along the chain, unless held.
 
     It is that of rigid kinematics, since sag tells parameters apart by less than it is known. Compliances and what is
@@ -143,9 +154,9 @@ def chosen_set(problem: ArmProblem, sizes: FloatArray, options: ArmOptions, *, c
     geometry = np.concatenate([every[:0], *(every[p] for e, p in parts if isinstance(e, CalibratedGeometryError))])
     further = np.concatenate([every[:0], *(every[p] for e, p in parts if not isinstance(e, CalibratedGeometryError))])
     rank = [(_ANGLES if n.endswith("_rad") else _LENGTHS) if "_offset_" not in n else _ZEROS for n in names]
-    free = [kind for kind in range(3) if GROUPS[kind] not in options.hold]
+    free = [kind for kind in range(3) if GROUPS[kind] not in hold]
     order = np.concatenate([kept, *(geometry[[rank[i] == kind for i in geometry]] for kind in free)]).astype(int)
-    found = minimal_set(slopes * scale, order, options.redundant)
+    found = minimal_set(slopes * scale, order, _REDUNDANT)
     units = found.combinations * scale[found.kept] / scale[found.dropped][:, None]
     found = replace(found, combinations=units)
     own = every[: chain.compliances] if compliances else every[:0]
@@ -155,7 +166,7 @@ def chosen_set(problem: ArmProblem, sizes: FloatArray, options: ArmOptions, *, c
 
 
 def blind_poses(
-    problem: ArmProblem, minimal: MinimalSet, labels: list[str], sizes: FloatArray, options: ArmOptions
+    problem: ArmProblem, minimal: MinimalSet, labels: list[str], sizes: FloatArray, hold: tuple[Held, ...]
 ) -> list[Remark]:
     """What any poses would tell apart and these do not."""
     if not any(isinstance(effect, CalibratedGeometryError) for effect in problem.chain.effects):
@@ -168,13 +179,13 @@ def blind_poses(
     spread = replace(train, configurations=configurations)
     every = np.arange(len(sizes))
     wide = ArmProblem(problem.chain, spread, row_data(spread, robot), every)
-    structural = chosen_set(wide, sizes, options, compliances=False)
+    structural = chosen_set(wide, sizes, hold, compliances=False)
     lost = [labels[index] for index in minimal.dropped if index not in structural.dropped]
     return [BlindPoses(tuple(lost))] if lost else []
 
 
 def beyond_manufacture(
-    chain: Chain, values: FloatArray, minimal: MinimalSet, sizes: FloatArray, labels: list[str], options: ArmOptions
+    chain: Chain, values: FloatArray, minimal: MinimalSet, sizes: FloatArray, labels: list[str]
 ) -> list[Remark]:
     """Corrections of the geometry beyond what machines are made with, those that they stand for included.
 
@@ -184,13 +195,12 @@ def beyond_manufacture(
         minimal: which of them were identified.
         sizes: their standard deviations in manufacture, shape (p,).
         labels: their names, for people.
-        options: how many of these deviations are too many.
     """
     limits, every = minimal.widened(sizes), np.arange(len(values))
     geometry = [every[part] for effect, part in zip(chain.effects, chain.slices, strict=True)
                 if isinstance(effect, CalibratedGeometryError)]  # fmt: skip
     own = np.intersect1d(np.concatenate([every[:0], *geometry]), minimal.kept)
-    far = own[np.abs(values[own]) > options.beyond * limits[own]]
+    far = own[np.abs(values[own]) > _BEYOND * limits[own]]
     if not len(far):
         return []
     far = far[np.argsort(-np.abs(values[far]) / limits[far])]
@@ -200,13 +210,8 @@ def beyond_manufacture(
     )]  # fmt: skip
 
 
-def priors_of(
-    chain: Chain, sizes: FloatArray, kinds: IntArray, live: IntArray, options: ArmOptions
-) -> tuple[Priors, tuple[str, ...]]:
-    """What is known beforehand of the parameters `live`, from deviations and kinds (p,) of all; names of the groups."""
+def priors_of(chain: Chain, sizes: FloatArray, kinds: IntArray, live: IntArray) -> Priors:
+    """What is known beforehand of the parameters `live`, from deviations and kinds (p,) of all."""
     mean = np.array([parameter.neutral for parameter in chain.parameters])
     low, high = chain.bounds()
-    present = np.unique(kinds[live][kinds[live] >= 0])
-    groups = np.where(kinds[live] >= 0, np.searchsorted(present, kinds[live]), -1)
-    priors = Priors(mean[live], sizes[live], groups, low[live], high[live], options.spread)
-    return priors, tuple(GROUPS[kind] for kind in present)
+    return Priors(mean[live], sizes[live], kinds[live], low[live], high[live], len(GROUPS), _SPREAD)

@@ -24,33 +24,18 @@ from expdesign.probabilities import p_text
 Verdict = Literal["not refuted", "refuted", "too good", "noise estimated", "not tested"]
 
 
-@dataclass(frozen=True)
-class FitOptions:
-    """When recordings speak against a model, or against the noise that they state.
-
-    Attributes:
-        refuted: p-value below which they refute the model. The consistency check of key comparisons takes 0.05 (Cox,
-            Metrologia 39, 2002, 589); one in a hundred refutes a right model five times less often, and physics that
-            matters at the targets stays far below it.
-        too_good: probability of as small a χ² below which the stated noise is too large; smaller, because the model is
-            not at stake.
-        overstated: factor by which the stated standard deviations have to be too large for that to be worth a word: an
-            interval that is wider by a quarter.
-        exact: mean square (of residuals in stated deviations) below which residuals are rounding: readings that were
-            simulated without noise, which say nothing of the noise that they would have.
-    """
-
-    refuted: float = 0.01
-    too_good: float = 0.001
-    overstated: float = 1.25
-    exact: float = 1e-12
-
-    def allows(self, value: float, dof: float) -> bool:
-        """Whether a χ² against stated noise does not refute the model."""
-        return p_value_of(value, dof) >= self.refuted
-
-
-FIT = FitOptions()
+REFUTED = 0.01
+"""P-value below which recordings refute a model. The consistency check of key comparisons takes 0.05 (Cox, Metrologia
+39, 2002, 589); one in a hundred refutes a right model five times less often, and physics that matters at the targets
+stays far below it."""
+_TOO_GOOD = 0.001
+"""Probability of as small a χ² below which the stated noise is too large; smaller, as the model is not at stake."""
+_OVERSTATED = 1.25
+"""Factor by which the stated standard deviations have to be too large for that to be worth a word: an interval that is
+wider by a quarter."""
+_EXACT = 1e-12
+"""Mean square (of residuals in stated deviations) below which residuals are rounding: readings that were simulated
+without noise, which say nothing of the noise that they would have."""
 
 
 def p_value_of(value: float, dof: float) -> float:
@@ -58,11 +43,16 @@ def p_value_of(value: float, dof: float) -> float:
     return float(chdtrc(dof, value))
 
 
-def noise_ratio(value: float, dof: int, options: FitOptions = FIT) -> float:
+def allows(value: float, dof: float) -> bool:
+    """Whether a χ² against stated noise does not refute the model."""
+    return p_value_of(value, dof) >= REFUTED
+
+
+def noise_ratio(value: float, dof: int) -> float:
     """√(χ²/ν) where χ² speaks against the stated noise, in either direction, else 1: the noise that readings have."""
-    if dof < 1 or value <= options.exact * dof:
+    if dof < 1 or value <= _EXACT * dof:
         return 1.0
-    beyond = not options.allows(value, dof) or float(chdtr(dof, value)) < options.too_good
+    beyond = not allows(value, dof) or float(chdtr(dof, value)) < _TOO_GOOD
     return sqrt(value / dof) if beyond else 1.0
 
 
@@ -138,7 +128,6 @@ class StatementOfFit:
         left: what the model leaves of the readings; None where it is not looked at.
         exceeded: χ², degrees of freedom and p-value at stated standard deviations that the residuals exceed, so that
             the noise was estimated; else None.
-        options: thresholds.
     """
 
     chi2: float | None
@@ -151,7 +140,6 @@ class StatementOfFit:
     without_load_errors: float | None = None
     left: LeftOver | None = None
     exceeded: tuple[float, int, float] | None = None
-    options: FitOptions = FIT
 
     @classmethod
     def of_chi2(cls, value: float, dof: int, worst: WorstRow | None = None) -> "StatementOfFit":
@@ -166,12 +154,12 @@ class StatementOfFit:
             return "refuted"
         if self.p_value is None:
             lack, alike = self.lack_of_fit, self.left is not None and self.left.alike
-            against = alike or (lack is not None and lack.p_value < self.options.refuted)
+            against = alike or (lack is not None and lack.p_value < REFUTED)
             return "refuted" if against and self.chi2 is None else self._untested
-        if self.p_value < self.options.refuted:
+        if self.p_value < REFUTED:
             return "refuted"
-        small = self.chi2 is not None and float(chdtr(self.dof, self.chi2)) < self.options.too_good
-        return "too good" if small and self.overstated >= self.options.overstated else "not refuted"
+        small = self.chi2 is not None and float(chdtr(self.dof, self.chi2)) < _TOO_GOOD
+        return "too good" if small and self.overstated >= _OVERSTATED else "not refuted"
 
     @property
     def _untested(self) -> Verdict:
@@ -185,7 +173,7 @@ class StatementOfFit:
     @property
     def only_outliers(self) -> bool:
         """Whether the model is refuted by single rows alone."""
-        return self.refuted and self.worst is not None and (self.worst.without or 0.0) >= self.options.refuted
+        return self.refuted and self.worst is not None and (self.worst.without or 0.0) >= REFUTED
 
     @property
     def overstated(self) -> float:
@@ -204,7 +192,7 @@ class StatementOfFit:
     @property
     def reading_ratio(self) -> float:
         """By so much the noise of a reading is larger, or smaller, than stated (`noise_ratio`)."""
-        return self.birge_ratio if self.chi2 is None else noise_ratio(self.chi2, self.dof, self.options)
+        return self.birge_ratio if self.chi2 is None else noise_ratio(self.chi2, self.dof)
 
     @property
     def tested(self) -> str:
@@ -261,7 +249,7 @@ class StatementOfFit:
             "p_value": self.p_value,
             "birge_ratio": self.birge_ratio,
             "chi2_with_exact_loads": self.without_load_errors,
-            "threshold": self.options.refuted,
+            "threshold": REFUTED,
             "left_over": None if self.left is None else self.left.record,
             "worst_row": None if self.worst is None else self.worst.record,
         }
@@ -291,7 +279,7 @@ def statement_of_fit(
     lack = _lack_of_fit(value, dof, recordings, noise)
     worst = None
     # Where errors of the loads account for the misfit, they are in the rows as well, and no row is a mistake.
-    loads_alone = exact is not None and p_value is not None and p_value >= FIT.refuted and not FIT.allows(exact, dof)
+    loads_alone = exact is not None and p_value is not None and p_value >= REFUTED and not allows(exact, dof)
     if fit.residuals.size and not loads_alone:
         outlying = outlying_rows(fit, whitening, noise_known=noise.known)
         measured = tuple(columns[axis] for axis in recordings.axes)

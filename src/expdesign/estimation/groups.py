@@ -40,6 +40,7 @@ class Priors:
         mean, deviation: of every parameter, shape (p,); infinite where nothing is known.
         group: of every parameter, shape (p,); −1 where the deviation stays as it is.
         low, high: bounds, shape (p,).
+        groups: how many there are, those without a parameter included.
         spread: s, standard deviation of the logarithm of a factor.
     """
 
@@ -48,12 +49,8 @@ class Priors:
     group: IntArray
     low: FloatArray
     high: FloatArray
+    groups: int = 0
     spread: float = np.inf
-
-    @property
-    def groups(self) -> int:
-        """How many there are."""
-        return int(self.group.max(initial=-1)) + 1
 
     def deviations(self, factors: FloatArray) -> FloatArray:
         """f_g·δ_i, shape (p,)."""

@@ -33,7 +33,7 @@ from expdesign.estimation.geometric import (
     require_determined,
     usable_rows,
 )
-from expdesign.estimation.goodness import FIT, StatementOfFit, squares_of, statement_of_fit
+from expdesign.estimation.goodness import REFUTED, StatementOfFit, squares_of, statement_of_fit
 from expdesign.estimation.intervals import Intervals, Uncertainty, uncertainty
 from expdesign.estimation.left_over import LeftOver, left_over
 from expdesign.estimation.load_errors import DeclaredLoadErrors, Estimator, declared_load_errors, load_columns
@@ -340,7 +340,7 @@ def _of_arm(robot: Robot, recordings: Recordings, found: ArmCalibration, calibra
             chi2, dof, p_value = found.stated
             worst = None if goodness.worst is None else replace(goodness.worst, without=None)
             goodness = replace(goodness, chi2=chi2, dof=dof, p_value=p_value, worst=worst)
-    beyond = found.stated is not None and not noise.known and found.stated[2] < FIT.refuted
+    beyond = found.stated is not None and not noise.known and found.stated[2] < REFUTED
     goodness = replace(goodness, left=found.left, exceeded=found.stated if beyond else None)
     freedom = np.full(len(fit.values), np.inf if noise.known else float(max(fit.dof, 1)))
     known, held_out = Uncertainty(fit.estimable, freedom), found.held_out

@@ -22,22 +22,11 @@ _ROUNDING = 1e-9
 """Share of a reading's variance that a fit leaves it below which the reading alone determines a parameter."""
 
 
-@dataclass(frozen=True)
-class OutlierOptions:
-    """When rows count as outliers.
-
-    Attributes:
-        level: chance that recordings without mistakes have a row flagged (shared among the rows, Bonferroni).
-        share: of the rows; where more would have to be set aside, they are no single mistakes and none is.
-        fewest: rows that may be set aside however few there are.
-    """
-
-    level: float = 0.01
-    share: float = 0.05
-    fewest: int = 3
-
-
-OUTLIERS = OutlierOptions()
+_LEVEL = 0.01
+"""Chance that recordings without mistakes have a row flagged (shared among the rows, Bonferroni)."""
+_SHARE, _FEWEST = 0.05, 3
+"""Of the rows, and rows however few there are, that may be set aside; where more would have to, they are no single
+mistakes and none is."""
 
 
 @dataclass(frozen=True)
@@ -110,14 +99,13 @@ class _Rows:
         self._occupy(added)
 
 
-def outlying_rows(fit: Fit, whitening: Whitening, *, noise_known: bool, options: OutlierOptions = OUTLIERS) -> Outlying:
+def outlying_rows(fit: Fit, whitening: Whitening, *, noise_known: bool) -> Outlying:
     """The worst row of a fit, and its outliers.
 
     Args:
         fit: whose residuals and sensitivities are of the rows of `whitening`.
         whitening: of these rows.
         noise_known: whether their standard deviations are stated.
-        options: when a row counts as an outlier.
     """
     count, readings = fit.residuals.shape
     rows = _Rows(fit.residuals, fit.sensitivities @ _root(fit.estimable.generalised), whitening)
@@ -130,29 +118,16 @@ def outlying_rows(fit: Fit, whitening: Whitening, *, noise_known: bool, options:
     while freedom > readings:
         row = int(lowered.argmax())
         rest = (left - float(lowered[row])) / (freedom - readings)
-        if _chance(float(lowered[row]), readings, rest, freedom - readings, noise_known) >= options.level / count:
+        if _chance(float(lowered[row]), readings, rest, freedom - readings, noise_known) >= _LEVEL / count:
             break
         aside.append(row)
-        if len(aside) > max(options.fewest, options.share * count):
+        if len(aside) > max(_FEWEST, _SHARE * count):
             return nothing
         rows.set_aside(row)
         left, freedom = float((rows.residuals**2).sum()), freedom - readings
         lowered, _ = rows.shifts()
         lowered[aside] = 0.0
     return Outlying(worst, reading, nothing.size, tuple(aside), left, freedom)
-
-
-def row_chances(fit: Fit, whitening: Whitening, *, noise_known: bool) -> tuple[FloatArray, FloatArray]:
-    """What a shift of each row lowers χ² by, and how probable as much is by noise, one row at a time; shape (N,)."""
-    readings = fit.residuals.shape[1]
-    lowered, _ = _Rows(fit.residuals, fit.sensitivities @ _root(fit.estimable.generalised), whitening).shifts()
-    if noise_known:
-        return lowered, np.asarray(chdtrc(readings, lowered))
-    others = fit.freedom - readings
-    if others <= 0:
-        return lowered, np.ones(len(lowered))
-    rest = np.maximum(float((fit.residuals**2).sum()) - lowered, 1e-300) / others
-    return lowered, np.asarray(fdtrc(readings, others, lowered / readings / rest))
 
 
 def _chance(lowered: float, readings: int, rest: float, freedom: int, noise_known: bool) -> float:
@@ -178,15 +153,13 @@ class Influence:
     Attributes:
         leverage: trace of each row's block of the hat matrix, between 0 and the number of its readings; their sum is
             the number of parameters (less what a prior contributes), shape (N,).
-        distance: by how much χ² is lower without each row, shape (N,).
-        p_value: of that distance, one row at a time, shape (N,).
+        p_value: of by how much χ² is lower without each row, one row at a time, shape (N,).
         outlier: rows that stand out from the others (`outlying.outlying_rows`), shape (N,).
         share: part of the information on each actuator's compliance that the row holds, shape (N, n_p); columns add up
             to 1.
     """
 
     leverage: FloatArray
-    distance: FloatArray
     p_value: FloatArray
     outlier: BoolArray
     share: FloatArray
@@ -195,14 +168,21 @@ class Influence:
 def influence(fit: Fit, whitening: Whitening, *, noise_known: bool) -> Influence:
     """Contributions of the rows of a fit to its parameters.
 
-    With known noise the distance is χ²-distributed with one degree of freedom per reading; otherwise it is compared
+    With known noise that is χ²-distributed with one degree of freedom per reading; otherwise it is compared
     with the residuals of all other rows, which makes it F-distributed.
     """
     leverage = ((fit.sensitivities @ fit.estimable.generalised) * fit.sensitivities).sum(axis=(1, 2))
-    distance, p_value = row_chances(fit, whitening, noise_known=noise_known)
+    readings, p_value = fit.residuals.shape[1], np.ones(len(leverage))
+    lowered, _ = _Rows(fit.residuals, fit.sensitivities @ _root(fit.estimable.generalised), whitening).shifts()
+    others = fit.freedom - readings
+    if noise_known:
+        p_value = chdtrc(readings, lowered)
+    elif others > 0:
+        rest = np.maximum(float((fit.residuals**2).sum()) - lowered, 1e-300) / others
+        p_value = fdtrc(readings, others, lowered / readings / rest)
     outlier = np.zeros(len(leverage), dtype=bool)
     outlier[list(outlying_rows(fit, whitening, noise_known=noise_known).aside)] = True
     information = (fit.sensitivities**2).sum(axis=1)
     total = information.sum(axis=0)
     share = information / np.where(total > 0.0, total, 1.0)
-    return Influence(leverage, distance, p_value, outlier, share)
+    return Influence(leverage, p_value, outlier, share)

@@ -17,7 +17,7 @@ from expdesign.assurance.acceptance.attained import Comparison
 from expdesign.assurance.acceptance.certificate import About
 from expdesign.assurance.acceptance.conformity import TargetResult
 from expdesign.estimation.coverage import Coverage
-from expdesign.estimation.goodness import StatementOfFit
+from expdesign.estimation.goodness import REFUTED, StatementOfFit
 from expdesign.mechanics.robots.robot import Robot
 
 RULE = (
@@ -111,7 +111,7 @@ def verification_record(
         "statement": result.statement.record,
         "model_test": {
             "consistent": result.consistent,
-            "significance": result.statement.options.refuted,
+            "significance": REFUTED,
             "chi2": comparison.chi2,
             "dof": comparison.residuals.size,
             "p_value": result.statement.p_value,

@@ -18,7 +18,6 @@ from expdesign.assurance.plausibility.finding import Implausibility
 from expdesign.chain.readings.position import MarkerPosition
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.estimation.arm import ArmCalibration
-from expdesign.estimation.arm_options import ArmOptions
 from expdesign.estimation.arm_problem import sizes_of
 from expdesign.estimation.gaussian import Gaussian
 from expdesign.mechanics.robots.orientation import arrays_in_space, rotations_of
@@ -107,7 +106,7 @@ def _within(values: FloatArray, changes: list[int]) -> float:
 def _scale(found: ArmCalibration, train: Recordings) -> list[Implausibility]:
     """A scale of the instrument that is far likelier than lengths which are all off by the same part."""
     fit, live = found.fit, found.minimal.kept
-    sizes = found.minimal.widened(sizes_of(fit.chain, ArmOptions())[0])[live]
+    sizes = found.minimal.widened(sizes_of(fit.chain)[0])[live]
     neutral = np.array([parameter.neutral for parameter in fit.chain.parameters])
     readings = np.flatnonzero(train.axes < 3)
     seen = np.isfinite(train.deflections[:, readings])

@@ -45,16 +45,12 @@ class Compensation:
         lengths: actuator lengths of the commands (m), shape (N, n_p), or (N, 0) where the
             commands are joint coordinates.
         deviations: standard deviations of the attained poses (m, rad), shape (N, n).
-        iterations: passes of the fixed point.
-        residual: largest remaining error of the predicted pose (m, rad).
         drawn: the part of `deviations` that no reading of an arm shows, shape (N, n); None of other robots.
     """
 
     commands: FloatArray
     lengths: FloatArray
     deviations: FloatArray
-    iterations: int
-    residual: float
     drawn: FloatArray | None = None
 
 
@@ -84,14 +80,12 @@ def compensate(model: Model, targets: LoadedPoints, loads: TargetLoads | None = 
     loads = loads or TargetLoads.exact(len(targets), robot.coordinates)
     wanted = targets.configurations
     commands = wanted
-    residual = float("inf")
     for iteration in range(1, _ITERATIONS + 1):
         deflections = loads.motions(chain, model, moved(targets, commands, robot))
         errors = np.abs(commands + deflections - wanted).max(axis=1)
         if not np.isfinite(errors).all():
             raise _not_converged(targets, errors, iteration)
-        residual = float(errors.max())
-        if residual <= TOLERANCE:
+        if errors.max() <= TOLERANCE:
             break
         commands = wanted - deflections
     else:
@@ -99,7 +93,7 @@ def compensate(model: Model, targets: LoadedPoints, loads: TargetLoads | None = 
     robot.jacobians(commands).require_regular(targets.where, _ANOTHER)
     require_within_limits(robot, targets, commands)
     deviations = AttainedUncertainty.at(chain, model, targets, loads).deviations
-    return Compensation(commands, robot.actuator_coordinates(commands), deviations, iteration, residual)
+    return Compensation(commands, robot.actuator_coordinates(commands), deviations)
 
 
 def compensate_arm(model: Model, targets: ArmTargets, loads: TargetLoads | None = None) -> Compensation:
@@ -107,13 +101,12 @@ def compensate_arm(model: Model, targets: ArmTargets, loads: TargetLoads | None 
     model = model.at_targets
     robot, points = model.chain.robot, targets.points
     loads = loads or TargetLoads.exact(len(points), robot.coordinates)
-    found = joint_commands(model, targets, loads)
-    require_within_limits(robot, points, found.commands)
+    commands = joint_commands(model, targets, loads)
+    require_within_limits(robot, points, commands)
     aimed = at_targets(model, targets, targets.frame)
     known = AttainedUncertainty.at(tip_chain(model, targets.frame), model, aimed, loads)
     drawn = np.sqrt((known.drawn**2).sum(axis=-1))
-    none = np.zeros((len(points), 0))
-    return Compensation(found.commands, none, known.deviations, found.iterations, float(found.residual.max()), drawn)
+    return Compensation(commands, np.zeros((len(points), 0)), known.deviations, drawn)
 
 
 def _not_converged(targets: LoadedPoints, errors: FloatArray, iterations: int) -> ConvergenceError:

@@ -12,7 +12,7 @@ A model of deflections knows neither geometry nor sag, which cancel from them: T
 deflection under the load.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -36,23 +36,8 @@ _STEP = 0.3
 """rad or m; a larger correction is the sign of a singular arm."""
 
 
-@dataclass(frozen=True)
-class JointCommands:
-    """Commands for N targets.
-
-    Attributes:
-        commands: joint coordinates, shape (N, n_q).
-        residual: remaining error of the tip's position (m) and orientation (rad), shape (N, 2).
-        iterations: passes.
-    """
-
-    commands: FloatArray
-    residual: FloatArray
-    iterations: int
-
-
-def joint_commands(model: Model, targets: ArmTargets, loads: TargetLoads) -> JointCommands:
-    """Commands for targets that carry some loads.
+def joint_commands(model: Model, targets: ArmTargets, loads: TargetLoads) -> FloatArray:
+    """Joint coordinates (N, n_q) for N targets that carry some loads.
 
     Raises:
         ConvergenceError: no command is found.
@@ -64,10 +49,8 @@ def joint_commands(model: Model, targets: ArmTargets, loads: TargetLoads) -> Joi
     chain, aimed = tip_chain(model, "base"), at_targets(model, targets, "base")
     commands = points.configurations.copy()
     previous = np.full(len(points), np.inf)
-    iterations = 0
-    for iteration in range(1, _ITERATIONS + 1):
+    for _ in range(_ITERATIONS):
         reached = loads.motions(chain, model, moved(aimed, commands, robot))
-        iterations = iteration
         twist = np.hstack([targets.positions - reached[:, :3], -reached[:, 3:]])
         if not np.isfinite(twist).all():
             row = int(np.argmax(~np.isfinite(twist).all(axis=1)))
@@ -84,7 +67,7 @@ def joint_commands(model: Model, targets: ArmTargets, loads: TargetLoads) -> Joi
         what = f"no command was found in {_ITERATIONS} passes"
         raise ConvergenceError(what, where=points.source, remedy="Is the load far beyond what was identified?")
     _require_attained(robot, points, commands, residual)
-    return JointCommands(commands, residual, iterations)
+    return commands
 
 
 def tip_chain(model: Model, frame: Frame) -> Chain:

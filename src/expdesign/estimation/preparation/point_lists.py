@@ -59,23 +59,12 @@ class PointSet:
     points: Mapping[str, MeasuredPoint]
 
 
-@dataclass(frozen=True)
-class PointOptions:
-    """When points are taken for mistaken.
-
-    Attributes:
-        gain: factor by which distances or residuals must fall under the other reading.
-        smallest: distances and residuals (m) below which nothing is suspected.
-        refused: largest residual against the drawing, in parts of the points' size, beyond which it is another object.
-    """
-
-    gain: float = 10.0
-    smallest: float = 1e-3
-    refused: float = 0.05
-
-
-OPTIONS = PointOptions()
-"""What commands use."""
+_GAIN = 10.0
+"""Factor by which distances or residuals must fall under the other reading for points to be taken for mistaken."""
+_SMALLEST = 1e-3
+"""m; distances and residuals below which nothing is suspected."""
+_REFUSED = 0.05
+"""Largest residual against the drawing, in parts of the points' size, beyond which it is another object."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +91,7 @@ def require_own_names(before: FloatArray, after: FloatArray, names: Sequence[str
     stated, matched = (
         float(np.sqrt((distances[range(len(names)), o] ** 2).mean())) for o in (range(len(names)), order)
     )
-    if stated < OPTIONS.smallest or matched * OPTIONS.gain >= stated:
+    if stated < _SMALLEST or matched * _GAIN >= stated:
         return
     wrong = [name for name, own in zip(names, order != np.arange(len(names)), strict=True) if own]
     what = (
@@ -125,15 +114,15 @@ def marker_fit(points: PointSet, markers: Mapping[str, FloatArray]) -> MarkerFit
     left = _left(places, seen)
     rms, worst = _rms(left), int(np.argmax(left))
     size, off = float(left[worst]), False
-    if len(names) > 3 and size > OPTIONS.smallest:
+    if len(names) > 3 and size > _SMALLEST:
         without = [np.delete(np.arange(len(names)), i) for i in range(len(names))]
         rest = np.array([_rms(_left(places[kept], seen[kept])) for kept in without])
-        worst, off = int(np.argmin(rest)), bool(rest.min() * OPTIONS.gain < rms)
+        worst, off = int(np.argmin(rest)), bool(rest.min() * _GAIN < rms)
         if off:
             turn, shift = registered(places[without[worst]], seen[without[worst]])
             size = float(np.linalg.norm(seen[worst] - places[worst] @ turn.T - shift))
     extent = float(np.linalg.norm(places - places.mean(axis=0), axis=1).max())
-    if left.max() > OPTIONS.refused * extent:
+    if left.max() > _REFUSED * extent:
         what = f"the points do not lie as the robot's `markers` say ({left.max() * 1e3:.3g} mm off)"
         remedy = "Check names and units of the points and of `markers`."
         pair = _exchanged(places, seen, names, rms)
@@ -177,7 +166,7 @@ def _exchanged(places: FloatArray, seen: FloatArray, names: Sequence[str], rms: 
         if best is None or found < best[0]:
             pair = sorted((names[first], names[second]))
             best = found, (pair[0], pair[1])
-    return best[1] if best is not None and best[0] * OPTIONS.gain < rms else None
+    return best[1] if best is not None and best[0] * _GAIN < rms else None
 
 
 def _listed(names: Sequence[str]) -> str:
