@@ -64,7 +64,7 @@ def laboratory(
     exact = chain.predict(row_data(rows, robot), truth)
     noise = generator.standard_normal(exact.shape) * np.array(rows.deviations)
     decision, fit = way(case, replace(rows, deflections=exact + noise))
-    model = Model(fit.chain, fit.values, fit.covariance, {}, Path(), "recordings", fit.subspace)
+    model = Model(fit.chain, fit.values, fit.covariance, {}, Path(), "recordings", fit.estimable)
     moved = Chain(robot, effects, instrument=False, from_command=True)
     fails = False
     for index, tolerance in enumerate(decision.budget.tolerance):

@@ -94,7 +94,7 @@ def test_errors_far_beyond_the_stated_ones_widen_intervals_and_predictions(facto
     error = np.abs(result.compliance.estimate - made.compliance)
     assert (error < 4.5 * deviation).all()
     points = experiment("H1", 4, seed=3)
-    model = Model(result.fit.chain, result.fit.values, result.fit.covariance, {}, Path(), "", result.fit.subspace)
+    model = Model(result.fit.chain, result.fit.values, result.fit.covariance, {}, Path(), "", result.fit.estimable)
     found = predict(model, points.recordings(points.exact))
     exact = points.observation @ made.compliance
     assert (np.abs(found.deflections - exact) < 4.5 * found.deviations + 1e-15).all()

@@ -8,6 +8,7 @@ import pytest
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
+from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis import library as library_module
 from expdesign.diagnosis import names as names_module
@@ -160,8 +161,8 @@ def test_two_names_for_one_thing_share_the_probability() -> None:
 
 def fitted(values: list[float], covariance: np.ndarray) -> Fit:  # type: ignore[type-arg]
     nothing = np.zeros((1, 1))
-    known = np.isfinite(np.diag(covariance))
-    return Fit(None, np.array(values), covariance, known, nothing, nothing[None], 0.0, 1, 2)  # type: ignore[arg-type]
+    known = Estimable.from_covariance(covariance)
+    return Fit(None, np.array(values), known, nothing, nothing[None], 0.0, 1, 2)  # type: ignore[arg-type]
 
 
 def test_reported_intervals_are_those_of_the_delta_method() -> None:
@@ -221,7 +222,7 @@ def test_ignorance_excuses_held_out_errors_up_to_the_size_of_the_noise() -> None
     test = np.arange(24) % 4 == 0
     sample = sample_of(NAME, simulated(NAME), ~test)
     base = base_fit(NAME, sample)
-    vague = replace(base, covariance=1e12 * base.covariance)
+    vague = base.known_as(base.estimable.scaled(1e12))
     errors = held_out(base, vague, sample, test)
     assert errors.test_surprise == pytest.approx(errors.test_after / np.sqrt(2.0), rel=1e-6)
 

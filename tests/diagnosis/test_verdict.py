@@ -91,7 +91,7 @@ def test_many_effects_explain_only_a_mismatch_of_which_an_imitation_would_leave_
 def test_an_effect_that_may_have_any_size_is_no_explanation(one: NamedModel, variance: float) -> None:
     covariance = one.fit.covariance.copy()
     covariance[-1, -1] *= variance
-    loose = replace(one, fit=replace(one.fit, subspace=Estimable.from_covariance(covariance)))
+    loose = replace(one, fit=replace(one.fit, estimable=Estimable.from_covariance(covariance)))
     assert "how large" in doubted(loose, (800.0, 200), (200.0, 199), GOOD, known_noise=True)
 
 
@@ -105,7 +105,7 @@ def test_bearings_of_which_those_that_are_loaded_do_not_yield_are_no_explanation
     chain = Chain(arm, (bearings,))
     values = np.concatenate([np.ones(chain.compliances), np.full(5, 1e-5), [2.5e-5]])
     covariance = np.diag(np.concatenate([np.full(chain.compliances, 1e-4), np.full(5, shown**2), [np.inf]]))
-    fitted = replace(one.fit, chain=chain, values=values, covariance=covariance, subspace=None)
+    fitted = replace(one.fit, chain=chain, values=values, estimable=Estimable.from_covariance(covariance))
     model = replace(one, candidates=(replace(one.candidates[0], effect=bearings),), fit=fitted)
     assert said in doubted(model, (800.0, 200), (200.0, 199), GOOD, known_noise=True)
     assert bool(said) == bool(doubted(model, (800.0, 200), (200.0, 199), GOOD, known_noise=True))

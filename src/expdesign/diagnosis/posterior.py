@@ -27,6 +27,7 @@ from scipy.special import ndtr
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
+from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.ports.law import Law
 from expdesign.diagnosis.evidence.state import base_alone
 from expdesign.diagnosis.library import Candidate, physical_sizes
@@ -275,10 +276,8 @@ def _average(names: Names, model: NamedModel, kept: Sequence[_Beside], weights: 
         fit,
         chain=chain,
         values=values,
-        covariance=np.einsum("m,mij->ij", weights, covariances) + spread,
-        determined=np.ones(count, dtype=bool),
+        estimable=Estimable.from_covariance(np.einsum("m,mij->ij", weights, covariances) + spread),
         residuals=residuals,
         sensitivities=slopes,
         chi2=float((residuals**2).sum()),
-        subspace=None,
     )

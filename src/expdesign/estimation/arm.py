@@ -287,14 +287,12 @@ def _fit(problem: ArmProblem, found: Settled, factors: FloatArray) -> Fit:
     return Fit(
         chain=chain,
         values=values,
-        covariance=covariance,
-        determined=np.ones(len(values), dtype=bool),
+        estimable=Estimable.from_covariance(covariance),
         residuals=residuals,
         sensitivities=sensitivities,
         chi2=float((residuals**2).sum()),
         dof=round(found.dof),
         rank=len(live),
-        subspace=Estimable.from_covariance(covariance),
     )
 
 

@@ -128,36 +128,36 @@ class Fit:
     Attributes:
         chain: the model.
         values: its parameters, shape (p,).
-        covariance: of the parameters, with the noise level as whitened, shape (p, p); rows of parameters that the data
-            do not determine are infinite.
-        determined: which parameters the data determine, shape (p,).
+        estimable: the covariance of every combination of parameters that the data determine, with the noise level as
+            whitened.
         residuals: whitened, shape (N, k).
         sensitivities: whitened derivatives of the prediction, shape (N, k, p).
         chi2: sum of squared whitened residuals, those of a prior included.
         dof: readings (a prior's included) minus rank.
         rank: of the sensitivities.
-        subspace: what is known of combinations of parameters; None where each parameter is determined or not for
-            itself.
         inflation: factor on the covariance beyond what the whitened readings alone would give, where the noise was
             learnt with the parameters.
     """
 
     chain: Chain
     values: FloatArray
-    covariance: FloatArray
-    determined: BoolArray
+    estimable: Estimable
     residuals: FloatArray
     sensitivities: FloatArray
     chi2: float
     dof: int
     rank: int
-    subspace: Estimable | None = None
     inflation: float = 1.0
 
     @property
-    def estimable(self) -> Estimable:
-        """The covariance of every combination of parameters that the data determine."""
-        return Estimable.from_covariance(self.covariance) if self.subspace is None else self.subspace
+    def covariance(self) -> FloatArray:
+        """Of the parameters, infinite in rows of those that the data do not determine, shape (p, p)."""
+        return self.estimable.covariance
+
+    @property
+    def determined(self) -> BoolArray:
+        """Which parameters the data determine, shape (p,)."""
+        return self.estimable.determined
 
     @property
     def freedom(self) -> int:
@@ -177,7 +177,7 @@ class Fit:
 
     def known_as(self, estimable: Estimable) -> "Fit":
         """The same fit with another covariance of what the data determine."""
-        return replace(self, covariance=estimable.covariance, determined=estimable.determined, subspace=estimable)
+        return replace(self, estimable=estimable)
 
 
 def fit(
@@ -351,18 +351,7 @@ def _as_fit(
     if prior is not None:
         chi2 += float((((prior[0] - values) / prior[1]) ** 2).sum())
         readings += int(np.isfinite(prior[1]).sum())
-    return Fit(
-        chain=chain,
-        values=values,
-        covariance=estimable.covariance,
-        determined=estimable.determined,
-        residuals=residuals,
-        sensitivities=sensitivities,
-        chi2=chi2,
-        dof=readings - rank,
-        rank=rank,
-        subspace=estimable,
-    )
+    return Fit(chain, values, estimable, residuals, sensitivities, chi2, readings - rank, rank)
 
 
 def _solve(

@@ -158,19 +158,10 @@ def identify(
     chosen = calibration_of(robot, recordings, calibration)
     if recordings.measurand.absolute and robot.jointed:
         return _of_arm(robot, recordings, calibrate(robot, recordings, chosen, options), chosen)
+    errors = declared_load_errors(robot, recordings, load_errors)
     if recordings.measurand.absolute:
-        loads = _Loads(declared_load_errors(robot, recordings, load_errors), estimator)
-        return _of_positions(robot, recordings, chosen, loads, frames_known=frames_known)
-    loads = _Loads(declared_load_errors(robot, recordings, load_errors), estimator)
-    return _of_deflections(robot, recordings, prior, loads)
-
-
-@dataclass(frozen=True)
-class _Loads:
-    """Load errors that are declared, and how they count."""
-
-    errors: DeclaredLoadErrors | None
-    estimator: Estimator
+        return _of_positions(robot, recordings, chosen, errors, estimator, frames_known=frames_known)
+    return _of_deflections(robot, recordings, prior, errors, estimator)
 
 
 @dataclass(frozen=True)
@@ -185,16 +176,18 @@ class _Outcome:
     loads: WeighedLoads | None = None
 
 
-def _fitted(what: Fittable, declared: _Loads, replicated: NoiseLevel | None = None) -> _Outcome:
+def _fitted(
+    what: Fittable, errors: DeclaredLoadErrors | None, estimator: Estimator, replicated: NoiseLevel | None = None
+) -> _Outcome:
     """The fit of some rows at the noise that they state, or that they show, with declared errors of their loads.
 
     Args:
         what: is fitted.
-        declared: errors of the loads.
+        errors: of the loads, as they are declared.
+        estimator: how they count.
         replicated: noise that replicates show; None where the residuals have to.
     """
-    train, errors = what.train, declared.errors
-    weighs = errors is not None and declared.estimator == "generalised"
+    train, weighs = what.train, errors is not None and estimator == "generalised"
     weights: FloatArray | None = None
 
     def plain(deviations: FloatArray) -> Whitening:
@@ -220,7 +213,7 @@ def _fitted(what: Fittable, declared: _Loads, replicated: NoiseLevel | None = No
         fit = what.solve(whitening)
         goodness = statement_of_fit(fit, train, noise, whitening, columns)
         return _Outcome(fit, noise, whitening, goodness, uncertainty(fit, noise))
-    fit, loads = weighed(what, whitening, errors, declared.estimator)
+    fit, loads = weighed(what, whitening, errors, estimator)
     sized = whitening.weighing(load_columns(loads.effects, loads.sizes))
     exact = squares_of(what.solve(whitening))[0]
     goodness = statement_of_fit(what.solve(sized), train, noise, sized, columns, exact)
@@ -231,7 +224,9 @@ def _fitted(what: Fittable, declared: _Loads, replicated: NoiseLevel | None = No
     return _Outcome(fit, noise, weighing, goodness, known, loads)
 
 
-def _of_deflections(robot: Robot, recordings: Recordings, prior: float | None, declared: _Loads) -> Identification:
+def _of_deflections(
+    robot: Robot, recordings: Recordings, prior: float | None, errors: DeclaredLoadErrors | None, estimator: Estimator
+) -> Identification:
     """Identification of the compliances alone, in which deflections are linear."""
     if not np.isfinite(robot.stiffness).all():
         what = f"deflections show how joints yield, and `{robot.name}` has no `actuator_stiffness`"
@@ -270,7 +265,7 @@ def _of_deflections(robot: Robot, recordings: Recordings, prior: float | None, d
     replicated = None
     if train.deviations is None:
         replicated = noise_from_replicates(train, robot.coordinates.translations)
-    found = _fitted(Fittable(chain, train, solve, linearised, knowledge), declared, replicated)
+    found = _fitted(Fittable(chain, train, solve, linearised, knowledge), errors, estimator, replicated)
     require_positive(found.fit, train, robot)
     remarks = negative_compliances(found.fit, robot)
     if prior is None and idle is not None:
@@ -286,7 +281,8 @@ def _of_positions(
     robot: Robot,
     recordings: Recordings,
     calibration: Calibration,
-    declared: _Loads,
+    errors: DeclaredLoadErrors | None,
+    estimator: Estimator,
     *,
     frames_known: bool,
 ) -> Identification:
@@ -316,7 +312,7 @@ def _of_positions(
     def linearised(values: FloatArray) -> tuple[FloatArray, FloatArray]:
         return plain.residuals_with_sensitivities(chain, values)
 
-    found = _fitted(Fittable(chain, train, solve, linearised, chain.knowledge()), declared)
+    found = _fitted(Fittable(chain, train, solve, linearised, chain.knowledge()), errors, estimator)
     test = recordings.rows(recordings.test & usable & reading.predictable(robot, recordings))
     held_out = held_out_rows(chain, test, found.fit.values, _stated(test, found.noise))
     remarks = reading.degeneracies + geometry_remarks(found.fit)

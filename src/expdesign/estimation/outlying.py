@@ -172,7 +172,8 @@ def influence(fit: Fit, whitening: Whitening, *, noise_known: bool) -> Influence
     with the residuals of all other rows, which makes it F-distributed.
     """
     leverage = ((fit.sensitivities @ fit.estimable.generalised) * fit.sensitivities).sum(axis=(1, 2))
-    readings, p_value = fit.residuals.shape[1], np.ones(len(leverage))
+    readings = fit.residuals.shape[1]
+    p_value: FloatArray = np.ones(len(leverage))
     lowered, _ = _Rows(fit.residuals, fit.sensitivities @ _root(fit.estimable.generalised), whitening).shifts()
     others = fit.freedom - readings
     if noise_known:

@@ -183,7 +183,7 @@ def conditional(fitted: Fittable, fit: Fit, noise: Whitening, loads: WeighedLoad
     model = _joint(fitted, fit.values, (slopes, whitened), known, noise.apply(residuals).ravel())
     left = (model.readings - model.columns @ model.estimate).reshape(residuals.shape)
     return replace(
-        fit, residuals=left, sensitivities=model.columns.reshape(*residuals.shape, -1), subspace=model.estimable
+        fit, residuals=left, sensitivities=model.columns.reshape(*residuals.shape, -1), estimable=model.estimable
     )
 
 

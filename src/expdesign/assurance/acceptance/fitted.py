@@ -143,7 +143,7 @@ def attained_at_targets(
     """
     table, robot = targets_table(problem), fit.chain.robot
     known = Calibrated.of(recordings, robot, ordered=fit.chain.counts_rows)
-    bare = Model(fit.chain, fit.values, fit.covariance, {}, Path(), problem.source, fit.subspace)
+    bare = Model(fit.chain, fit.values, fit.covariance, {}, Path(), problem.source, fit.estimable)
     model = replace(bare, calibrated=known, acting=acting, drawn=drawn).at_targets
     points = after_campaign(model, points_from_table(table, robot))
     chain = chain_of(model, platform=True, from_command=True)

@@ -33,7 +33,7 @@ from expdesign.mechanics.robots.robot_file import robot_from_document
 
 
 class ModelSource(Protocol):
-    """What a model takes from a fit: the chain, its values (p,), their covariance (p, p) and combinations."""
+    """What a model takes from a fit: the chain, its values (p,), and the covariance of their combinations."""
 
     @property
     def chain(self) -> Chain: ...
@@ -42,10 +42,7 @@ class ModelSource(Protocol):
     def values(self) -> FloatArray: ...
 
     @property
-    def covariance(self) -> FloatArray: ...
-
-    @property
-    def subspace(self) -> Estimable | None: ...
+    def estimable(self) -> Estimable: ...
 
 
 @dataclass(frozen=True, repr=False)
@@ -90,7 +87,8 @@ class Model(Copied):
     @classmethod
     def from_fit(cls, fit: ModelSource, robot: YamlDocument, source: str) -> "Model":
         """The model of a fit to the robot that a document describes, its covariance as it predicts."""
-        return cls(fit.chain, fit.values, fit.covariance, robot.content, robot.folder, source, fit.subspace)
+        known = fit.estimable
+        return cls(fit.chain, fit.values, known.covariance, robot.content, robot.folder, source, known)
 
     @property
     def at_targets(self) -> "Model":

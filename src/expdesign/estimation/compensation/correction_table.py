@@ -55,22 +55,22 @@ class CorrectionGrid:
     @property
     def nodes(self) -> FloatArray:
         """All nodes, the last axis running fastest, shape (n, d)."""
-        axes = [np.linspace(a, b, n) for a, b, n in zip(self.low, self.high, self.counts, strict=True)]
-        nodes: FloatArray = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+        nodes: FloatArray = np.stack(np.meshgrid(*self._axes, indexing="ij"), axis=-1).reshape(-1, len(self.counts))
         return nodes
+
+    @property
+    def _axes(self) -> list[FloatArray]:
+        return [np.linspace(a, b, n) for a, b, n in zip(self.low, self.high, self.counts, strict=True)]
 
     def interpolate(self, values: FloatArray, points: FloatArray) -> FloatArray:
         """Multilinear interpolation of values (n, o) at the nodes, at points (N, d) in the box, shape (N, o)."""
-        scaled = (points - self.low) / (self.high - self.low) * (self.counts - 1)
-        cell = np.clip(np.floor(scaled).astype(np.int64), 0, self.counts - 2)
-        part = scaled - cell
-        strides = np.append(np.cumprod(self.counts[::-1])[::-1][1:], 1)
-        result = np.zeros((len(points), values.shape[1]))
-        for corner in itertools.product((0, 1), repeat=len(self.counts)):
-            upper = np.array(corner)
-            weight = np.where(upper == 1, part, 1.0 - part).prod(axis=1)
-            result += weight[:, None] * values[(cell + upper) @ strides]
-        return result
+        from scipy.interpolate import RegularGridInterpolator  # noqa: PLC0415 (slow to import, and few need it)
+
+        table = RegularGridInterpolator(
+            self._axes, values.reshape(*self.counts, -1), bounds_error=False, fill_value=None
+        )
+        found: FloatArray = table(points)
+        return found
 
     def random(self, number: int, generator: np.random.Generator) -> FloatArray:
         """Random points in the box, shape (number, d)."""

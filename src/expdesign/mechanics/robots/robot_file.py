@@ -6,7 +6,6 @@ The two are compared where they stand at the same commands, the reference config
 turned, so that places of joints, home, and axes of a chain all show. Identified geometry is that of the same robot.
 """
 
-import difflib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ import numpy as np
 from expdesign.arrays import FloatArray
 from expdesign.errors import InputError
 from expdesign.io.kinds import require_kind
+from expdesign.io.nearest import nearest
 from expdesign.io.yaml_reader import YamlDocument, read_yaml
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.plugins import implementations
@@ -58,9 +58,7 @@ def robot_from_document(document: YamlDocument) -> Robot:
         raise document.where("kind").fault("the key is missing", f"Add `kind:` with one of {', '.join(sorted(kinds))}.")
     kind = content["kind"]
     if not isinstance(kind, str) or kind not in kinds:
-        near = difflib.get_close_matches(str(kind), list(kinds), n=1)
-        remedy = f"Did you mean `{near[0]}`?" if near else f"Known kinds: {', '.join(sorted(kinds))}."
-        raise document.where("kind").fault(f"unknown kind of robot `{kind}`", remedy)
+        raise document.where("kind").fault(f"unknown kind of robot `{kind}`", nearest(str(kind), sorted(kinds)))
     robot = kinds[kind].from_document(document)
     _read_instrument(robot, document)
     return robot

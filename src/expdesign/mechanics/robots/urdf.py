@@ -12,7 +12,6 @@ remains are the leaders, joints that follow none. With such rules closed linkage
 elbow follows the motor that drives it and, with multiplier −1, the shoulder.
 """
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -115,7 +114,7 @@ class Urdf:
         """
         for name in (base, tip):
             if name not in self.links:
-                raise _fault(self.source, f"there is no link `{name}`", _nearest(name, list(self.links)))
+                raise _fault(self.source, f"there is no link `{name}`", nearest(name, self.links))
         above = {joint.child: joint for joint in self.joints.values()}
         path: list[UrdfJoint] = []
         link = tip
@@ -176,14 +175,14 @@ def _require_tree(urdf: Urdf) -> None:
         for name in (joint.parent, joint.child):
             if name not in urdf.links:
                 what = f"joint `{joint.name}` names the link `{name}`, which is not there"
-                raise _fault(urdf.source, what, _nearest(name, list(urdf.links)))
+                raise _fault(urdf.source, what, nearest(name, urdf.links))
         if joint.child in parents:
             raise _fault(urdf.source, f"link `{joint.child}` hangs on two joints", "A URDF describes a tree.")
         parents[joint.child] = joint.parent
         for mimic in joint.mimics:
             if mimic.joint not in urdf.joints:
                 what = f"joint `{joint.name}` mimics `{mimic.joint}`, which is not there"
-                raise _fault(urdf.source, what, _nearest(mimic.joint, list(urdf.joints)))
+                raise _fault(urdf.source, what, nearest(mimic.joint, urdf.joints))
     for link in urdf.links:
         above, steps = link, 0
         while above in parents:
@@ -293,13 +292,6 @@ def _name(element: ElementTree.Element, what: str, source: str) -> str:
     if not name:
         raise _fault(source, f"a <{what}> has no name", "Add `name=...`.")
     return name
-
-
-def _nearest(name: str, known: list[str]) -> str:
-    if not known:
-        return "The file describes none at all."
-    near = difflib.get_close_matches(name, known, n=1)
-    return f"Did you mean `{near[0]}`?" if near else f"Known: {', '.join(known[:12])}."
 
 
 def _fault(where: str, what: str, remedy: str) -> InputError:
