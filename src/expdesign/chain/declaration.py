@@ -6,9 +6,9 @@ typical sizes (`Parameter.scale`) say.
 
 `Parameter` holds size, bounds and knowledge beforehand of a parameter of an effect or an instrument, `Variant` the form
 of an effect: a closed set of names (a `StrEnum`), or a value with a text form of its own. An effect of one form has the
-variant `ONLY`, whose text is empty. Variants with numbers in them (a range of poses, the size of a weight, another leg)
-are frozen dataclasses whose `str` is what files hold, and which round their numbers to what that text says, so that a
-file gives back the same physics to the last bit.
+variant `form.ONLY`, whose text is empty. Variants with numbers in them (a range of poses, the size of a weight, another
+leg) are frozen dataclasses whose `str` is what files hold, and which round their numbers to what that text says, so
+that a file gives back the same physics to the last bit.
 """
 
 from dataclasses import dataclass
@@ -47,15 +47,6 @@ class Variant(Protocol):
     def __str__(self) -> str: ...
 
     def __hash__(self) -> int: ...
-
-
-class Only(StrEnum):
-    """The variant of an effect that has one form."""
-
-    ONLY = ""
-
-
-ONLY = Only.ONLY
 
 
 def rounded(value: float) -> float:

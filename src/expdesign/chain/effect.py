@@ -26,8 +26,8 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import ACTUATORS, PAYLOAD, Component, component_from_text
-from expdesign.chain.declaration import ONLY, TYPICAL, Beyond, Declaration, Parameter, Size, Variant
-from expdesign.chain.form import Acting, Form
+from expdesign.chain.declaration import TYPICAL, Beyond, Declaration, Parameter, Size, Variant
+from expdesign.chain.form import ONLY, Acting, Form
 from expdesign.chain.recorded_inputs import Ranges, held
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSES, POSITIONS, LoadedPoints, Measurand
 from expdesign.chain.row import Row

@@ -69,3 +69,7 @@ class Form:
 
     def __str__(self) -> str:
         return self.name
+
+
+ONLY = Form()
+"""The variant of an effect that has one form."""

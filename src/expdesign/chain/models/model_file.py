@@ -163,9 +163,7 @@ def model_text(model: Model, folder: Path) -> str:
         "kind": "model",
         "schema_version": CURRENT_VERSIONS["identified model"],
         "identified_from": model.source.encode("utf-8", "replace").decode("utf-8"),
-        **(
-            {} if model.calibrated is None else {"calibrated": {k: list(v) for k, v in model.calibrated.ranges.items()}}
-        ),
+        **({"calibrated": {k: list(v) for k, v in model.calibrated.ranges.items()}} if model.calibrated else {}),
         "robot": robot,
         "compliance": dict(zip(model.chain.robot.actuators, model.compliance.tolist(), strict=True)),
         "relative_compliance": model.values[: model.chain.compliances].tolist(),

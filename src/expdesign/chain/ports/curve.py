@@ -71,36 +71,32 @@ def curve_of(
         part: parameters of the law.
         seen: inputs of its first channel in the fitted rows, shape (N, d).
     """
-    form = law.form
-    rank = form.basis.rank
-    first = form.channels[0]
-    whole = form.port == "actuators" and _whole(law) is not None
-    outputs, varied, points, means, deviations = [], [], [], [], []
-    blocks: dict[int, int] = {}
+    form, whole = law.form, _whole(law)
+    rank, inner = form.basis.rank, np.where(np.isfinite(covariance), covariance, 0.0)
+    first: dict[int, int] = {}
     for index, channel in enumerate(form.channels):
-        blocks.setdefault(channel.block, index)
-    inner = np.where(np.isfinite(covariance), covariance, 0.0)
-    for block, index in blocks.items():
+        first.setdefault(channel.block, index)
+    outputs, varied, points, slopes = [], [], [], []
+    for block, index in first.items():
         channel = form.channels[index]
         grid, which = _grid(form.low[index], form.high[index], np.median(seen, axis=0))
-        features = channel.gain * form.basis.values(grid)
         rows = np.zeros((len(grid), len(values)))
         start = part.start + block * rank
-        rows[:, start : start + rank] = features
-        if whole:
+        rows[:, start : start + rank] = channel.gain * form.basis.values(grid)
+        if whole is not None:
             factor = robot.compliance[channel.output]
-            rows[:, channel.output] = factor if _whole(law) == "compliance" else factor * grid[:, 0]
+            rows[:, channel.output] = factor if whole == "compliance" else factor * grid[:, 0]
         outputs += [law.port.outputs[channel.output]] * len(grid)
         varied += which
         points.append(grid + [quantity.counted_from for quantity in channel.inputs])
-        means.append(rows @ values)
-        deviations.append(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", rows, inner, rows), 0.0)))
-    meaning = (_whole(law) or "law") if whole else "law"
-    units = {"compliance": "m/N", "elongation": "m", "law": ""}
-    return Curve(
-        tuple(outputs), tuple(varied), np.concatenate(points), np.concatenate(means), np.concatenate(deviations),
-        first.inputs, meaning, units[meaning],
-    )  # fmt: skip
+        slopes.append(rows)
+    moved = np.concatenate(slopes)
+    deviation = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", moved, inner, moved), 0.0))
+    unit = {"compliance": "m/N", "elongation": "m", None: ""}[whole]
+    quantities = form.channels[0].inputs
+    mean: FloatArray = moved @ values
+    found = np.concatenate(points), mean, deviation
+    return Curve(tuple(outputs), tuple(varied), *found, quantities, whole or "law", unit)
 
 
 def _whole(law: Law) -> str | None:

@@ -9,12 +9,12 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component
-from expdesign.chain.declaration import ONLY, Variant
+from expdesign.chain.declaration import Variant
 from expdesign.chain.effect import Effect, Parameter
-from expdesign.chain.form import Form
+from expdesign.chain.form import ONLY, Form
 from expdesign.chain.ports.features import FeatureBasis
 from expdesign.chain.ports.port import Channel, Port
-from expdesign.chain.ports.quantities import Quantity
+from expdesign.chain.ports.quantities import Quantity, seen_in
 from expdesign.chain.recordings.recordings import LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.mechanics.robots.robot import Robot
@@ -181,10 +181,9 @@ class Law(_AtPort):
 
     def describe(self) -> tuple[Parameter, ...]:
         form = self.form
-        every = [q for channel in form.channels for q in (*channel.inputs, channel.amplitude) if q is not None]
-        memory = {q for q in every if q.states}
-        self._memory = sorted(memory, key=lambda q: (q.kind, q.index, q.setting))
-        self.states = sum(q.states for q in self._memory)
+        every = {q for channel in form.channels for q in (*channel.inputs, channel.amplitude) if q is not None}
+        self._seen = sorted(every, key=lambda q: (q.kind, q.index, q.setting))
+        self.states = sum(q.states for q in self._seen)
         if self.states and not (self._acts("actuator") or self._acts("structure")):
             raise TypeError(f"port {self.port.name}: only the hooks `actuator` and `structure` remember")
         names = [f"w{b + 1}_{j + 1}" for b in range(form.blocks) for j in range(form.basis.rank)]
@@ -198,26 +197,15 @@ class Law(_AtPort):
         return values
 
     def extra(self, row: Row, state: ca.SX, theta: ca.SX) -> tuple[ca.SX, ca.SX]:
-        form, robot = self.form, self.robot
-        remembered, following, offset = {}, [ca.SX.zeros(0)], 0
-        for quantity in self._memory:
-            own = state[offset : offset + quantity.states]
-            remembered[quantity], after = quantity.expression(row, robot, own)
-            following.append(after)
-            offset += quantity.states
-
-        def seen(quantity: Quantity) -> ca.SX:
-            if quantity.states:
-                return remembered[quantity]
-            return quantity.expression(row, robot, ca.SX.zeros(0))[0]
-
+        form = self.form
+        seen, following = seen_in(self._seen, row, self.robot, state)
         extra = ca.SX.zeros(self.port.width)
         rank, blocks = form.basis.rank, form.blocks
         features: dict[tuple[Quantity, ...], ca.SX] = {}
         outside: dict[tuple[int, int], list[tuple[ca.SX, ca.SX]]] = {}
         for index, channel in enumerate(form.channels):
             low, high = form.low[index], form.high[index]
-            inputs = [seen(quantity) for quantity in channel.inputs]
+            inputs = [seen[quantity] for quantity in channel.inputs]
             if form.basis.kernel == "constant":
                 # Always the same: neither a time nor anything else is asked of points.
                 inputs = [ca.SX(float(middle)) for middle in 0.5 * (low + high)]
@@ -229,14 +217,14 @@ class Law(_AtPort):
             weights = theta[channel.block * rank : (channel.block + 1) * rank]
             fading = [i for i, quantity in enumerate(channel.inputs) if not quantity.drifts]
             within = _within([inputs[i] for i in fading], low[fading], high[fading])
-            amplitude = channel.gain * (ca.SX(1.0) if channel.amplitude is None else seen(channel.amplitude))
+            amplitude = channel.gain * (ca.SX(1.0) if channel.amplitude is None else seen[channel.amplitude])
             extra[channel.output] += amplitude * within * ca.dot(features[channel.inputs], weights)
             outside.setdefault((channel.output, channel.block), []).append((amplitude, 1.0 - within**2 + later))
         for position, output in enumerate(self._outputs):
             variance = sum((_wandered(each) for (own, _), each in outside.items() if own == output), ca.SX(0.0))
             least = _WITHIN * sum(channel.gain**2 for channel in form.channels if channel.output == output)
             extra[output] += ca.sqrt(ca.fmax(variance, least)) * theta[blocks * rank + position]
-        return extra, ca.vertcat(*following)
+        return extra, following
 
     def physics_among(self, known: Collection[str]) -> str:
         """Identifier of the known physics whose name is this port and what the law depends on; see `physics_of`."""

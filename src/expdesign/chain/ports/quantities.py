@@ -349,28 +349,38 @@ def _seen(kind: str, row: Row, robot: Robot) -> ca.SX:
     return value(row, robot)
 
 
+def seen_in(
+    quantities: Sequence[Quantity], row: Row, robot: Robot, state: ca.SX
+) -> tuple[dict[Quantity, ca.SX], ca.SX]:
+    """Quantities in one row, and the states after it of those that remember, in their order."""
+    found, following, offset = {}, [ca.SX.zeros(0)], 0
+    for quantity in quantities:
+        # An empty slice of a CasADi scalar is a row.
+        own = state[offset : offset + quantity.states] if quantity.states else ca.SX.zeros(0)
+        found[quantity], after = quantity.expression(row, robot, own)
+        following.append(after)
+        offset += quantity.states
+    return found, ca.vertcat(*following)
+
+
 def evaluate(quantities: Sequence[Quantity], rows: RowData, row: Row, robot: Robot) -> FloatArray:
     """Quantities of all rows, shape (N, Q); those with memory follow the rows of every series in order."""
     found = np.empty((len(rows), len(quantities)))
-    plain = [i for i, quantity in enumerate(quantities) if not quantity.states]
-    memory = [i for i, quantity in enumerate(quantities) if quantity.states]
-    if plain:
-        values = [quantities[i].expression(row, robot, ca.SX.zeros(0))[0] for i in plain]
-        found[:, plain] = BatchFunction("quantities", [row.flat()], [ca.vertcat(*values)])(rows.values)[0]
-    if memory:
-        state = ca.SX.sym("state", sum(quantities[i].states for i in memory))
-        values, following, offset = [], [], 0
-        for i in memory:
-            width = quantities[i].states
-            value, after = quantities[i].expression(row, robot, state[offset : offset + width])
-            values.append(value)
-            following.append(after)
-            offset += width
-        step = BatchFunction("remember", [state, row.flat()], [ca.vertcat(*following), ca.vertcat(*values)])
+    for remembers in (False, True):
+        places = [i for i, quantity in enumerate(quantities) if bool(quantity.states) is remembers]
+        if not places:
+            continue
+        state = ca.SX.sym("state", sum(quantities[i].states for i in places))
+        seen, following = seen_in([quantities[i] for i in places], row, robot, state)
+        values = ca.vertcat(*(seen[quantities[i]] for i in places))
+        if not remembers:
+            found[:, places] = BatchFunction("quantities", [row.flat()], [values])(rows.values)[0]
+            continue
+        step = BatchFunction("remember", [state, row.flat()], [following, values])
         states = np.zeros((int(rows.series.max()) + 1, state.shape[0]))
         for position in range(int(rows.position.max()) + 1):
             chosen = np.flatnonzero(rows.position == position)
-            now, seen = step(states[rows.series[chosen]], rows.values[chosen])
-            states[rows.series[chosen]] = now
-            found[chosen[:, None], np.array(memory)] = seen
+            states[rows.series[chosen]], found[chosen[:, None], places] = step(
+                states[rows.series[chosen]], rows.values[chosen]
+            )
     return found

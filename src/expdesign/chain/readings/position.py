@@ -42,6 +42,7 @@ from expdesign.chain.declaration import Parameter
 from expdesign.chain.readings.reading import Reading
 from expdesign.chain.recordings.recordings import LoadedPoints, Recordings, Remark
 from expdesign.chain.row import Row
+from expdesign.coordinates import SPATIAL
 from expdesign.errors import InputError
 from expdesign.mechanics.robots.orientation import (
     arrays_in_space,
@@ -66,7 +67,7 @@ INSTRUMENT, PLACE, TURN, FIXED = "instrument", "place", "turn", "fixed"
 """Kinds of blocks of unknown parameters."""
 LISTED = ("oriented", "sites", "stations", "fixed", "gauges")
 """Attributes that are lists of names in a model file, which leaves empty ones out."""
-_AXES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
+_AXES = SPATIAL.pose
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.declaration import Parameter
 from expdesign.chain.recordings.recordings import LoadedPoints, Recordings, Remark
 from expdesign.chain.row import Row
+from expdesign.coordinates import SPATIAL
 from expdesign.mechanics.robots.orientation import angles_of, rotation_matrix
 from expdesign.mechanics.robots.robot import Robot
 
@@ -170,12 +171,10 @@ class MeasuredPose(Reading):
     def parameters(self) -> tuple[Parameter, ...]:
         if self.frames_known:
             return ()
-        units = ("m", "m", "m", "rad", "rad", "rad")
-        axes = ("x", "y", "z", "rx", "ry", "rz")
         return tuple(
-            Parameter(f"{frame} {axis}_{unit}", _SCALE, low=-1.0, high=1.0, spread=FRAME_SPREAD)
+            Parameter(f"{frame} {axis}", _SCALE, low=-1.0, high=1.0, spread=FRAME_SPREAD)
             for frame in ("instrument", "artefact")
-            for axis, unit in zip(axes, units, strict=True)
+            for axis in SPATIAL.pose
         )
 
     @property

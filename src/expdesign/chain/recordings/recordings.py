@@ -144,9 +144,13 @@ class LoadedPoints:
 
     def components(self, coordinates: Coordinates) -> tuple[str, ...]:
         """Columns of what an instrument reads; rotations of targets are named as those of deflections."""
-        turned, spans = self.aim is not None or self.point is not None, SPANS if self.point is not None else ()
-        turns = coordinates.deflection[coordinates.translations :] if turned else ()
-        return (*self.measurand.columns(coordinates), *turns, *spans)
+        return self._with_turns(
+            self.measurand.columns(coordinates), coordinates.deflection[coordinates.translations :], SPANS
+        )
+
+    def _with_turns(self, own: tuple[str, ...], turns: tuple[str, ...], spans: tuple[str, ...]) -> tuple[str, ...]:
+        turned = self.aim is not None or self.point is not None
+        return (*own, *(turns if turned else ()), *(spans if self.point is not None else ()))
 
     @property
     def measurand(self) -> Measurand:
@@ -285,12 +289,8 @@ class Recordings(LoadedPoints):
 
     def deviation_columns(self, coordinates: Coordinates) -> tuple[str, ...]:
         """Columns of the standard deviations of the measured components, in the order of `axes`."""
-        turned, spans = (
-            self.aim is not None or self.point is not None,
-            SPAN_DEVIATIONS if self.point is not None else (),
-        )
-        turns = coordinates.deviation[coordinates.translations :] if turned else ()
-        names = (*self.measurand.deviation_columns(coordinates), *turns, *spans)
+        own = self.measurand.deviation_columns(coordinates)
+        names = self._with_turns(own, coordinates.deviation[coordinates.translations :], SPAN_DEVIATIONS)
         return tuple(names[axis] for axis in self.axes)
 
     def rows(self, chosen: BoolArray | IntArray) -> "Recordings":

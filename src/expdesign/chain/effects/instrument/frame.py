@@ -3,7 +3,6 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import ClassVar, Self
 
 import casadi as ca
@@ -61,25 +60,17 @@ class InstrumentDrift(Effect):
         return self.said("The instrument drifts against the robot's base by ({all:1e3 .3g}) mm per hour.", shift)
 
 
-class Axes(StrEnum):
-    """What is read in the instrument's axes: poses, differences of poses, or a body turned about one axis alone."""
-
-    POSES = ""
-    DIFFERENCES = "differences"
-    ABOUT_X = "about x"
-    ABOUT_Y = "about y"
-    ABOUT_Z = "about z"
+_POSES, _DIFFERENCES = Form(), Form(name="differences")
+_ABOUT = tuple(Form(name=f"about {axis}") for axis in "xyz")
+"""What is read in the instrument's axes: poses, differences of poses, or a body turned about one axis alone."""
 
 
-_ABOUT = (Axes.ABOUT_X, Axes.ABOUT_Y, Axes.ABOUT_Z)
-
-
-def _seen_turns(points: LoadedPoints) -> list[Axes]:
+def _seen_turns(points: LoadedPoints) -> list[Form]:
     """Variants for a body: a turn about an axis shows where the two axes that it mixes were measured."""
     axes = measured_axes(points)
     pairs = (({1, 2}, {4, 5}), ({0, 2}, {3, 5}), ({0, 1}, {3, 4}))
     seen = [axis for axis, mixed in zip(_ABOUT, pairs, strict=True) if any(pair <= axes for pair in mixed)]
-    return [Axes.POSES] if len(seen) == len(pairs) else seen
+    return [_POSES] if len(seen) == len(pairs) else seen
 
 
 class InstrumentMisalignment(Effect):
@@ -110,9 +101,9 @@ class InstrumentMisalignment(Effect):
     @classmethod
     def variants(cls, robot: Robot) -> list[Variant]:
         if robot.on_support:
-            return [Axes.POSES, *_ABOUT]
+            return [_POSES, *_ABOUT]
         # What reads poses turns them; deflections of an arm are twists, and the plane has one axis to turn about.
-        return [Axes.POSES, Axes.DIFFERENCES] if robot.orientation is not None else [Axes.POSES]
+        return [_POSES, _DIFFERENCES] if robot.orientation is not None else [_POSES]
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> Sequence[tuple[Component, Variant]]:
@@ -127,17 +118,14 @@ class InstrumentMisalignment(Effect):
         return tuple(Parameter(f"rot_{axis}_rad", 1e-2, low=-1.0, high=1.0) for axis in axes)
 
     def reading(self, reading: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
-        if self.variant in _ABOUT:
-            angles = ca.SX.zeros(3)
-            angles[_ABOUT.index(self.variant)] = theta[0]
-            turn = rotation_matrix(angles, "fixed-xyz")
-            return ca.vertcat(turn.T @ reading[:3], turn.T @ reading[3:])
-        if theta.shape[0] == 1:
+        if self.robot.coordinates.translations < 3:
             c, s = ca.cos(theta[0]), ca.sin(theta[0])
             return ca.vertcat(c * reading[0] + s * reading[1], -s * reading[0] + c * reading[1], reading[2:])
+        if self.variant in _ABOUT:
+            theta = ca.SX.eye(3)[:, _ABOUT.index(self.variant)] @ theta
         turn = rotation_matrix(theta, "fixed-xyz")
         orientation = self.robot.orientation
-        if self.variant is Axes.DIFFERENCES or not self.robot.on_legs or orientation is None:
+        if self.variant != _POSES or not self.robot.on_legs or orientation is None:
             return ca.vertcat(turn.T @ reading[:3], turn.T @ reading[3:])
         angles = angles_of(turn.T @ row.rotation @ turn, orientation)
         pose = ca.SX.sym("read", 6)

@@ -20,6 +20,7 @@ from expdesign.chain.component import (
 from expdesign.chain.declaration import LOOSELY, Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter, Values
 from expdesign.chain.effects.legs.geometry import GeometricStiffness
+from expdesign.chain.form import Form
 from expdesign.chain.recordings.recordings import DEFLECTIONS, POSITIONS, LoadedPoints, Measurand
 from expdesign.chain.row import Row
 from expdesign.mechanics.robots.kinematic_tree import FRAME_AXES
@@ -145,13 +146,6 @@ class CalibratedGeometryError(GeometricError):
         return f"Zeros and frames of the joints differ from the URDF's: {len(values)} parameters were identified."
 
 
-class Moved(StrEnum):
-    """What is not where it should be: a joint's zero, or the frame at the far end of a link."""
-
-    OFFSET = "offset"
-    FRAME = "frame"
-
-
 class ArmGeometryError(GeometricError):
     """An arm's geometry is not the nominal one: a joint's zero is off, or a link's far end not where it should be.
 
@@ -161,15 +155,14 @@ class ArmGeometryError(GeometricError):
 
     identifier = "joints.position_error"
     measurands = (DEFLECTIONS,)
-    forms = tuple(Moved)
+    forms = (Form(name="offset"), Form(name="frame"))
     changes_geometry = True
 
     at = on_any(each_joint, each_link)
 
     @classmethod
     def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        moved = {Part.JOINT: Moved.OFFSET, Part.LINK: Moved.FRAME}
-        return [(component, moved[component.part]) for component in cls.components(robot)]
+        return [(component, cls.forms[component.part is Part.LINK]) for component in cls.components(robot)]
 
     def describe(self) -> tuple[Parameter, ...]:
         if self.component.part is Part.JOINT:

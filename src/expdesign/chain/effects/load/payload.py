@@ -10,9 +10,9 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import PAYLOAD, PLATFORM, Component, heavy_links, on, on_any, tilted_load
-from expdesign.chain.declaration import ONLY, Declaration, Input, Size, Variant, rounded
+from expdesign.chain.declaration import Declaration, Input, Size, Variant, rounded
 from expdesign.chain.effect import Effect, Parameter, Values, When
-from expdesign.chain.form import Form
+from expdesign.chain.form import ONLY, Form
 from expdesign.chain.recordings.recordings import POSITIONS, LoadedPoints
 from expdesign.chain.row import Row
 from expdesign.mechanics.robots.orientation import moment
@@ -330,24 +330,24 @@ class UnknownTool(Effect):
 
     def load(self, wrench: ca.SX, row: Row, theta: ca.SX) -> ca.SX:
         weight = ca.vertcat(theta[0] * row.gravity, moment(row.rotation @ theta[1:], row.gravity))
-        return wrench + (weight if self.variant_form is None else self._own_row(row, self.variant_form) * weight)
+        return wrench + (weight if self.variant == ONLY else self._own_row(row) * weight)
 
-    def _own_row(self, row: Row, tip: Form) -> ca.SX:
+    def _own_row(self, row: Row) -> ca.SX:
         """1 in rows of the tip that has the tool, of several, and 0 in others."""
         tree = self.robot.links.tree
-        return tree.looked_at(row.pose)[tree.tips.index(tip.name)]
+        return tree.looked_at(row.pose)[tree.tips.index(self.variant.name)]
 
     def own_weight_change(self, row: Row, theta: ca.SX) -> ca.SX:
         """In rows of other tips the tool weighs as a part of the robot."""
-        if self.variant_form is None:
+        if self.variant == ONLY:
             return super().own_weight_change(row, theta)
         tree = self.robot.links.tree
         q = ca.SX.sym("q", len(self.robot.configuration))
-        pose = tree.forward(q)[self.variant_form.name]
+        pose = tree.forward(q)[self.variant.name]
         # The first moments are no functions of q: their sum with the mass is m·p, of which gravity makes the torque.
         potential = ca.dot(row.gravity, theta[0] * pose[:3, 3] + pose[:3, :3] @ theta[1:])
         torque = ca.gradient(potential, q)[: len(self.robot.stiffness)]
-        return (1.0 - self._own_row(row, self.variant_form)) * ca.substitute(torque, q, row.pose)
+        return (1.0 - self._own_row(row)) * ca.substitute(torque, q, row.pose)
 
     def reported(self, theta: ca.SX) -> dict[str, ca.SX]:
         mass = ca.if_else(ca.fabs(theta[0]) > _LIGHTEST, theta[0], _LIGHTEST)
@@ -356,6 +356,6 @@ class UnknownTool(Effect):
 
     def sentence(self, values: Values) -> str:
         centre = ", ".join(f"{1e3 * values[name][0]:.0f}" for name in values if name.startswith("tool_com"))
-        tip = "the tip `{variant}`" if self.variant_form is not None else "the tip"
+        tip = "the tip" if self.variant == ONLY else "the tip `{variant}`"
         rides = f"rides on {tip}, its centre of mass at ({centre}) mm in its axes."
         return self.said(f"A tool of {{tool_mass_kg:.3g}} kg that nothing accounts for {rides}", values)

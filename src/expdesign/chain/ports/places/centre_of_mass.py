@@ -4,6 +4,7 @@ another direction.
 
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
+from typing import ClassVar
 
 import casadi as ca
 
@@ -18,9 +19,10 @@ from expdesign.mechanics.robots.robot import Robot
 
 
 class _Stated(Port):
-    """What is stated of a load, and is not so; laws of the pose, of time, or of nothing."""
+    """What is stated of a load, and is not so; laws of the pose, of time, of nothing, of gravity where it `shifts`."""
 
     at = on_any(PAYLOAD)
+    shifts: ClassVar[bool] = False
 
     @abstractmethod
     def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
@@ -28,14 +30,11 @@ class _Stated(Port):
 
     def entries(self, sight: Sight) -> Iterator[Entry]:
         priors = [steady("load"), *over_time(sight, "load")]
-        for inputs in (*self._further(), sight.pose):
+        attitude = tuple(Quantity("own_gravity", axis) for axis in range(self.width)) if self.shifts else ()
+        for inputs in (attitude, sight.pose):
             priors += smooth_over(sight, "load", inputs, 15)
         for prior in priors if self.width else ():
             yield self.law(PAYLOAD, prior, range(self.width))
-
-    def _further(self) -> tuple[tuple[Quantity, ...], ...]:
-        """Inputs beside the pose."""
-        return ()
 
 
 def _centre(robot: Robot) -> Sequence[str]:
@@ -53,13 +52,11 @@ class CentreOfMass(_Stated):
 
     name = "centre of mass"
     adds = _centre
+    shifts = True
 
     def load(self, wrench: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
         d = self.width
         return wrench + ca.vertcat(ca.SX.zeros(d), moment(row.rotation @ extra, row.wrench[:d]))
-
-    def _further(self) -> tuple[tuple[Quantity, ...], ...]:
-        return (tuple(Quantity("own_gravity", axis) for axis in range(self.width)),)
 
 
 def _tilts(robot: Robot) -> Sequence[str]:
