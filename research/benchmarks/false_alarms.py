@@ -17,7 +17,7 @@ from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.evidence.dictionary import Dictionary
-from expdesign.diagnosis.evidence.state import Present, base_alone
+from expdesign.diagnosis.evidence.state import Present, linearised
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.mechanics.robots.robot import Robot
 from research.benchmarks.concealed.case import Case, generate, write_questions
@@ -64,7 +64,7 @@ def main() -> None:
     for case, robot, recordings in experiments(chosen.experiments, chosen.seed, "none"):
         found = diagnose(robot, recordings)
         sample = found.names.sample
-        base = base_alone(found.base, sample)
+        base = linearised(found.base, sample)
         dictionary = Dictionary(robot, sample, found.base.values)
         noise = generator.standard_normal((len(base.readings), chosen.repetitions))
         gains = largest_gains(dictionary, base, noise)

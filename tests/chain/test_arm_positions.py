@@ -176,9 +176,9 @@ def test_bearings_of_which_each_shows_as_much_are_named_together(arm: SerialRobo
     sample = data_of(data, arm, reading_of(arm, data)).counting(~data.test)
     base = fit(Chain(arm, reading=sample.reading), sample)
     entries = candidates([*each, together], sample, arm, base.values)
-    model = Search.over(Names(arm, sample, entries, known_noise=True)).model()
+    model = next(Search.over(Names(arm, sample, entries, known_noise=True)).ends()).model
     assert model.keys == (together.key,)
-    singly = Search.over(Names(arm, sample, entries[:-1], known_noise=True)).model()
+    singly = next(Search.over(Names(arm, sample, entries[:-1], known_noise=True)).ends()).model
     assert 1 < len(singly.keys) < 7
     assert singly.misfit > model.misfit + 10.0
 

@@ -64,7 +64,7 @@ def test_a_diagnosis_offers_drifts_with_the_range_of_the_fitted_rows() -> None:
     points = recordings("irregular")
     late = np.arange(len(points)) >= 10
     frame = framed(HOLDING[0].robot, replace(points, test=late), without=frozenset(), report=unheard)
-    drifts = [entry.effect for entry in frame.entries if entry.effect.beyond is Beyond.HOLDS]
+    drifts = [entry.effect for entry in frame.names.library if entry.effect.beyond is Beyond.HOLDS]
     assert drifts
     assert points.time is not None
     for drift in drifts:

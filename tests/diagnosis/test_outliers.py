@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from expdesign.arrays import FloatArray
-from expdesign.diagnosis.evidence.state import Present, base_alone
+from expdesign.diagnosis.evidence.state import Present, linearised
 from expdesign.diagnosis.outliers import (
     in_common,
     outlier_price,
@@ -55,7 +55,7 @@ def test_rows_stand_out_one_after_the_other_as_refits_show_them(name: str, scale
         refitted, chi2 = [*refitted, worst], left[worst]
         kept[worst] = False
     assert set(refitted) == set(wrong)
-    state = base_alone(base_fit(name, sample), sample, known_noise=scale == 1.0)
+    state = linearised(base_fit(name, sample), sample, known_noise=scale == 1.0)
     assert standing_out(state, axes, 10)[0].tolist() == refitted
     assert standing_out(state, axes, 2)[0].tolist() == refitted[:2]
 
@@ -131,7 +131,7 @@ def test_rows_that_stand_out_alike_are_no_single_mistakes() -> None:
         recordings = simulated(name, seed=3, series=12)
         recordings.deflections[rows] += wrong * np.array(recordings.deviations)[rows]
         sample = sample_of(name, recordings)
-        found = single_mistakes(base_alone(base_fit(name, sample), sample), sample, robot(name))
+        found = single_mistakes(linearised(base_fit(name, sample), sample), sample, robot(name))
         assert found.common == common
         assert np.flatnonzero(found.rows).tolist() == ([] if common else rows)
         assert (found.worth > 0.0) != bool(common)

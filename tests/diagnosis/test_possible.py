@@ -60,7 +60,7 @@ def search_of(arm: SerialRobot, recordings: Recordings) -> Search:
 
 def found(search: Search) -> tuple[Names, NamedModel]:
     """What may be named, and the best model."""
-    return search.known_names, search.model()
+    return search.known_names, next(search.ends()).model
 
 
 def by_lift(count: int) -> Array:
@@ -104,13 +104,13 @@ def test_one_effect_that_held_out_rows_refute_does_not_take_the_others_with_it(a
     test = np.arange(160) % 4 == 0
     moved = np.outer(np.where(test, 0.0, np.linspace(0.0, 2e-3, 160)), [1.0, 0.0, 0.0])
     search = search_of(arm, positions(arm, configurations(160, 2), moved, test))
-    names, model = search.known_names, search.model()
+    names, model = search.known_names, next(search.ends()).model
     assert set(model.keys) == {ZEROS, DRIFT}
-    kept, errors = confirmed(names, model, names.base.fit, test, known_noise=True)
+    kept, errors = confirmed(names, model, names.base.fit, test)
     assert kept.keys == (ZEROS,)
     assert errors.test_after < errors.test_before
     worse = names.without(model, model.keys.index(ZEROS))
-    assert confirmed(names, worse, names.base.fit, test, known_noise=True)[0].keys == ()
+    assert confirmed(names, worse, names.base.fit, test)[0].keys == ()
 
 
 def bipod_search(effects: list[Effect] | None, *parts: Effect, parameters: list[float]) -> Search:
@@ -135,9 +135,10 @@ def test_an_effect_by_which_left_out_rows_do_not_gain_goes() -> None:
     """Play is there; friction of another leg beside it only describes the noise of the rows that were fitted."""
     names, model = found(bipod_search(None, PLAY, parameters=[1.5e-5]))
     none = np.zeros(len(names.sample.counts), dtype=bool)
+    names.known_noise = False
 
     def kept(one: NamedModel) -> NamedModel:
-        return confirmed(names, one, names.base.fit, none, known_noise=False)[0]
+        return confirmed(names, one, names.base.fit, none)[0]
 
     assert kept(model) is model
     further = next(one for one in names.library if one.effect.key == FRICTION.key)
@@ -168,7 +169,7 @@ def test_refits_on_reduced_normal_equations_name_what_searches_on_the_rows_name(
     blocks, named = blocks_of(names.sample, OPTIONS.refits), []
     for tenth in range(OPTIONS.refits):
         part = Search.over(names.of_rows(names.sample.restricted(blocks != tenth)))
-        named.append(part.model().keys == model.keys)
+        named.append(next(part.ends()).model.keys == model.keys)
     assert abs(float(np.mean(named)) - stable.same) <= 0.1 + 1e-9
 
 
@@ -177,4 +178,4 @@ def test_names_do_not_hang_on_whether_rows_are_marked_for_testing() -> None:
     search = clear()
     names = search.known_names
     marked = Search.over(names.of_rows(names.sample.restricted(names.sample.rows.series % 4 != 0)))
-    assert marked.model().keys == search.model().keys == (FRICTION.key, PLAY.key)
+    assert next(marked.ends()).model.keys == next(search.ends()).model.keys == (FRICTION.key, PLAY.key)

@@ -43,7 +43,7 @@ def search_of(recordings: Recordings, *, known_noise: bool = True, effects: list
 def found() -> tuple[Search, NamedModel]:
     """Of play alone, searched once."""
     search = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]))
-    return search, search.model()
+    return search, next(search.ends()).model
 
 
 def test_the_search_keeps_what_it_needs_and_nothing_else() -> None:
@@ -61,7 +61,7 @@ def test_models_that_are_no_longer_kept_do_not_change_what_is_found(monkeypatch:
     every, expected = found()
     monkeypatch.setattr(names_module, "_MOST_KEPT", 3 * expected.fit.sensitivities.nbytes)
     few = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]))
-    assert few.model().keys == expected.keys
+    assert next(few.ends()).model.keys == expected.keys
     assert len(few.known_names.models) <= 5 < len(every.known_names.models)
     assert few.known_names.tried == every.known_names.tried
 
@@ -80,7 +80,7 @@ def test_an_effect_costs_its_parameters_and_the_places_where_it_was_looked_for()
     recordings = simulated(NAME, PLAY, parameters=[1.5e-5])
     everywhere = [e for e in library(robot(NAME), recordings) if e.physics == "leg_backlash"]
     alone = [e for e in everywhere if e.key == PLAY.key]
-    few, many = (search_of(recordings, effects=effects).model() for effects in (alone, everywhere))
+    few, many = (next(search_of(recordings, effects=effects).ends()).model for effects in (alone, everywhere))
     assert few.keys == many.keys
     assert many.fit.chi2 == pytest.approx(few.fit.chi2, rel=1e-9)
     assert many.misfit - few.misfit == pytest.approx(2.0 * np.log(len(everywhere)), rel=1e-6)
@@ -88,12 +88,12 @@ def test_an_effect_costs_its_parameters_and_the_places_where_it_was_looked_for()
 
 def test_with_an_unknown_noise_the_scale_of_the_deviations_does_not_matter() -> None:
     search = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]), known_noise=False)
-    assert search.model().keys == found()[1].keys
+    assert next(search.ends()).model.keys == found()[1].keys
 
 
 def test_removing_an_effect_of_two_leaves_the_other() -> None:
     search = search_of(simulated(NAME, FRICTION, PLAY, parameters=[60.0, 2e-5]))
-    model = search.model()
+    model = next(search.ends()).model
     assert {effect.physics for effect in model.effects} == {"friction_hysteresis", "leg_backlash"}
     for index, candidate in enumerate(model.candidates):
         smaller = search.known_names.without(model, index)
@@ -151,7 +151,7 @@ def test_two_names_for_one_thing_share_the_probability() -> None:
     mount = effect(NAME, "platform_compliance", "platform", "diagonal")
     recordings = simulated(NAME, base, parameters=[2e-8, 0.0])
     search = search_of(recordings, effects=[base, mount])
-    model = search.model()
+    model = next(search.ends()).model
     (finding,) = findings(search, model)
     assert finding.probability == pytest.approx(0.5 * OPTIONS.surest, abs=0.01)
     assert len(finding.indistinguishable) == 1

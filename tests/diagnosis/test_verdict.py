@@ -40,7 +40,7 @@ def doubted(
 @pytest.fixture(scope="module")
 def one() -> NamedModel:
     """Play of one leg."""
-    return search_of(simulated(NAME, PLAY, parameters=[1.5e-5]), effects=[PLAY]).model()
+    return next(search_of(simulated(NAME, PLAY, parameters=[1.5e-5]), effects=[PLAY]).ends()).model
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from expdesign.chain.chain import Chain
 from expdesign.chain.row import Row
 from expdesign.diagnosis.evidence.dictionary import Dictionary
 from expdesign.diagnosis.evidence.refinement import refined
-from expdesign.diagnosis.evidence.state import base_alone
+from expdesign.diagnosis.evidence.state import linearised
 from tests.cases import robot
 from tests.diagnosis.samples import base_fit, sample_of
 from tests.ports.machines import recordings_of
@@ -29,7 +29,7 @@ def test_a_leg_that_comes_loose_between_two_rows_is_one_weight_at_that_time(shar
     sample = sample_of(NAME, recordings_of(loose, NAME))
     base = base_fit(NAME, sample)
     dictionary = Dictionary(here, sample, np.ones(Chain(here).compliances))
-    present = base_alone(base, sample)
+    present = linearised(base, sample)
     best = max((atom for atom in dictionary.atoms if atom.entry), key=lambda atom: present.gain(atom.directions)[0])
     found, _ = refined(best, dictionary.made, present) or (best, 0.0)
     assert found.entry is not None

@@ -45,7 +45,7 @@ def test_physics_in_two_laws_of_one_part_is_not_given_to_another_that_resembles_
     readings = 5.0 * (one + other)[:, 0] + generator.standard_normal(ROWS)
     search = _search([(PLATFORM, one), (PLATFORM, other), (INSTRUMENT, mixed), (BASE, other - one)], readings, seed)
     assert np.argmax(search.problem.propose(search.start).gains) == 2
-    chosen = search.run()
+    chosen = next(search.ends())
     assert chosen.components == [PLATFORM]
     found = places(search.weighed(chosen, PLATFORM))
     assert found[0].component == PLATFORM
@@ -55,7 +55,7 @@ def test_physics_in_two_laws_of_one_part_is_not_given_to_another_that_resembles_
 def test_noise_has_no_law() -> None:
     generator = np.random.default_rng(9)
     laws = [(PLATFORM, generator.standard_normal((ROWS, 3))), (BASE, generator.standard_normal((ROWS, 5)))]
-    assert _search(laws, generator.standard_normal(ROWS), 9).run().laws == ()
+    assert next(_search(laws, generator.standard_normal(ROWS), 9).ends()).laws == ()
 
 
 def test_combinations_of_weights_that_no_reading_shows_cost_nothing() -> None:
@@ -82,7 +82,7 @@ def test_a_law_that_took_a_share_of_two_gives_way_to_the_one_elsewhere_that_is_l
     wide = np.hstack([near, 0.3 * generator.standard_normal((ROWS, 8))])
     readings = 6.0 * (one + other)[:, 0] + generator.standard_normal(ROWS)
     search = _search([(PLATFORM, wide), (PLATFORM, other), (BASE, one)], readings, seed)
-    chosen = search.run()
+    chosen = next(search.ends())
     assert sorted(chosen.laws) == [1, 2]
 
 
@@ -98,7 +98,7 @@ def _contested(seed: int, *, apart: float) -> Search:
 @pytest.mark.parametrize("apart", [0.0, 1.0])
 @pytest.mark.parametrize("seed", range(3))
 def test_what_has_a_name_stays_beside_a_law_that_is_needed_and_one_that_does_the_same(seed: int, apart: float) -> None:
-    chosen = _contested(seed, apart=apart).run()
+    chosen = next(_contested(seed, apart=apart).ends())
     assert sorted(chosen.laws) == [0, 2]
     assert chosen.nameless
 

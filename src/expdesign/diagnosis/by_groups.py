@@ -74,7 +74,7 @@ def by_groups(frame: Frame) -> tuple[ByGroups | None, str]:
     if count < (least := OPTIONS.groups * OPTIONS.fewest_rows):
         return None, f"{count} rows are too few for groups of effects ({least} are needed)"
     frame.names.report(Stage.GROUPS, "")
-    found = grouped(robot, sample, base, groups_of(robot, sample, base, frame.entries))
+    found = grouped(robot, sample, base, groups_of(robot, sample, base, frame.names.library))
     if found is None:
         return None, "no group of effects is worth its evidence"
     judged = _errors(found, frame)

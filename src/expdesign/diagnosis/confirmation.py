@@ -39,9 +39,7 @@ def gains(state: Present, blocks: IntArray) -> list[LeftOut]:
     return [LeftOut(state.without(k).refitted().left_out(blocks), own, blocks) for k in range(len(state.laws))]
 
 
-def confirmed(
-    names: Names, model: NamedModel, base: Fit, test: BoolArray, *, known_noise: bool
-) -> tuple[NamedModel, HeldOut]:
+def confirmed(names: Names, model: NamedModel, base: Fit, test: BoolArray) -> tuple[NamedModel, HeldOut]:
     """The model without the effects that rows which were not fitted speak against, and its errors there.
 
     Backward elimination, so that one effect that describes the fitted rows alone does not take the others with it.
@@ -54,7 +52,6 @@ def confirmed(
         model: with named effects alone.
         base: fit of the base model in all rows.
         test: rows that were not fitted (N,), see `held_out`.
-        known_noise: whether the noise is stated.
     """
 
     def judged(one: NamedModel) -> HeldOut:
@@ -72,7 +69,7 @@ def confirmed(
         else:
             # Where more than noise remains, or rows are alike, the penalised misfit trusts what is not so.
             alike = dispersion(model.fit.residuals, names.sample).correlation > OPTIONS.correlated
-            if known_noise and within_noise(tested(model.fit, names.sample)) and not alike:
+            if names.known_noise and within_noise(tested(model.fit, names.sample)) and not alike:
                 break
             p_values = [gain.p_value for gain in gains(names.state(model), names.blocks)]
             worst = max(removable, key=lambda k: p_values[k])

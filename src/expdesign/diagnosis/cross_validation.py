@@ -117,11 +117,6 @@ class LeftOut:
         weights /= weights.sum()
         return float(weights.sum(axis=1) @ np.exp(logs)), float(weights.sum(axis=0) @ shares)
 
-    def surprise(self, variances: FloatArray, inflation: float) -> float:
-        """RMS of left-out errors, each divided by its stated standard deviation with that of parameters inflated."""
-        own = np.maximum(variances - 1.0, 0.0)
-        return rms(self.after / np.sqrt(1.0 + inflation * own))
-
     @property
     def rms_before(self) -> float:
         """RMS without laws."""
@@ -145,7 +140,8 @@ class LeftOut:
     @property
     def better(self) -> float:
         """Share of the blocks with a visible change that are predicted better; 0 where there is none."""
-        visible = self._gains[np.abs(self._gains) > OPTIONS.listed]
+        gains = self._squares(self.before) - self._squares(self.after)
+        visible = gains[np.abs(gains) > OPTIONS.listed]
         return float((visible > 0.0).mean()) if visible.size else 0.0
 
     @property
@@ -159,11 +155,6 @@ class LeftOut:
         if self.p_value > OPTIONS.gain_level:
             return f"the gain does not stand out of its scatter over blocks that were left out (p = {self.p_value:.2g})"
         return ""
-
-    @property
-    def _gains(self) -> FloatArray:
-        """Falls of the mean square error by block."""
-        return self._squares(self.before) - self._squares(self.after)
 
     def _squares(self, errors: FloatArray) -> FloatArray:
         """Mean square error by block."""

@@ -179,7 +179,7 @@ def _likeliest(frame: Frame, ends: Iterator[Chosen], reason: str) -> Diagnosis:
     refuted: list[Laws] = []
     for end in ends:
         if end.laws:
-            laws = fitted(frame.names, frame.search, frame.dictionary.sight, end)
+            laws = fitted(frame.search, frame.dictionary.sight, end)
             found, others = _with_laws(frame, laws), imitating
             refuted.append(laws)
         else:
@@ -302,7 +302,7 @@ def _with_laws(frame: Frame, laws: Laws) -> Diagnosis | None:
 
     Rows that were held out do not choose among laws, but none is predicted with that they refute.
     """
-    errors = _in_noise_left(frame, laws.fit, _held_out(frame, laws.fit)) if laws.predicts else None
+    errors = _in_noise_left(frame, laws.fit, _held_out(frame, laws.fit)) if not laws.left_out.doubt else None
     if errors is None or errors.refuted:
         frame.names.log.add("laws", laws.summary("refuted"))
         return None
@@ -325,7 +325,7 @@ def _checked(frame: Frame, model: NamedModel) -> tuple[NamedModel, HeldOut]:
     """The model as far as held-out recordings confirm it, about its own estimate, with its errors."""
     names = frame.names
     names.report(Stage.HELD_OUT, "")
-    model, errors = confirmed(names, model, frame.base, frame.judged, known_noise=frame.noise.known)
+    model, errors = confirmed(names, model, frame.base, frame.judged)
     written = _as_written(names, model)
     return written, errors if written is model else _held_out(frame, written.fit)
 

@@ -101,10 +101,6 @@ class Widening:
     readings: float = 0.0
     parameters: float = 0.0
 
-    def at_least(self, other: "Widening") -> "Widening":
-        """The larger of both, each."""
-        return Widening(max(self.readings, other.readings), max(self.parameters, other.parameters))
-
 
 NONE = Widening()
 
@@ -125,7 +121,7 @@ def widening(fit: Fit, sample: Data, *, known_noise: bool, left_out: Widening = 
     alike = sqrt((1.0 + spread.correlation) / (1.0 - spread.correlation))
     # Where the noise was learnt with the parameters, they are known by it as well, else no better than stated.
     level = max(ratio, 1.0) if known_noise and left_out == NONE else ratio
-    return Widening(ratio, level * alike).at_least(left_out)
+    return Widening(max(ratio, left_out.readings), max(level * alike, left_out.parameters))
 
 
 def widened(fit: Fit, by: Widening) -> Fit:

@@ -18,7 +18,7 @@ from expdesign.diagnosis.dispersion import dispersion, statement
 from expdesign.diagnosis.evidence.dictionary import Dictionary
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.held_out import HeldOut
-from expdesign.diagnosis.library import OUTLIER, Candidate, candidates, library
+from expdesign.diagnosis.library import OUTLIER, candidates, library
 from expdesign.diagnosis.locate import locate
 from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
@@ -49,8 +49,7 @@ class Frame:
         calibrated: what of an arm was calibrated before; None of what is no arm.
         judged: held-out rows on which a model can be judged: not those that need what no fitted row determines, (N,).
         sample: the rows that may be fitted.
-        entries: named physics.
-        names: the same in the rows that belong to some physics, and every model of them that was fitted.
+        names: named physics in the rows that belong to some physics, and every model of them that was fitted.
         remarks: what is wrong with the noise that was stated.
         load_errors: of the recorded loads, that the noise of the rows contains in their declared size; None where none
             are declared, the noise is what the model leaves over, or positions show an arm's geometry.
@@ -65,7 +64,6 @@ class Frame:
     base: Fit
     judged: BoolArray
     sample: Data
-    entries: list[Candidate]
     names: Names
     remarks: tuple[Remark, ...] = ()
     load_errors: DeclaredLoadErrors | None = None
@@ -73,14 +71,10 @@ class Frame:
     laws: bool = True
     calibrated: ArmCalibration | None = None
 
-    def stated(self, fit: Fit, sample: Data) -> StatementOfFit:
-        """Whether a model accounts for the rows of a sample that count."""
-        return statement(fit, sample, self.noise)
-
     @cached_property
     def before(self) -> StatementOfFit:
         """Whether the base model accounts for the rows."""
-        return self.stated(self.base, self.sample)
+        return statement(self.base, self.sample, self.noise)
 
     @property
     def loads_account_for_it(self) -> bool:
@@ -125,8 +119,8 @@ class Frame:
             predictive=predictive,
             verdict=verdict,
             before=self.before,
-            after=self.before if plain else self.stated(model.fit, sample),
-            location=locate(self.base, self.sample, self.robot, self.entries, variance),
+            after=self.before if plain else statement(model.fit, sample, self.noise),
+            location=locate(self.base, self.sample, self.robot, self.names.library, variance),
             findings=(),
             errors=errors,
             names=self.names,
@@ -139,7 +133,7 @@ class Frame:
     @property
     def known(self) -> frozenset[str]:
         """Identifiers of the physics that may be named."""
-        return frozenset(entry.effect.physics for entry in self.entries)
+        return frozenset(entry.effect.physics for entry in self.names.library)
 
 
 def framed(
@@ -197,7 +191,6 @@ def framed(
         base,
         judged,
         sample,
-        entries,
         names,
         generous,
         weighed,

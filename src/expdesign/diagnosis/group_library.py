@@ -14,7 +14,7 @@ from expdesign.chain.ports.quantities import Quantity
 from expdesign.chain.ports.sight import Sight
 from expdesign.diagnosis.evidence.columns import Dense
 from expdesign.diagnosis.evidence.dictionary import Atom, Dictionary
-from expdesign.diagnosis.evidence.state import Present, base_alone
+from expdesign.diagnosis.evidence.state import Present, linearised
 from expdesign.diagnosis.library import Candidate, physical_sizes
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.estimation.fit import Data, Fit
@@ -88,7 +88,7 @@ def groups_of(robot: Robot, sample: Data, base: Fit, library: Sequence[Candidate
     """
     ports = ("supports",) if robot.on_support else ("joints",)
     dictionary = Dictionary(robot, sample, base.values, only=ports)
-    present = base_alone(base, sample, known_noise=False)
+    present = linearised(base, sample, known_noise=False)
     names = [] if robot.on_support else _named(robot, sample, base, library)
     return GroupLibrary((*names, *_few_ends(_laws(dictionary, robot), present)), dictionary.sight)
 

@@ -23,7 +23,7 @@ from expdesign.diagnosis.dispersion import Widening
 from expdesign.diagnosis.evidence.dictionary import law_of
 from expdesign.diagnosis.evidence.problem import Chosen, Problem
 from expdesign.diagnosis.evidence.search import Search
-from expdesign.diagnosis.evidence.state import Present, base_alone, regular
+from expdesign.diagnosis.evidence.state import Present, linearised, regular
 from expdesign.diagnosis.group_library import Group, GroupLibrary, Members
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.outliers import single_mistakes
@@ -118,8 +118,8 @@ def _chosen(sample: Data, base: Fit, library: GroupLibrary) -> Chosen:
     atoms = [group.atom for group in library.groups]
     options = replace(OPTIONS, most=len(atoms), slight=0.0)
     blocks = readings_of(blocks_of(sample), sample)
-    alone = base_alone(base, sample, known_noise=False)
-    return Search(Problem(alone, atoms, blocks, options=options)).run(guarded=True)
+    alone = linearised(base, sample, known_noise=False)
+    return Search(Problem(alone, atoms, blocks, options=options)).unrefuted()
 
 
 class _Model:
@@ -238,9 +238,9 @@ class _Model:
         """
         blocks, noise = self.blocks, float(np.sqrt(state.noise_variance))
         errors, variances = state.left_out(blocks) / noise, state.left_out_variances(blocks) / noise**2
-        judged = LeftOut(errors, errors, blocks)
-        inflation = judged.widened(variances, np.zeros(len(errors)))[0]
-        further = noise * max(judged.surprise(variances, inflation), 1.0)
+        inflation = LeftOut(errors, errors, blocks).widened(variances, np.zeros(len(errors)))[0]
+        expected = 1.0 + inflation * np.maximum(variances - 1.0, 0.0)
+        further = noise * max(rms(errors / np.sqrt(expected)), 1.0)
         count = max(len(np.unique(blocks)), 2)
         further *= float(stdtrit(count - 1, 0.975)) * float(np.sqrt(1.0 + 1.0 / count)) / NORMAL_95
         return Widening(further, further * float(np.sqrt(inflation)))

@@ -7,7 +7,7 @@ import numpy as np
 from expdesign.arrays import BoolArray, rms
 from expdesign.diagnosis.cross_validation import blocks_of, last_part, readings_of
 from expdesign.diagnosis.dispersion import widening
-from expdesign.diagnosis.evidence.state import base_alone
+from expdesign.diagnosis.evidence.state import linearised
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.estimation.coverage import NORMAL_95, HeldOutRows
 from expdesign.estimation.fit import Data, Fit
@@ -76,9 +76,10 @@ def held_out(
     """
     kept = sample.counts
     train_before, train_after = (_rms_on(f, sample, kept) for f in (base, model))
-    states = [base_alone(f, sample) for f in (base, model)]
+    states = [linearised(f, sample) for f in (base, model)] if later or not test.any() else []
     last = readings_of(last_part(sample, OPTIONS.groups)[0], sample)
-    ends = [rms(state.left_out(last.astype(int))[last]) for state in states] if later and not last.all() else []
+    asked = later and last.any() and not last.all()
+    ends = [rms(state.left_out(last.astype(int))[last]) for state in states] if asked else []
     later_before, later_after = ends or (float("nan"), float("nan"))
     if test.any():
         rows, how, coverage = held_out_rows(model, sample, test), f"{int(test.sum())} rows marked `test`", float("nan")

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from expdesign.arrays import FloatArray
 from expdesign.chain.effect import Effect
 from expdesign.chain.ports.curve import Curve, curve_of
 from expdesign.chain.ports.law import Law
@@ -181,12 +180,9 @@ def _curve(found: FoundGroup, groups: Groups, robot: Robot) -> Curve | None:
         return _of_changes([(law, parts[law]) for law in found.laws], robot, fit, sight)
     part = parts[first]
     seen = np.vstack([first.form.low[0], first.form.high[0]])
-    return curve_of(first, robot, fit.values[: part.stop], _up_to(fit, part.stop), part, seen)
-
-
-def _up_to(fit: Fit, stop: int) -> FloatArray:
-    covariance: FloatArray = fit.covariance[:stop, :stop]
-    return covariance
+    return curve_of(
+        first, robot, fit.values[: part.stop], np.asarray(fit.covariance[: part.stop, : part.stop]), part, seen
+    )
 
 
 def _of_changes(laws: list[tuple[Law, slice]], robot: Robot, fitted: Fit, sight: Sight) -> Curve:

@@ -15,7 +15,6 @@ from expdesign.diagnosis.evidence.dictionary import law_of
 from expdesign.diagnosis.evidence.problem import Chosen
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.library import Candidate
-from expdesign.diagnosis.names import Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.posterior import Place, places
 from expdesign.diagnosis.relinearised import relinearised
@@ -50,32 +49,11 @@ class Laws:
         fit: of the chain with all of them.
         left_out: errors of left-out readings without and with them in standard deviations of the noise, which decide
             whether they are predicted with.
-        names: what may be named, in the rows that belong to some physics.
-        inflation: of the covariance of `fit`, which left-out errors ask for.
-        noise: standard deviation of the readings in the stated or first estimated one: 1 where it is known.
     """
 
     parts: tuple[FoundLaw, ...]
     fit: Fit
     left_out: LeftOut
-    names: Names
-    inflation: float = 1.0
-    noise: float = 1.0
-
-    @property
-    def before(self) -> float:
-        """RMS of left-out readings without laws, in standard deviations."""
-        return self.left_out.rms_before
-
-    @property
-    def after(self) -> float:
-        """RMS of left-out readings with laws, in standard deviations."""
-        return self.left_out.rms_after
-
-    @property
-    def predicts(self) -> bool:
-        """Whether left-out readings are predicted well enough to be predicted with the laws."""
-        return not self.left_out.doubt
 
     @property
     def doubted(self) -> "Laws":
@@ -89,17 +67,15 @@ class Laws:
     def summary(self, verdict: str) -> str:
         """What was decided, in one sentence."""
         listed = "; ".join(f"{p.effect.key} ({100 * p.share:.0f} %)" for p in self.parts)
-        return (
-            f"laws at ports: {listed}; left-out error {self.after:.3g} instead of {self.before:.3g}"
-            + ("" if self.predicts else f", not predicted with: {self.left_out.doubt}")
-            + f"; verdict {verdict}"
-        )
+        errors, doubt = self.left_out, self.left_out.doubt and f", not predicted with: {self.left_out.doubt}"
+        found = f"left-out error {errors.rms_after:.3g} instead of {errors.rms_before:.3g}"
+        return f"laws at ports: {listed}; {found}{doubt}; verdict {verdict}"
 
 
-def fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
+def fitted(search: Search, sight: Sight, chosen: Chosen) -> Laws:
     """The chain with the chosen laws, and what each of them says."""
-    robot, sample, state, start, model = names.robot, names.sample, chosen.state, search.start.state, chosen.named
-    assert model is not None
+    names, state, start, model = search.known_names, chosen.state, search.start.state, chosen.model
+    robot, sample = names.robot, names.sample
     # Sizes of laws are in units of the noise, as the fit takes it; the covariance gets that of the readings.
     variance, noise = state.noise_variance, float(np.sqrt(state.noise_variance))
     where_of = {c: places(search.weighed(chosen, c)) for c in chosen.components}
@@ -128,4 +104,4 @@ def fitted(names: Names, search: Search, sight: Sight, chosen: Chosen) -> Laws:
         else:
             parts.append(FoundLaw(effect, where, share, model.candidates[position]))
     parts.sort(key=lambda item: -item.share)
-    return Laws(tuple(parts), result, left_out, names, inflation, noise)
+    return Laws(tuple(parts), result, left_out)

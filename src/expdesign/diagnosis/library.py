@@ -86,7 +86,6 @@ def candidates(
     sample: Data,
     robot: Robot,
     base: FloatArray,
-    basis: FloatArray | None = None,
 ) -> list[Candidate]:
     """Candidates with their directions.
 
@@ -95,7 +94,6 @@ def candidates(
         sample: the rows that count.
         robot: the robot.
         base: parameters of the base model, compliances first, shape (b,).
-        basis: of what the base model itself can do (M, r); what it can do as well is not counted as seen.
     """
     counts: dict[str, int] = {}
     for effect in effects:

@@ -13,14 +13,14 @@ from functools import cached_property
 
 import numpy as np
 
-from expdesign.arrays import FloatArray, IntArray, as_matrix
+from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.effect import Effect
 from expdesign.chain.recordings.recordings import Remark
 from expdesign.diagnosis.base_models import base_model
 from expdesign.diagnosis.cross_validation import LeftOut, blocks_of, readings_of
 from expdesign.diagnosis.evidence.dictionary import Atom, known_form
-from expdesign.diagnosis.evidence.state import Present, regular
+from expdesign.diagnosis.evidence.state import Present, linearised
 from expdesign.diagnosis.library import Candidate, beside
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.possible import Confounded, at_limit, confounded_with
@@ -263,8 +263,7 @@ class Names:
         if id(model) not in self._states:
             while len(self._states) >= _STATES:
                 self._states.pop(next(iter(self._states)))
-            residuals, slopes = self.sample.residuals_with_sensitivities(model.fit.chain, model.fit.values)
-            state = linearised(self.sample, model.fit, residuals, slopes, known_noise=self.known_noise)
+            state = linearised(model.fit, self.sample, known_noise=self.known_noise, sized=True)
             self._states[id(model)] = model, state.refitted()
         return self._states[id(model)][1]
 
@@ -339,51 +338,12 @@ class Names:
             enough=OPTIONS.settled,
             rough=0.1 * OPTIONS.settled,
         )
-        state = linearised(
-            self.sample, result, result.residuals, result.sensitivities, known_noise=self.known_noise
-        ).refitted()
+        seen = result.residuals, result.sensitivities
+        state = linearised(result, self.sample, known_noise=self.known_noise, sized=True, seen=seen).refitted()
         model = NamedModel(chosen, result, -2.0 * (state.log_evidence - self.price_of(chosen)))
         if not laws:
             self._states[id(model)] = model, state
         return model
-
-
-def linearised(sample: Data, about: Fit, residuals: FloatArray, slopes: FloatArray, *, known_noise: bool) -> Present:
-    """The problem to first order about a fit: what the base model leaves, with every effect of the chain as a law.
-
-    A parameter that a bound holds is where it is. The weights of an effect are its parameters that are no shapes, from
-    neutral, in units in which each moves the readings as much as the others.
-
-    Args:
-        sample: rows of the problem, all that count of which are rows of the result.
-        about: the fit.
-        residuals: whitened, there, shape (N, k).
-        slopes: whitened derivatives of the prediction, shape (N, k, p).
-        known_noise: whether the noise is stated.
-    """
-    chain, values, kept = about.chain, about.values, sample.kept
-    design, readings = as_matrix(slopes)[kept], residuals.ravel()[kept]
-    base: FloatArray = design[:, : chain.base]
-    precision: FloatArray = np.zeros(chain.base)
-    knowledge = chain.knowledge()
-    if knowledge is not None:
-        mean, deviation = knowledge[0][: chain.base], knowledge[1][: chain.base]
-        precision = 1.0 / deviation**2
-        held = np.isfinite(deviation)
-        readings = readings + base[:, held] @ (values[: chain.base] - mean)[held]
-    low, high = chain.bounds()
-    laws, variances = [], []
-    for effect, part in zip(chain.effects, chain.slices, strict=True):
-        own, away = design[:, part], values[part] - effect.neutral()
-        sizes = np.sqrt((own**2).mean(axis=0))
-        free = np.array([not p.shape for p in effect.parameters]) & (sizes > 0.0)
-        free &= (values[part] > low[part]) & (values[part] < high[part])
-        readings = readings + own[:, free] @ away[free]
-        scale = 1.0 / (sizes[free] * np.sqrt(max(free.sum(), 1)))
-        laws.append(own[:, free] * scale)
-        weights = away[free] / scale
-        variances.append(float(np.clip((weights**2).mean() if weights.size else 1.0, 1e-2, 1e5)))
-    return Present(base, regular(base, precision), readings, tuple(laws), tuple(variances), known_noise=known_noise)
 
 
 def hierarchical(effects: Sequence[Effect]) -> bool:

@@ -29,7 +29,7 @@ from expdesign.chain.component import Component
 from expdesign.chain.effect import Effect
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.ports.law import Law
-from expdesign.diagnosis.evidence.state import base_alone
+from expdesign.diagnosis.evidence.state import linearised
 from expdesign.diagnosis.library import Candidate, physical_sizes
 from expdesign.diagnosis.names import NamedModel, Names, hierarchical
 from expdesign.diagnosis.options import OPTIONS
@@ -214,7 +214,7 @@ def averaged(names: Names, model: NamedModel) -> NamedModel:
 def _beside(names: Names, model: NamedModel) -> Iterator[_Beside]:
     sample = names.sample
     noise = 1.0 if names.known_noise else max(model.fit.chi2 / max(sample.readings - model.fit.rank, 1), 1e-300)
-    present = base_alone(model.fit, sample)
+    present = linearised(model.fit, sample)
     known = replace(present, readings=present.readings / np.sqrt(noise))
     sizes = physical_sizes(names.robot, sample, names.base.fit)
     kinds = len({candidate.effect.physics for candidate in names.library})

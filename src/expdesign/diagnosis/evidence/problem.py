@@ -8,6 +8,7 @@ on; laws are linear as they are.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -101,8 +102,7 @@ class Chosen:
         return rms(self.state.left_out(self.blocks))
 
 
-@dataclass(frozen=True)
-class Proposal:
+class Proposal(NamedTuple):
     """Gains of everything beside what is there, prior included, and the sizes that reach them."""
 
     gains: FloatArray

@@ -57,22 +57,12 @@ class Search:
         assert self.problem.names is not None
         return self.problem.names
 
-    def model(self) -> NamedModel:
-        """The named effects of `run`."""
-        return self.run().model
-
-    def run(self, *, most: int | None = None, guarded: bool = False) -> Chosen:
-        """What is there; nothing where no gain is an alarm.
+    def ends(self, most: int | None = None) -> Iterator[Chosen]:
+        """What is there, and where that has names alone the likeliest end with laws as well.
 
         Args:
             most: effects and laws that are looked for at most; as many as the options allow if left out.
-            guarded: whether laws go without which left-out blocks are predicted better.
         """
-        best = next(self.ends(most))
-        return self._unrefuted(best) if guarded else best
-
-    def ends(self, most: int | None = None) -> Iterator[Chosen]:
-        """What is there (see `run`), and where that has names alone the likeliest end with laws as well."""
         limit = self.options.most if most is None else most
         firsts = self._starts(limit)
         left = list({end.key: end for end in (self._completed(first, limit) for first in firsts)}.values())
@@ -191,12 +181,13 @@ class Search:
                 current, position = self._pruned(best), 0
         return current
 
-    def _unrefuted(self, best: Chosen) -> Chosen:
-        """Without laws that left-out blocks speak against, and with what stands for these otherwise.
+    def unrefuted(self) -> Chosen:
+        """What is there without laws that left-out blocks speak against, and with what stands for these otherwise.
 
         Where rows are alike evidence counts them all as independent, and keeps what only describes the blocks that were
         seen.
         """
+        best = next(self.ends())
         while True:
             current = self._predicting(best)
             if not self.problem.refute(set(best.laws) - set(current.laws)):

@@ -116,8 +116,7 @@ class Present:
     def posterior_variances(self) -> FloatArray:
         """Of c and all weights, in variances of the noise."""
         inverse, _ = dtrtri(self.lower, lower=1)
-        found: FloatArray = (inverse**2).sum(axis=0)
-        return found
+        return np.asarray(np.einsum("ij,ij->j", inverse, inverse))
 
     def posterior(self, index: int) -> tuple[FloatArray, FloatArray]:
         """Mean (f,) and covariance (f, f) of the weights of one law, the latter in variances of the noise."""
@@ -299,16 +298,50 @@ class Present:
                 yield inside, one, _ALONE * np.linalg.inv(_ALONE * one - own @ own.T) - one
 
 
-def base_alone(about: Fit, sample: Data, *, known_noise: bool = True) -> Present:
-    """A model to first order about a fit as a base, in any rows, with what is known of its parameters."""
-    residuals, slopes = sample.residuals_with_sensitivities(about.chain, about.values)
-    directions, readings = as_matrix(slopes)[sample.kept], residuals.ravel()[sample.kept]
-    knowledge = about.chain.knowledge()
-    precision: FloatArray = np.zeros(directions.shape[1])
+def linearised(
+    about: Fit,
+    sample: Data,
+    *,
+    known_noise: bool = True,
+    sized: bool = False,
+    seen: tuple[FloatArray, FloatArray] | None = None,
+) -> Present:
+    """A model to first order about a fit, with what is known of its parameters.
+
+    Where its effects are `sized` they are laws, and a parameter that a bound holds is where it is. The weights of an
+    effect are its parameters that are no shapes, from neutral, in units in which each moves the readings as much as the
+    others. Otherwise all parameters are of the base.
+
+    Args:
+        about: the fit.
+        sample: rows of the problem, which need not be those that were fitted.
+        known_noise: whether the noise is stated.
+        sized: see above.
+        seen: whitened residuals there, shape (N, k), and derivatives of the prediction, shape (N, k, p), where known.
+    """
+    chain, values, kept = about.chain, about.values, sample.kept
+    residuals, slopes = seen or sample.residuals_with_sensitivities(chain, values)
+    design, readings = as_matrix(slopes)[kept], residuals.ravel()[kept]
+    base: FloatArray = design[:, : chain.base] if sized else design
+    count, knowledge = base.shape[1], chain.knowledge()
+    precision: FloatArray = np.zeros(count)
     if knowledge is not None:
-        precision, held = 1.0 / knowledge[1] ** 2, np.isfinite(knowledge[1])
-        readings = readings + directions[:, held] @ (about.values - knowledge[0])[held]
-    return Present(directions, regular(directions, precision), readings, known_noise=known_noise)
+        mean, deviation = knowledge[0][:count], knowledge[1][:count]
+        precision, held = 1.0 / deviation**2, np.isfinite(deviation)
+        readings = readings + base[:, held] @ (values[:count] - mean)[held]
+    low, high = chain.bounds()
+    laws, variances = [], []
+    for effect, part in zip(chain.effects, chain.slices, strict=True) if sized else ():
+        own, away = design[:, part], values[part] - effect.neutral()
+        sizes = np.sqrt((own**2).mean(axis=0))
+        free = np.array([not p.shape for p in effect.parameters]) & (sizes > 0.0)
+        free &= (values[part] > low[part]) & (values[part] < high[part])
+        readings = readings + own[:, free] @ away[free]
+        scale = 1.0 / (sizes[free] * np.sqrt(max(free.sum(), 1)))
+        laws.append(own[:, free] * scale)
+        weights = away[free] / scale
+        variances.append(float(np.clip((weights**2).mean() if weights.size else 1.0, 1e-2, 1e5)))
+    return Present(base, regular(base, precision), readings, tuple(laws), tuple(variances), known_noise=known_noise)
 
 
 def regular(directions: FloatArray, precision: FloatArray) -> FloatArray:
