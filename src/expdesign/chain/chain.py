@@ -149,13 +149,15 @@ class Chain:
         for effect, part in acting:
             row = self.reading.with_own_weight(row, effect.own_weight_change(row, part))
         forward, pose_map, wrench, pose = row.forward, row.pose_map, row.wrench, row.pose
+        changed = any(effect.changes_geometry for effect in self.effects)
         compliance = theta[: self.compliances] / ca.SX(robot.stiffness) if self.compliances else ca.SX.zeros(0)
         errors = self._link_errors(acting)
-        if any(effect.changes_geometry for effect in self.effects):
-            true = (
-                self._with_true_links(row, errors) if robot.jointed else self._with_true_legs(row, compliance, acting)
-            )
-            forward, pose_map, wrench, pose = true
+        if changed and robot.jointed:
+            forward, _, rotation = robot.links.jacobian_expressions(row.pose, errors)
+            pose_map = forward
+            wrench = row.wrench + turned_lever(rotation, row, row.wrench)
+        elif changed:
+            forward, pose_map, wrench, pose = self._with_true_legs(row, compliance, acting)
         for effect, part in acting:
             wrench = effect.load(wrench, effect.seen(row), part)
         force = forward.T @ wrench + row.carried if self.compliances else ca.SX.zeros(0)
@@ -250,11 +252,6 @@ class Chain:
         pose_map = ca.solve(ca.substitute(rates, symbol, pose), ca.SX.eye(n))
         forward = ca.solve(ca.substitute(robot.pose_rate_map(symbol), symbol, pose), pose_map)
         return forward, pose_map, row.wrench + turned_lever(robot.rotation(pose), row, row.wrench), pose
-
-    def _with_true_links(self, row: Row, errors: ca.SX | None) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
-        """J, J̌, the wrench and the command of a robot whose joints and links have geometric errors."""
-        forward, _, rotation = self.robot.links.jacobian_expressions(row.pose, errors)
-        return forward, forward, row.wrench + turned_lever(rotation, row, row.wrench), row.pose
 
     def _link_errors(self, acting: Acting) -> ca.SX | None:
         """Geometric errors of links with the effects that change them; None without links or such effects."""

@@ -96,14 +96,7 @@ class Model(Copied):
         if self.acting is None or not self.acting.effects:
             return self
         chain, known = self.chain, self.acting.joined(self.estimable)
-        effects = (*chain.effects, *self.acting.effects)
-        longer = Chain(
-            chain.robot,
-            effects,
-            instrument=chain.instrument,
-            from_command=chain.from_command,
-            reading=chain.reading,
-        )
+        longer = Chain(chain.robot, (*chain.effects, *self.acting.effects), reading=chain.reading)
         values = np.concatenate([self.values, self.acting.values])
         # The effects have joined the model; what every loading has for itself is left.
         own = replace(self.acting, effects=(), values=np.zeros(0), covariance=np.zeros((0, len(values))))

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -28,25 +29,22 @@ SHARES = (0.05, 0.15, 0.3, 0.6, 1.0)
 
 def smooth_over(sight: Sight, form: str, inputs: tuple[Quantity, ...], rank: int = 16) -> Iterator[Prior]:
     """Squared exponentials over what varies of the inputs."""
+    alone = sum(sight.spread(quantity) > 0.0 for quantity in inputs) == 1
+    return _over("squared_exponential", FINE if alone else COARSE, sight, form, inputs, rank)
+
+
+def _over(
+    kernel: str, factors: tuple[float, ...], sight: Sight, form: str, inputs: tuple[Quantity, ...], rank: int = 30
+) -> Iterator[Prior]:
     varying = tuple(quantity for quantity in inputs if sight.spread(quantity) > 0.0)
-    if not varying:
-        return
-    for factor in FINE if len(varying) == 1 else COARSE:
-        yield Prior(form, "squared_exponential", varying, tuple(factor * sight.spread(q) for q in varying), rank)
+    for factor in factors if varying else ():
+        yield Prior(form, kernel, varying, tuple(factor * sight.spread(q) for q in varying), rank)
 
 
-def kinks_over(sight: Sight, form: str, inputs: tuple[Quantity, ...], rank: int = 30) -> Iterator[Prior]:
-    """Half-planes over what varies of several inputs."""
-    varying = tuple(quantity for quantity in inputs if sight.spread(quantity) > 0.0)
-    for factor in (0.5, 1.5) if varying else ():
-        yield Prior(form, "arc_cosine", varying, tuple(factor * sight.spread(q) for q in varying), rank)
-
-
-def steps_over(sight: Sight, form: str, inputs: tuple[Quantity, ...], rank: int = 30) -> Iterator[Prior]:
-    """Steps at half-planes of several inputs: what gives way until it touches."""
-    varying = tuple(quantity for quantity in inputs if sight.spread(quantity) > 0.0)
-    for factor in (0.3, 2.0) if varying else ():
-        yield Prior(form, "step_cosine", varying, tuple(factor * sight.spread(q) for q in varying), rank)
+kinks_over = partial(_over, "arc_cosine", (0.5, 1.5))
+"""Half-planes over what varies of several inputs."""
+steps_over = partial(_over, "step_cosine", (0.3, 2.0))
+"""Steps at half-planes of several inputs: what gives way until it touches."""
 
 
 def of_effort(sight: Sight, effort: Quantity) -> Iterator[Prior]:

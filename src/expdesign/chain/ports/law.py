@@ -328,25 +328,18 @@ def form_data(form: LawForm) -> dict[str, Any]:
 def form_of(data: Mapping[str, Any], component: Component) -> LawForm:
     """The form in the data of a model file; `KeyError`, `TypeError` or `ValueError` where it is wrong."""
 
-    def quantity(entry: Any) -> Quantity | None:
-        return None if entry is None else Quantity(str(entry[0]), int(entry[1]), tuple(float(v) for v in entry[2:]))
+    def quantity(entry: Any) -> Quantity:
+        return Quantity(str(entry[0]), int(entry[1]), tuple(float(v) for v in entry[2:]))
 
-    channels, low, high = [], [], []
-    for item in data["channels"]:
-        inputs = tuple(q for q in (quantity(entry) for entry in item["inputs"]) if q is not None)
-        channel = Channel(
-            int(item["output"]), int(item["block"]), inputs, quantity(item["amplitude"]), float(item["gain"])
+    items = data["channels"]
+    channels = tuple(
+        Channel(
+            int(item["output"]), int(item["block"]), tuple(quantity(entry) for entry in item["inputs"]),
+            None if item["amplitude"] is None else quantity(item["amplitude"]), float(item["gain"]),
         )
-        channels.append(channel)
-        low.append(item["low"])
-        high.append(item["high"])
-    basis = FeatureBasis(
-        str(data["kernel"]),
-        np.array(data["scales"], dtype=float),
-        np.array(data["centres"], dtype=float),
-        np.array(data["features"], dtype=float),
-    )
-    return LawForm(
-        str(data["port"]), component, str(data["kind"]), tuple(channels), basis,
-        np.array(low, dtype=float), np.array(high, dtype=float), float(data["deviation"]),
+        for item in items
     )  # fmt: skip
+    low, high = (np.array([item[name] for item in items], dtype=float) for name in ("low", "high"))
+    scales, centres, weights = (np.array(data[name], dtype=float) for name in ("scales", "centres", "features"))
+    basis, size = FeatureBasis(str(data["kernel"]), scales, centres, weights), float(data["deviation"])
+    return LawForm(str(data["port"]), component, str(data["kind"]), channels, basis, low, high, size)
