@@ -89,10 +89,8 @@ class Section(BaseModel):
         """Remember the document of this section, and those of the sections in it."""
         object.__setattr__(self, "_document", document)
         for name, field in type(self).model_fields.items():
-            if next(_sections(field.annotation), None) is None:  # a covariance may have 400,000 numbers, and no section
-                continue
-            for path, section in _sections_in(getattr(self, name), (field.alias or name,)):
-                section._stand_in(document.where(*path))
+            if next(_sections(field.annotation), None):  # a covariance may have 400,000 numbers, and no section
+                _stand(getattr(self, name), document.where(field.alias or name))
 
     def as_mapping(self) -> dict[str, Any]:
         """The content as it stands in YAML, SI units."""
@@ -110,16 +108,13 @@ class Section(BaseModel):
         return data
 
 
-def _sections_in(value: Any, path: KeyPath) -> Iterator[tuple[KeyPath, Section]]:
-    """The sections that a value is or holds, each with its key path."""
+def _stand(value: Any, document: YamlDocument) -> None:
+    """Have the sections that a value is or holds remember their documents."""
     if isinstance(value, Section):
-        yield path, value
-    elif isinstance(value, list | tuple):
-        for index, each in enumerate(value):
-            yield from _sections_in(each, (*path, index))
-    elif isinstance(value, dict):
-        for key, each in value.items():
-            yield from _sections_in(each, (*path, key))
+        value._stand_in(document)
+    elif isinstance(value, list | tuple | dict):
+        for key, each in value.items() if isinstance(value, dict) else enumerate(value):
+            _stand(each, document.where(key))
 
 
 def unknown_key(key: str, known: list[str]) -> PydanticCustomError:

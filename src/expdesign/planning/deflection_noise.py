@@ -104,10 +104,6 @@ class DeflectionNoise:
         return cls(axes, np.diag(np.asarray(deviations, dtype=float) ** 2), shared_reference)
 
 
-PRICE = {False: 1.0, True: 0.25}
-"""p without and with interpolation."""
-
-
 class ReferencedNoise(DeflectionNoise):
     """Noise of deflections, each pose freed of thermal deflection by a reference pose before it (theory.md 9.H).
 
@@ -122,32 +118,19 @@ class ReferencedNoise(DeflectionNoise):
         reference: X_R, shape (n,).
         reference_map: J̌(X_R), shape (n, n).
         interpolated: whether the reference is interpolated between the one before and the one after.
-
-    Raises:
-        InputError: not all coordinates of the pose are measured, so that Δq is not seen.
     """
 
     def __init__(
-        self, noise: DeflectionNoise, reference: FloatArray, reference_map: FloatArray, *, interpolated: bool = False
+        self, noise: DeflectionNoise, reference: FloatArray, reference_map: FloatArray, *, interpolated: bool
     ) -> None:
-        if len(noise.axes) != len(reference_map):
-            what = "a reference pose corrects only what is measured on all axes"
-            raise InputError(what, remedy="Give the noise of every axis, or leave the reference pose out.")
         super().__init__(noise.axes, noise.covariance, noise.shared_reference)
-        self._inverse = np.linalg.inv(reference_map)
-        self.reference = reference
+        self.reference, self._inverse = reference, np.linalg.inv(reference_map)
         self.interpolated = interpolated
-        self.price = PRICE[interpolated]
-
-    def transfer(self, pose_map: FloatArray) -> FloatArray:
-        """T = J̌(X)·J̌(X_R)⁻¹, shape (..., n, n)."""
-        transfer: FloatArray = pose_map @ self._inverse
-        return transfer
 
     def covariance_at(self, pose_map: FloatArray) -> FloatArray:
         """V + p·T·V·Tᵀ of one deflection (m², m·rad, rad²), shape (..., n, n)."""
-        transfer = self.transfer(pose_map)
-        total: FloatArray = self.covariance + self.price * transfer @ self.covariance @ transfer.swapaxes(-1, -2)
+        transfer, price = pose_map @ self._inverse, 0.25 if self.interpolated else 1.0
+        total: FloatArray = self.covariance + price * transfer @ self.covariance @ transfer.swapaxes(-1, -2)
         return total
 
     def whitener_at(self, pose_map: FloatArray) -> FloatArray:

@@ -121,14 +121,14 @@ def with_reference_pose(noise: DeflectionNoise, experiment: ExperimentSection, r
     if section.interpolate and noise.shared_reference:
         what = "references cannot be interpolated where loads share one unloaded measurement"
         raise section.where("interpolate").fault(what, "Take one of the two out.")
+    if len(noise.axes) != robot.coordinates.n:
+        what = "a reference pose corrects only what is measured on all axes"
+        raise section.where().fault(what, "Give the noise of every axis, or leave the reference pose out.")
     pose = np.array(section.pose)
     if not bool(robot.usable(pose)):
         what = "the reference pose is beyond the robot's limits, or nearly singular"
         raise section.where("pose").fault(what, "Choose another pose.")
-    try:
-        return ReferencedNoise(noise, pose, robot.jacobians(pose).pose, interpolated=section.interpolate)
-    except InputError as error:
-        raise section.where().fault(error.what, error.remedy) from None
+    return ReferencedNoise(noise, pose, robot.jacobians(pose).pose, interpolated=section.interpolate)
 
 
 def read_regressor(section: RunSection, robot: Robot) -> Regressor:
