@@ -13,7 +13,7 @@ import expdesign as xd
 from expdesign.assurance.acceptance import decision as decision_module
 from expdesign.assurance.acceptance.any_axis import any_beyond
 from expdesign.assurance.acceptance.decision import Decision
-from expdesign.assurance.acceptance.hidden_risk import LeftOutOptions, left_out_by, left_out_risk
+from expdesign.assurance.acceptance.hidden_risk import left_out_by, left_out_risk
 from expdesign.assurance.model_error.physics import offsets
 from expdesign.assurance.model_error.recorded import Shown
 from expdesign.assurance.model_error.settings import Assumptions
@@ -230,10 +230,10 @@ def test_friction_is_integrated_over_its_size() -> None:
     case = problem(HEXAPOD, CASE | {"model_error": {"physics": ["friction_hysteresis"]}})
     measured = recorded(case, load_errors=False)
     found = AtTargets.identified(case, xd.identify(HEXAPOD["robot"], measured).result)
-    dense = LeftOutOptions(sizes=tuple(np.linspace(0.05, 9.0, 200)))
     shown = left_out_by(case, found.model)
     assert shown is not None
-    exact = replace(found.acceptance, left_out=left_out_risk(case, found.model, shown, dense))
+    dense = left_out_risk(case, found.model, shown, sizes=np.linspace(0.05, 9.0, 200).tolist())
+    exact = replace(found.acceptance, left_out=dense)
     assert found.acceptance.left_out is not None
     assert exact.left_out is not None
     assert found.acceptance.left_out.nothing == pytest.approx(exact.left_out.nothing, rel=0.02)
@@ -246,10 +246,9 @@ def test_physics_of_several_prior_sizes_is_believed() -> None:
     hidden = "friction_hysteresis at leg 4, rigid, 4 N"
     measured = recorded(case, conceal=hidden, seed=0, load_errors=False)
     found = AtTargets.identified(case, xd.identify(HEXAPOD["robot"], measured).result)
-    narrow = LeftOutOptions(scales=(1.0,), sizes=())
     shown = left_out_by(case, found.model)
     assert shown is not None
-    before = replace(found.acceptance, left_out=left_out_risk(case, found.model, shown, narrow))
+    before = replace(found.acceptance, left_out=left_out_risk(case, found.model, shown, (1.0,), ()))
     assert found.acceptance.robot_risk > 1.5 * before.robot_risk
 
 

@@ -205,9 +205,7 @@ def noise_covariance(deviations: FloatArray, references: TextArray | None) -> Fl
     if references is not None:
         numbers = groups(references)
         across = 0.5 * (np.eye(rows) + (numbers[:, None] == numbers[None, :]))
-    covariance = np.zeros((rows, axes, rows, axes))
-    for axis in range(axes):
-        covariance[:, axis, :, axis] = across * np.outer(deviations[:, axis], deviations[:, axis])
+    covariance = np.einsum("nm,na,mb,ab->namb", across, deviations, deviations, np.eye(axes))
     return covariance.reshape(rows * axes, rows * axes)
 
 

@@ -80,7 +80,7 @@ class UncertaintyBudget:
     @cached_property
     def standard(self) -> FloatArray:
         """u_c (m, rad), shape (t, n)."""
-        return self._root([one.deviation for one in self.contributions])
+        return np.sqrt(np.sum([one.deviation**2 for one in self.contributions], axis=0))
 
     @cached_property
     def degrees(self) -> FloatArray:
@@ -126,12 +126,6 @@ class UncertaintyBudget:
                 raise ValueError(message)
             total = total + each.covariance
         return total
-
-    def _root(self, deviations: list[FloatArray]) -> FloatArray:
-        total = np.zeros_like(self.tolerance)
-        for deviation in deviations:
-            total = total + deviation**2
-        return np.sqrt(total)
 
 
 def tolerances(problem: "DesignProblem") -> FloatArray:

@@ -213,22 +213,18 @@ class Decision:
     def repetitions(self) -> FloatArray:
         """How often the whole experiment has to be done until U is within each tolerance, shape (t, n).
 
-        The least whole number by `UncertaintyBudget.repeated`, between the first power of 2 that is enough and the one
-        before; infinite where `MOST_REPETITIONS` and all before are too few, NaN where an axis does not matter.
+        The least whole number by `UncertaintyBudget.repeated`; infinite where `MOST_REPETITIONS` are too few, NaN where
+        an axis does not matter.
         """
         budget = self.budget
-        tried = np.minimum(2.0 ** np.arange(np.log2(MOST_REPETITIONS) + 1.0), MOST_REPETITIONS)
-        enough = budget.repeated(tried[:, None, None]) <= budget.tolerance
-        enough[0] = self.u_within_tolerance
-        first = enough.argmax(axis=0)
-        most, least = tried[first], np.where(first > 0, tried[first - 1], 0.0)  # the one before is too few
-        while (most - least > 1.0).any():
+        enough = budget.repeated(MOST_REPETITIONS) <= budget.tolerance
+        least, most = np.zeros(enough.shape), np.where(self.u_within_tolerance, 1.0, MOST_REPETITIONS)
+        while (most - least > 1.0).any():  # what is least is too few, what is most enough
             between = np.ceil(0.5 * (least + most))
-            within = budget.repeated(between) <= budget.tolerance
-            apart = most - least > 1.0
-            most, least = np.where(apart & within, between, most), np.where(apart & ~within, between, least)
-        result: FloatArray = np.where(budget.matters, np.where(enough.any(axis=0), most, np.inf), np.nan)
-        return result
+            within = (budget.repeated(between) <= budget.tolerance) | (between == most)
+            least, most = np.where(within, least, between), np.where(within, between, most)
+        result = np.where(enough | self.u_within_tolerance, most, np.inf)
+        return np.where(budget.matters, result, np.nan)
 
     @property
     def repetitions_needed(self) -> int | None:

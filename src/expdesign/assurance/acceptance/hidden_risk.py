@@ -1,6 +1,6 @@
 """Physics that the model leaves out and the recordings do not refute: what it may do at the targets, by probability.
 
-Before the recordings, something is left out with the probability `LeftOutOptions.present`, shared evenly among the
+Before the recordings, something is left out with the probability `PRESENT`, shared evenly among the
 kinds of physics that the robot can have, and within a kind among the places and starts of its shapes. Its parameters x
 are normal with their prior sizes (MEIR's, theory.md 21) or, where these are assumed, as likely with three times those.
 The posterior of x beside the model's parameters, the Bayes factor against nothing left out, and the error of the
@@ -13,7 +13,6 @@ parameters: what they take up of left-out physics is applied at targets where th
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -26,21 +25,16 @@ from expdesign.errors import InputError
 from expdesign.estimation.gaussian import Gaussian
 from expdesign.planning.problem import DesignProblem
 
-
-@dataclass(frozen=True)
-class LeftOutOptions:
-    """What is thought of a machine before its recordings are read.
-
-    Attributes:
-        present: probability that physics which the base model lacks matters on it at all: as likely as not.
-        scales: of the prior size of a parameter that is assumed, each as likely as the other: what rests on no
-            publication may be half an order of magnitude larger.
-        sizes: in prior ones, over which physics is integrated that is no multiple of its size.
-    """
-
-    present: float = 0.5
-    scales: tuple[float, ...] = (1.0, 3.0)
-    sizes: tuple[float, ...] = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
+PRESENT = 0.5
+"""Probability, before its recordings are read, that physics which the base model lacks matters on a machine at all: as
+likely as not.
+"""
+SCALES = (1.0, 3.0)
+"""Of the prior size of a parameter that is assumed, each as likely as the other: what rests on no publication may be
+half an order of magnitude larger.
+"""
+SIZES = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
+"""In prior ones, over which physics is integrated that is no multiple of its size."""
 
 
 def decided_by(
@@ -89,7 +83,11 @@ it does to the attained poses."""
 
 
 def left_out_risk(
-    problem: DesignProblem, model: FittedModel, found: Shown, options: LeftOutOptions | None = None
+    problem: DesignProblem,
+    model: FittedModel,
+    found: Shown,
+    scales: Sequence[float] = SCALES,
+    sizes: Sequence[float] = SIZES,
 ) -> LeftOutRisk:
     """What may be left out of a model that its recordings do not refute.
 
@@ -97,32 +95,33 @@ def left_out_risk(
         problem: whose targets count.
         model: as its recordings determined it.
         found: what these show.
-        options: what is thought beforehand.
+        scales: of assumed prior sizes.
+        sizes: over which physics with a step is integrated; as a multiple of its size without any.
     """
-    options, base = options or LeftOutOptions(), joint_model(problem, model)
+    base = joint_model(problem, model)
     physics, meir, start = found.meir.physics, found.meir, offsets(found.meir.physics)
     rows, nothing = len(base.readings), np.zeros((meir.motions.shape[0] * meir.motions.shape[1], 1))
     apart = model.whitening.unshared
-    odds = np.log(options.present / (1.0 - options.present))
+    odds = np.log(PRESENT / (1.0 - PRESENT))
     listed: list[_Alternative] = []
     for index, (entry, share) in enumerate(zip(physics, _shares(physics), strict=True)):
         columns, prior = slice(start[index], start[index + 1]), odds + np.log(share)
         kinds = (entry.effect.parameters[i] for i in entry.free)
         assumed = any(meir.assumptions.size(entry.effect, parameter).assumed for parameter in kinds)
-        scales, phrase = options.scales if assumed else (1.0,), entry.effect.phrase
-        if entry.step and options.sizes:
-            shown, moved = found.at_sizes(index, options.sizes)
+        spread, phrase = scales if assumed else (1.0,), entry.effect.phrase
+        if entry.step and sizes:
+            shown, moved = found.at_sizes(index, sizes)
             seen, there = apart(shown[:, :rows].T), moved.reshape(len(moved), -1).T
             likelihoods = seen.T @ base.projected - 0.5 * (seen * base.projection(seen)).sum(axis=0)
-            logs = prior + np.log(_of_sizes(options.sizes, scales)) + likelihoods
+            logs = prior + np.log(_of_sizes(sizes, spread)) + likelihoods
             errors = base.unexplained(seen, there).T
             listed += [(phrase, float(log), mean, nothing) for log, mean in zip(logs, errors, strict=True)]
         else:
             shown = apart(found.directions[:rows, columns])
             shown = np.where(np.isfinite(shown).all(axis=0), shown, 0.0)
             moved = (meir.motions[..., columns] * meir.deviations[columns]).reshape(len(nothing), -1)
-            prior -= np.log(len(scales))
-            for scale in scales:
+            prior -= np.log(len(spread))
+            for scale in spread:
                 log, mean, root = base.joined(shown, moved, scale)
                 listed.append((phrase, prior + log, mean, root))
     weights = np.exp(np.array([0.0, *(log for _, log, _, _ in listed)]) - max(0.0, *(log for _, log, _, _ in listed)))

@@ -38,12 +38,12 @@ def planned_decisions(problem: DesignProblem, assessment: Assessment) -> list[De
 def planned_budgets(problem: DesignProblem, assessment: Assessment) -> list[UncertaintyBudget]:
     """The budgets of the designs of an assessment, before anything is measured."""
     own, acting = own_payload(problem), acting_loads(problem)
-    noises, loads = assessment.information.budget(problem.targets.observation, acting)
-    constant = np.zeros(noises.shape[1:]) if own is None else own.deviation**2
-    repetitions = planned_repetitions(assessment, acting, constant)
+    constant = np.zeros(problem.targets.importance.shape) if own is None else own.deviation**2
+    parts = map(assessment.information.part, range(assessment.batch))
+    together = zip(parts, assessment.number, planned_repetitions(assessment, acting, constant), strict=True)
     return [
-        replace(_budget(problem, noise, load, own, int(number)), repetition=repetition)
-        for noise, load, number, repetition in zip(noises, loads, assessment.number, repetitions, strict=True)
+        replace(_budget(problem, information, int(number), own, acting), repetition=repetition)
+        for information, number, repetition in together
     ]
 
 
@@ -54,24 +54,24 @@ def informed_decision(
 
     `degrees` are those of freedom of the noise level, infinite where it is stated.
     """
-    noise, load = information.budget(problem.targets.observation, acting_loads(problem))
-    return Decision(_budget(problem, noise, load, own_payload(problem), measurements, degrees), Basis.PLAN)
+    own, acting = own_payload(problem), acting_loads(problem)
+    return Decision(_budget(problem, information, measurements, own, acting, degrees), Basis.PLAN)
 
 
 def _budget(
     problem: DesignProblem,
-    noise: FloatArray,
-    load: FloatArray,
-    own: Contribution | None,
+    information: Information,
     measurements: int,
+    own: Contribution | None,
+    acting: tuple[FloatArray, ...],
     degrees: float = float("inf"),
 ) -> UncertaintyBudget:
-    """Of variances due to noise (t, n) and to each source of load error (t, n, s), beside the targets' own payloads."""
-    contributions = [Contribution(NOISE, np.sqrt(noise), degrees)]
-    for index, source in enumerate(problem.loaded.sources):
-        contributions.append(Contribution(source.source, np.sqrt(load[..., index])))
+    """Of noise and every source of load error, which do `acting` at the targets, beside the targets' own payloads."""
+    noise, load = information.budget(problem.targets.observation, acting)
+    names = (source.source for source in problem.loaded.sources)
+    sources = (Contribution(name, np.sqrt(part)) for name, part in zip(names, np.moveaxis(load, -1, 0), strict=True))
     return UncertaintyBudget(
-        contributions=(*contributions, *(() if own is None else (own,))),
+        contributions=(Contribution(NOISE, np.sqrt(noise), degrees), *sources, *(() if own is None else (own,))),
         tolerance=tolerances(problem),
         axes=problem.loaded.robot.coordinates.deflection,
         coverage=problem.coverage,

@@ -89,9 +89,7 @@ def _searched(problem: DesignProblem, name: str, seed: int, generations: int | N
 
 def distinct_criteria(problem: DesignProblem, seed: int) -> list[str]:
     """Criteria that order designs, without those that are another one to within rounding, by designs at random."""
-    plans = [one.plan for one in drawn(problem, 8, seed)]
-    configurations, loads = (np.array([getattr(plan, name) for plan in plans]) for name in ("configurations", "loads"))
-    assessment = problem.assess(configurations, loads, np.array([plan.series for plan in plans]))
+    assessment = problem.assessed(_random(problem, 8, seed))
     kept: dict[str, FloatArray] = {}
     for name, criterion in problem.criteria.items():
         values = criterion.values(assessment)
@@ -103,5 +101,10 @@ def distinct_criteria(problem: DesignProblem, seed: int) -> list[str]:
 
 def drawn(problem: DesignProblem, count: int, seed: int) -> list[Contender]:
     """Random designs of measurements within the robot's limits."""
-    designs = starting_designs(problem, count, np.random.default_rng([seed, _RANDOM_STREAM]))
-    return [Contender(f"random {index}", "random", planned(problem, one)) for index, one in enumerate(designs, start=1)]
+    designs = enumerate(_random(problem, count, seed), start=1)
+    return [Contender(f"random {index}", "random", planned(problem, one)) for index, one in designs]
+
+
+def _random(problem: DesignProblem, count: int, seed: int) -> FloatArray:
+    """Their decisions, shape (count, m, g)."""
+    return starting_designs(problem, count, np.random.default_rng([seed, _RANDOM_STREAM]))

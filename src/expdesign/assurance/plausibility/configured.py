@@ -3,14 +3,12 @@
 import numpy as np
 
 from expdesign.arrays import IntArray
+from expdesign.assurance.model_error.physics import plan_points
 from expdesign.assurance.plausibility.finding import Implausibility
 from expdesign.assurance.plausibility.targets import load_findings, target_findings
 from expdesign.chain.models.estimable import Calibrated
-from expdesign.chain.recordings.points import points_from_table
 from expdesign.chain.recordings.recordings import LoadedPoints
-from expdesign.io.output import csv_text
-from expdesign.io.table import parse_table
-from expdesign.planning.plan import Plan, plan_frame
+from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 
 SAMPLES = 200
@@ -26,10 +24,8 @@ def calibrated_by(problem: DesignProblem) -> Calibrated:
     """The ranges of what a configuration lets be measured."""
     space, robot = problem.space, problem.loaded.robot
     drawn = space.sample(SAMPLES, np.random.default_rng(0))
-    configurations, loads = space.decode(np.concatenate([drawn, np.stack([space.lower, space.upper])]))
-    plan = Plan(configurations, loads, np.arange(len(loads)))
-    table = parse_table(csv_text(plan_frame(plan, problem.loaded, with_gravity=True)), problem.source)
-    return Calibrated.of(points_from_table(table, robot), robot)
+    rows = space.decode(np.concatenate([drawn, np.stack([space.lower, space.upper])]))
+    return Calibrated.of(plan_points(problem.loaded, *rows), robot)
 
 
 def recorded_findings(points: LoadedPoints, problem: DesignProblem) -> list[Implausibility]:

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from expdesign.assurance.plausibility.evidence import CHANCE, REPEATABILITY
+from expdesign.assurance.plausibility.evidence import REPEATABILITY
 from expdesign.assurance.plausibility.finding import Implausibility, extent, outside
 from expdesign.assurance.plausibility.interpretations import explained
-from expdesign.assurance.plausibility.mistakes.numbers import agreeing_rows
+from expdesign.assurance.plausibility.mistakes.numbers import copies
 from expdesign.assurance.plausibility.registration import FEWEST, left_of, misfit_of, placed, some, spread_of
 from expdesign.assurance.plausibility.targets import deflection_findings
 from expdesign.chain.recordings.recordings import POSITION, Recordings, complete_positions
@@ -44,7 +44,9 @@ def _frames(recordings: Recordings, robot: Robot) -> list[Implausibility]:
     if stated is None:
         return standing
     if stated.size < 1.0:
-        return [*standing, *_copies(positions, train, robot)]
+        left = left_of(train, robot)
+        noise = None if left is None else np.sqrt((left**2).mean(axis=0)) / REPEATABILITY**2
+        return [*standing, *([] if noise is None else copies(positions, noise))]
     found = explained(recordings, robot, stated)
     return [] if found is None else [found]
 
@@ -113,17 +115,3 @@ def _hangs_on(link: str, ancestor: str, tree: KinematicTree) -> bool:
     while link != ancestor and link in above:
         link = above[link]
     return link == ancestor
-
-
-def _copies(recordings: Recordings, train: Recordings, robot: Robot) -> list[Implausibility]:
-    """Rows whose positions agree far closer than positions repeat; `train` are those that are fitted."""
-    left = left_of(train, robot)
-    if left is None:
-        return []
-    noise = np.sqrt((left**2).mean(axis=0)) / REPEATABILITY**2
-    runs = agreeing_rows(recordings.deflections, noise, CHANCE)
-    if not runs:
-        return []
-    first, other = (recordings.lines[runs[0].first - back] for back in (runs[0].offset, 0))
-    what = f"the readings of row {other} agree with those of row {first} far closer than readings repeat"
-    return [Implausibility(what, "Were rows copied? Every row has to be measured; take them out.")]

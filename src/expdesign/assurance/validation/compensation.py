@@ -30,6 +30,22 @@ steps at most.
 """
 
 
+def settled(step: Callable[[FloatArray], FloatArray], start: FloatArray) -> tuple[FloatArray, float]:
+    """The fixed point of a step that contracts (s, n), and the largest last change.
+
+    Raises:
+        ConvergenceError: it is not found.
+    """
+    place = start
+    for _ in range(STEPS):
+        before, place = place, step(place)
+        moved = np.abs(place - before).max(axis=1)
+        if (moved <= TOLERANCE).all():
+            return place, float(moved.max())
+    what = f"no command was found for {int((~(moved <= TOLERANCE)).sum())} of {len(start)} repetitions"
+    raise ConvergenceError(what, remedy="Errors this large cannot be compensated; is the noise in m and rad?")
+
+
 @dataclass(frozen=True)
 class Attained:
     """Many repetitions at one target.
@@ -106,22 +122,12 @@ class ExactCompensation:
         Raises:
             ConvergenceError: a fixed point is not found.
         """
-        commands = np.tile(self.target, (len(estimates), 1))
-        predicted = self._predicted(self.target, estimates)
         if self._at_target:
-            return Attained(commands, self._actual(self.target, self.true) - predicted, 0.0)
-        rows, residual = np.arange(len(estimates)), np.empty(len(estimates))
-        for _ in range(STEPS):
-            commands[rows] = self.target - predicted[rows]
-            predicted[rows] = self._predicted(commands[rows], estimates[rows])
-            residual[rows] = np.abs(commands[rows] + predicted[rows] - self.target).max(axis=1)
-            rows = np.flatnonzero(~(residual <= TOLERANCE))
-            if not rows.size:
-                commands = self.target - predicted  # a further step, which costs nothing
-                actual = self._actual(commands, self.true)
-                return Attained(commands, self._pose_errors(commands + actual), float(residual.max()))
-        what = f"no command was found for {rows.size} of {len(estimates)} repetitions"
-        raise ConvergenceError(what, remedy="Errors this large cannot be compensated; is the noise in m and rad?")
+            off = self._actual(self.target, self.true) - self._predicted(self.target, estimates)
+            return Attained(np.tile(self.target, (len(estimates), 1)), off, 0.0)
+        start = self.target - self._predicted(self.target, estimates)
+        commands, residual = settled(lambda place: self.target - self._predicted(place, estimates), start)
+        return Attained(commands, self._pose_errors(commands + self._actual(commands, self.true)), residual)
 
     def _pose_errors(self, reached: FloatArray) -> FloatArray:
         """Attained minus wanted pose (s, n) where the configurations (s, n_q) were reached."""

@@ -15,8 +15,8 @@ import casadi as ca
 import numpy as np
 
 from expdesign.arrays import FloatArray
-from expdesign.assurance.validation.compensation import STEPS, TOLERANCE
-from expdesign.errors import ConvergenceError, InputError
+from expdesign.assurance.validation.compensation import settled
+from expdesign.errors import InputError
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.symbolic import BatchFunction
 from expdesign.planning.plan import Plan
@@ -54,7 +54,7 @@ class GeometricPlant:
         return moved
 
     def attained(self, estimates: FloatArray, target: FloatArray, wrench: FloatArray) -> tuple[FloatArray, float]:
-        """Attained minus wanted pose (s, n) of commands by estimates (s, p), and the largest last step.
+        """Attained minus wanted pose (s, n) of commands by estimates (s, p), and the largest last step to these.
 
         Raises:
             ConvergenceError: a pose is not found.
@@ -66,30 +66,15 @@ class GeometricPlant:
             compliance = np.tile(self.compliance, (count, 1))
         load = np.broadcast_to(wrench, (count, len(wrench)))
         wanted = np.broadcast_to(target, (count, len(target)))
-        unloaded = wanted.copy()
-        for _ in range(STEPS):
-            before, unloaded = unloaded, wanted - self._deflection(unloaded, geometry, compliance, load)[0]
-            if np.abs(unloaded - before).max() < TOLERANCE:
-                break
-        command = self._lengths(unloaded, geometry)[0] - lengths
-        true = np.broadcast_to(self.nominal, geometry.shape)
-        pose, moved = unloaded.copy(), np.inf
-        for _ in range(STEPS):
-            found, rates = self._lengths(pose, true)
-            step = np.linalg.solve(rates, (found - command)[..., None])[..., 0]
-            pose, moved = pose - step, float(np.abs(step).max())
-            if moved < TOLERANCE:
-                break
-        else:
-            remedy = "Check the plan: it hardly identifies the geometry."
-            raise ConvergenceError("a commanded pose is not found", where="Monte-Carlo", remedy=remedy)
-        deflection = self._deflection(pose, true, np.broadcast_to(self.compliance, compliance.shape), load)[0]
-        return pose + deflection - target, moved
+        unloaded, residual = settled(lambda x: wanted - self._deflection(x, geometry, compliance, load)[0], wanted)
+        pose = self.robot.pose_of(self._lengths(unloaded, geometry)[0] - lengths, unloaded)
+        own = np.broadcast_to(self.nominal, geometry.shape), np.broadcast_to(self.compliance, compliance.shape)
+        return pose + self._deflection(pose, *own, load)[0] - target, residual
 
     @cached_property
     def _lengths(self) -> BatchFunction:
-        pose, geometry, lengths, rates = self._symbolic()
-        return BatchFunction("lengths", [pose, geometry], [lengths, rates])
+        pose, geometry, lengths, _ = self._symbolic()
+        return BatchFunction("lengths", [pose, geometry], [lengths])
 
     @cached_property
     def _deflection(self) -> BatchFunction:

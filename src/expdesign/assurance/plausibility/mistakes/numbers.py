@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtr, chdtrc
 
-from expdesign.arrays import FloatArray
+from expdesign.arrays import BoolArray, FloatArray
 from expdesign.assurance.plausibility.evidence import (
     CHANCE,
     CONSISTENT,
@@ -19,6 +19,7 @@ from expdesign.assurance.plausibility.evidence import (
     Fitted,
 )
 from expdesign.assurance.plausibility.finding import Implausibility
+from expdesign.chain.recordings.recordings import Recordings
 
 _MARKS = 15
 """Significant digits that a number holds."""
@@ -63,25 +64,30 @@ def copied_rows(evidence: Evidence) -> Iterator[Implausibility]:
     which there may be physics. Half the squared difference of two of them in such variances is χ² with as many degrees
     of freedom as were compared; that numbers of a certain resolution are equal has the probability step/(2√π·σ) each.
     """
-    noise, readings = noise_of(evidence), evidence.recordings.deflections
-    if noise is None:
-        return
-    repeats = noise / (REPEATABILITY if evidence.noise_stated else REPEATABILITY**2)
-    runs = agreeing_rows(readings, repeats, CHANCE)
+    noise, stated = noise_of(evidence), evidence.recordings
+    if noise is not None:
+        repeats = noise / (REPEATABILITY if evidence.noise_stated else REPEATABILITY**2)
+        yield from copies(stated, repeats, np.abs(np.diff(stated.wrenches, axis=0)).sum(axis=1) > 0.0)
+
+
+def copies(recordings: Recordings, noise: FloatArray, changed: BoolArray | None = None) -> list[Implausibility]:
+    """The longest run of rows that agree with earlier ones, the noise being that of repetition (k,).
+
+    `changed` says between which rows the load does, shape (N − 1,), so that an instrument should have moved.
+    """
+    runs = agreeing_rows(recordings.deflections, noise, CHANCE)
     if not runs:
-        return
-    longest = max(runs, key=lambda run: run.last - run.first)
-    lines = evidence.recordings.lines
+        return []
+    longest, lines = max(runs, key=lambda run: run.last - run.first), recordings.lines
     rows = [f"row {lines[i]}" for i in (longest.first - longest.offset, longest.first)]
     if longest.last > longest.first:
         rows = [f"rows {lines[longest.first - back]} to {lines[longest.last - back]}" for back in (longest.offset, 0)]
-    alike = evidence.recordings.wrenches[longest.first], evidence.recordings.wrenches[longest.first - longest.offset]
-    stuck = longest.offset == 1 and not np.array_equal(*alike)
     total = sum(run.last - run.first + 1 for run in runs)
     others = f" ({total} rows in all)" if total > longest.last - longest.first + 1 else ""
     what = f"the readings of {rows[1]} agree with those of {rows[0]} far closer than readings repeat{others}"
+    stuck = longest.offset == 1 and changed is not None and changed[longest.first - 1]
     likely = "Did the instrument stand still while the load changed?" if stuck else "Were rows copied?"
-    yield Implausibility(what, f"{likely} Every row has to be measured; take them out.")
+    return [Implausibility(what, f"{likely} Every row has to be measured; take them out.")]
 
 
 def agreeing_rows(readings: FloatArray, noise: FloatArray, chance: float) -> list[_Run]:
