@@ -17,6 +17,7 @@ from expdesign.report.page import Page
 from expdesign.report.remark_texts import sentences
 from expdesign.report.result import PAGE, FolderResult
 from expdesign.report.robot_section import actuator_tables, problem_report, robot_report
+from expdesign.report.robot_view import at_rest
 from expdesign.report.said import Said
 
 _FEW = 0.01
@@ -65,7 +66,7 @@ class CheckResult(FolderResult):
         if self.read is None or isinstance(self.read, Recordings):
             remedy = "Give a robot, a model or a run configuration; of others no page is made."
             raise InputError("there is no robot to draw in this file", where=_file(self.purpose), remedy=remedy)
-        return robot_report(self.read, self.summary)
+        return robot_report(self.read, self.summary, at_rest(self.read))
 
 
 def _file(purpose: Purpose) -> str:

@@ -22,7 +22,6 @@ from expdesign.planning.problem import DesignProblem
 from expdesign.planning.result import plans_frame
 from expdesign.report import error_maps, words
 from expdesign.report.acceptance_texts import sentences
-from expdesign.report.blocks import DataTable
 from expdesign.report.design_figures import criterion_title, described, hover_text, plotted, shown_criteria
 from expdesign.report.error_budget import acceptance_rows, parts
 from expdesign.report.robot_section import target_levers, target_text
@@ -205,7 +204,7 @@ CRITERIA_CAPTION = (
 )
 _FIRST = ("duir", "feir", "total")
 """Criteria that stand in the table of designs."""
-_COLUMNS = ("Criterion", "Unit", "Better", "Design", "Best on the front", "Best / design")
+CRITERIA_COLUMNS = ("Criterion", "Unit", "Better", "Design", "Best on the front", "Best / design")
 
 
 def further_criteria(front: Front) -> list[str]:
@@ -226,10 +225,3 @@ def criteria_cells(front: Front, design: int) -> list[list[str]]:
         unit = "–" if criterion.unit == "1" else criterion.unit
         rows.append([criterion.title, unit, better, words.number(value, 4), words.number(best, 4), near])
     return rows
-
-
-def criteria_table(front: Front, design: int) -> DataTable:
-    """The table as it stands at first."""
-    return DataTable(
-        "criteria-table", CRITERIA_CAPTION.replace("{design}", str(design + 1)), _COLUMNS, criteria_cells(front, design)
-    )

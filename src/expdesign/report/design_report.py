@@ -40,7 +40,8 @@ from expdesign.report.blocks import (
 )
 from expdesign.report.design_data import (
     CRITERIA_CAPTION,
-    criteria_table,
+    CRITERIA_COLUMNS,
+    criteria_cells,
     design_data,
     design_summary,
     deviation_sentences,
@@ -403,7 +404,9 @@ def _about_run(problem: DesignProblem, front: Front, run: Mapping[str, Any]) -> 
         items.insert(5, ("Ended by hand", f"{run['ended_by_hand']}; the search was not finished"))
     if versions:
         items.append(("Versions", versions))
-    criteria = [criteria_table(front, front.recommended)] if further_criteria(front) else []
+    caption = CRITERIA_CAPTION.replace("{design}", str(front.recommended + 1))
+    cells = criteria_cells(front, front.recommended)
+    criteria = [DataTable("criteria-table", caption, CRITERIA_COLUMNS, cells)] if cells else []
     return PageSection("run", "About this run", (Definitions(items), *criteria))
 
 

@@ -30,7 +30,6 @@ from expdesign.report.diagnosis_texts import (
     IN_DOUBT,
     VERDICTS,
     diagnosis_record,
-    ended_sentences,
     finding_sentence,
     held_out_sentences,
     in_prose,
@@ -55,6 +54,7 @@ _MODELS = 60
 
 
 NEXT_PLAN = "plan-next.csv"
+_ENDED = "Ended by hand during this step: {}. This is the best model so far; a finished diagnosis may differ."
 _MEASURE_NEXT = "Measure plan-next.csv: it separates the two remaining explanations."
 
 
@@ -87,7 +87,8 @@ class DiagnosisResult(RecordedResult):
         result, plan = self.result, None if self.result.rival is None else NEXT_PLAN
         further = Said("", []) if self.at_targets is None else self.at_targets.said
         verdict = IN_DOUBT if result.doubts and result.verdict == "unexplained" else VERDICTS[result.verdict]
-        texts = [*ended_sentences(result), f"Verdict: {result.verdict}. {verdict}"]
+        ended = [_ENDED.format(result.ended)] if result.ended else []
+        texts = [*ended, f"Verdict: {result.verdict}. {verdict}"]
         texts += sentences(result.doubts)
         texts += [finding_sentence(one) for one in result.findings]
         texts += [mismatch(result)] if result.verdict != "consistent" else []

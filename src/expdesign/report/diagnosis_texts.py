@@ -165,16 +165,6 @@ _COLUMN = re.compile(r"\b([a-z]+\d*)_(?:m|rad|N|Nm)\b")
 """A column of a pose, a load or a deflection, which prose names without its unit."""
 
 
-def ended_sentences(result: Diagnosis) -> list[str]:
-    """That somebody ended the diagnosis before it was finished."""
-    if not result.ended:
-        return []
-    return [
-        f"Ended by hand during this step: {result.ended}. This is the best model so far; a finished diagnosis may "
-        "differ."
-    ]
-
-
 def held_out_sentences(result: Diagnosis) -> list[str]:
     """How well rows that were not fitted are predicted, and how often refits to fewer rows name the same."""
     texts, errors, stable = [], result.errors, result.stability

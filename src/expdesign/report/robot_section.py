@@ -21,7 +21,7 @@ from expdesign.report.blocks import (
     framed,
 )
 from expdesign.report.page import Page
-from expdesign.report.robot_view import RobotStates, at_rest, levers, robot_states, view_data, view_figure
+from expdesign.report.robot_view import RobotStates, levers, robot_states, view_data, view_figure
 
 if TYPE_CHECKING:  # an identification is drawn without planning
     from expdesign.planning.problem import DesignProblem
@@ -156,11 +156,6 @@ def picture(
 _NOTE = "The robot in the base frame O at its reference pose, with the numbers by which every report names its parts."
 
 
-def robot_report(robot: Robot, summary: str) -> Page:
-    """The page of a robot's or a model's file."""
-    return _page(robot, summary, at_rest(robot), [], [])
-
-
 def problem_report(problem: "DesignProblem", summary: str) -> Page:
     """The page of a configuration: its robot at rest, and at every target under its load."""
     robot, targets = problem.loaded.robot, problem.targets.configurations
@@ -172,10 +167,13 @@ def problem_report(problem: "DesignProblem", summary: str) -> Page:
     )
     texts = [f"Target {number + 1}: {target_text(problem, number)}" for number in range(len(targets))]
     names = ["Reference pose", *(f"Target {number + 1}" for number in range(len(targets)))]
-    return _page(robot, summary, states, names, [Paragraph(text) for text in texts])
+    return robot_report(robot, summary, states, names, [Paragraph(text) for text in texts])
 
 
-def _page(robot: Robot, summary: str, states: RobotStates | None, names: list[str], targets: list[Block]) -> Page:
+def robot_report(
+    robot: Robot, summary: str, states: RobotStates | None, names: Sequence[str] = (), targets: Sequence[Block] = ()
+) -> Page:
+    """The page of a robot's or a model's file, or of a configuration with its targets."""
     blocks, data = picture(robot, states, note=_NOTE, names=names)
     said = Paragraph(words.sentence(summary.replace("`", "")))
     sections = (

@@ -97,10 +97,10 @@ def size(value: float, unit: str) -> str:
     return f"{factor * value:.3g} {prefix}{unit}"
 
 
-def count(value: int, singular: str, plural: str | None = None) -> str:
+def count(value: int, singular: str) -> str:
     """A number of things: `six measurements`, `one target`, `120 designs`."""
-    noun = singular if value == 1 else (plural or f"{singular}s")
-    return f"{_SMALL_NUMBERS[value] if value < len(_SMALL_NUMBERS) else value} {noun}"
+    number = _SMALL_NUMBERS[value] if value < len(_SMALL_NUMBERS) else value
+    return f"{number} {singular}{'' if value == 1 else 's'}"
 
 
 def listed(parts: Sequence[str]) -> str:

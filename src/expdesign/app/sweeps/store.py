@@ -89,10 +89,9 @@ class Store:
         """The runs that are not finished, one of each identity."""
         return list({run.identity: run for run in self.runs if self._rows[run.identity] is None}.values())
 
-    def count(self, status: str | None = None) -> int:
-        """How many runs are finished, or have a status (`finished`, `failed`)."""
-        rows = [self._rows[run.identity] for run in self.runs]
-        return sum(row is not None and (status is None or row["status"] == status) for row in rows)
+    def count(self) -> int:
+        """How many runs are finished."""
+        return sum(self._rows[run.identity] is not None for run in self.runs)
 
     def put(self, run: SweepRun, files: Mapping[str, str], seconds: float) -> None:
         """Keep the results of a run, and bring the table up to date now and then."""
