@@ -20,6 +20,7 @@ from expdesign.report.fit_texts import coverage_sentence
 from expdesign.report.physics_words import physics_words
 from expdesign.report.remark_texts import sentences
 
+_ERRORS = ("train_before", "train_after", "test_before", "test_after", "test_surprise")
 _RECORDED = 0.001
 """Probability from which `diagnosis.json` lists a place of a law."""
 
@@ -33,12 +34,9 @@ def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[
         **({"ended": diagnosis.ended} if diagnosis.ended else {}),
         "method": {"name": diagnosis.method.name, "reason": diagnosis.method.reason},
         "tests": {
-            "chi2": diagnosis.before.chi2,
-            "dof": diagnosis.before.dof,
-            "p_value": diagnosis.before.p_value,
-            "chi2_after": diagnosis.after.chi2,
-            "dof_after": diagnosis.after.dof,
-            "p_value_after": diagnosis.after.p_value,
+            f"{name}{when}": getattr(statement, name)
+            for when, statement in (("", diagnosis.before), ("_after", diagnosis.after))
+            for name in ("chi2", "dof", "p_value")
         },
         "statement": diagnosis.before.record,
         "statement_after": diagnosis.after.record,
@@ -46,11 +44,7 @@ def diagnosis_record(diagnosis: Diagnosis, next_experiment: str | None) -> dict[
         "effects": [_effect(diagnosis, finding) for finding in diagnosis.findings],
         "fit": {
             "noise_rms": 1.0,
-            "train_before": errors.train_before,
-            "train_after": errors.train_after,
-            "test_before": errors.test_before,
-            "test_after": errors.test_after,
-            "test_surprise": errors.test_surprise,
+            **{name: getattr(errors, name) for name in _ERRORS},
             "held_out": errors.how,
             "coverage_95": _finite(errors.coverage),
             "written_difference": _finite(diagnosis.written_difference),
@@ -81,17 +75,14 @@ def _effect(diagnosis: Diagnosis, finding: Finding) -> dict[str, Any]:
     if finding.gain is not None:
         gain = finding.gain
         record["held_out"] = {"without": gain.rms_before, "with": gain.rms_after, "p_value": gain.p_value}
-    if finding.form:
-        record["form"] = finding.form
-    if finding.share is not None:
-        record["share"] = finding.share
-    if finding.named_by is not None:
-        record["named_by_refits"] = finding.named_by
-    if finding.elsewhere:
-        record["elsewhere"] = list(finding.elsewhere)
-    if finding.rows:
-        record["rows"] = list(finding.rows)
-    return record
+    further = {
+        "form": finding.form,
+        "share": finding.share,
+        "named_by_refits": finding.named_by,
+        "elsewhere": list(finding.elsewhere),
+        "rows": list(finding.rows),
+    }
+    return record | {key: value for key, value in further.items() if value not in (None, "", [])}
 
 
 def _finite(value: float) -> float | None:
