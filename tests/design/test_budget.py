@@ -11,7 +11,7 @@ import pytest
 import expdesign
 from expdesign.errors import InputError
 from expdesign.io.yaml_reader import YamlDocument
-from expdesign.planning.budget import Budget, Structure
+from expdesign.planning.budget import Budget
 from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.deflection_noise import series_by_pose
 from expdesign.planning.front import Front
@@ -61,7 +61,8 @@ def test_the_largest_number_of_measurements_fits_and_one_more_does_not() -> None
         priced(10.0, 3.0, 1.0),
         referenced=True,
         shared=False,
-        least=Structure(4, 4),
+        least=4,
+        least_poses=4,
         poses=3,
     )
     assert demanded.largest == 0
@@ -247,7 +248,7 @@ def test_demanded_poses_that_cannot_be_joined_do_not_go_on_for_ever() -> None:
     design[:, settings.gene] = settings.first
     held = tuple(np.where(settings.poses, row, np.nan) for row in design)
     before = design.copy()
-    short = replace(case.budget, minutes=1.0, least=replace(case.budget.least, measurements=3))
+    short = replace(case.budget, minutes=1.0, least=3)
     replace(settings, kept=held)._fit(design, short)
     np.testing.assert_array_equal(design, before)
 

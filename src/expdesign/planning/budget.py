@@ -17,18 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.planning.schema import BudgetSection, CostsSection, ExperimentSection
+from expdesign.planning.schema import BudgetSection, ConstraintsSection, CostsSection, ExperimentSection
 
 LARGEST = 200
 """Measurements beyond which a budget alone does not decide."""
-
-
-@dataclass(frozen=True)
-class Structure:
-    """So many measurements at so many settings of the robot."""
-
-    measurements: int
-    poses: int
 
 
 @dataclass(frozen=True)
@@ -41,7 +33,8 @@ class Budget:
         referenced: whether deflections are measured, which need references without load.
         shared: whether measurements at one pose share their reference.
         validation: rows at poses of their own that are measured as well.
-        least: measurements and poses that there have to be.
+        least: measurements that there have to be.
+        least_poses: different poses that there have to be.
         most: measurements that there may be, or None.
         poses: distinct poses that there may be, or None.
     """
@@ -51,7 +44,8 @@ class Budget:
     referenced: bool
     shared: bool
     validation: int = 0
-    least: Structure = Structure(1, 1)
+    least: int = 1
+    least_poses: int = 1
     most: int | None = None
     poses: int | None = None
 
@@ -71,11 +65,11 @@ class Budget:
     @property
     def largest(self) -> int:
         """The most measurements that fit; more than `LARGEST` are not counted; 0 where nothing fits."""
-        limit, settings = LARGEST + 1 if self.most is None else self.most, max(1, self.least.poses)
-        if self.poses is not None and self.poses < settings:
+        limit = LARGEST + 1 if self.most is None else self.most
+        if self.poses is not None and self.poses < self.least_poses:
             return 0
         counts = np.arange(1, limit + 1)
-        fit = counts[(self.minutes_of(counts, settings) <= self.minutes) & (counts >= self.least.measurements)]
+        fit = counts[(self.minutes_of(counts, self.least_poses) <= self.minutes) & (counts >= self.least)]
         return int(fit.max(initial=0))
 
 
@@ -101,18 +95,16 @@ def read_budget(experiment: ExperimentSection, referenced: bool) -> Budget | Non
     if experiment.reference_pose is not None:
         what = "with a reference pose every pose stands between references, which a budget does not count"
         raise section.where().fault(what, "Give a number of `measurements`.")
-    constraints = experiment.constraints
-    least = Structure(1, 1)
-    if constraints is not None:
-        poses = max(constraints.distinct_poses, len(constraints.poses), 1)
-        least = Structure(max(poses, constraints.distinct_masses, len(constraints.masses_kg)), poses)
+    demanded = experiment.constraints or ConstraintsSection()
+    poses = max(demanded.distinct_poses, len(demanded.poses))
     budget = Budget(
         minutes=section.minutes,
         costs=costs,
         referenced=referenced,
         shared=experiment.deflection_noise.shared_reference,
         validation=0 if experiment.validation is None else experiment.validation.measurements,
-        least=least,
+        least=max(poses, demanded.distinct_masses, len(demanded.masses_kg)),
+        least_poses=poses,
         most=experiment.measurements,
         poses=section.distinct_poses,
     )
@@ -128,14 +120,13 @@ def _require_structure(budget: Budget, section: BudgetSection) -> None:
             remedy = "Add `experiment.measurements` as the largest number, or a cost of each reading."
             raise place.fault(what, remedy)
         return
-    least = budget.least
-    needed = float(budget.minutes_of(least.measurements, least.poses))
-    limits = [("measurements", budget.most, least.measurements), ("distinct_poses", budget.poses, least.poses)]
+    needed = float(budget.minutes_of(budget.least, budget.least_poses))
+    limits = [("measurements", budget.most, budget.least), ("distinct_poses", budget.poses, budget.least_poses)]
     for name, limit, wanted in limits:
         if limit is not None and limit < wanted:
             what = f"`{name}` allows {limit}, and `constraints` demand {wanted}"
             raise section.where().fault(what, "Allow more, or demand less.")
-    smallest = "one measurement" if least == Structure(1, 1) else f"the {least.measurements} measurements demanded"
+    smallest = "one measurement" if budget.least == 1 else f"the {budget.least} measurements demanded"
     more = f" and the {budget.validation} for validation" if budget.validation else ""
     what = f"{budget.minutes:g} min are too little for {smallest}{more}, which takes {needed:g} min by `costs`"
     raise place.fault(what, f"Allow at least {needed:g} min, or correct `costs`.")

@@ -86,7 +86,7 @@ class PoseSettings:
         units = self.units(others).sum(axis=1)[:, None] + (taken & ~known.any(axis=-1))
         poses = self.budget.poses or np.inf
         within: BoolArray = (self.budget.minutes_of(count, units, again) <= self.budget.minutes) & (units <= poses)
-        return within & (count >= self.budget.least.measurements)
+        return within & (count >= self.budget.least)
 
     @property
     def _where(self) -> BoolArray:
@@ -113,7 +113,7 @@ class PoseSettings:
         on, so that there are as many measurements to a setting as before.
         """
         found = designs.copy()
-        least = budget.least.measurements
+        least = budget.least
         for place in np.flatnonzero(self.taken(found).sum(axis=1) < least):
             left_out = np.flatnonzero(~self.taken(found[place]))
             found[place, left_out[: least - len(found[place]) + len(left_out)], self.gene] = self.first
@@ -127,7 +127,7 @@ class PoseSettings:
     def _fit(self, design: FloatArray, budget: Budget) -> None:
         """Change a design (m, g) until it is within the budget."""
         most = len(design) if budget.poses is None else budget.poses
-        fewest, least = max(1, budget.least.poses), budget.least.measurements
+        fewest, least = budget.least_poses, budget.least
         wanted = self.units(design).sum() / self.taken(design).sum()
         while True:
             taken, units = self.taken(design), self.units(design)

@@ -24,7 +24,7 @@ from expdesign.mechanics.robots.kinematic_tree import TIP_COLUMN
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.budget import Budget, read_budget
 from expdesign.planning.constraints import read_constraints, required
-from expdesign.planning.criteria.criterion import Criterion, criteria_of_problem, kinds, known_criteria
+from expdesign.planning.criteria.criterion import Criterion, criteria_of_problem, kinds
 from expdesign.planning.criteria.targets import Targets
 from expdesign.planning.experiment_sections import (
     axis_of,
@@ -70,7 +70,9 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         experiment = experiment.with_values(measurements=budget.largest)
     poses = _poses(experiment.poses, robot)
     sources = _sources(experiment, load)
-    _require_plain(found, experiment)
+    if found is not None and found.physics is not None and experiment.calibration != "elastostatic":
+        what = "a model with effects is planned for elastostatic calibration only"
+        raise experiment.where("calibration").fault(what, "Take the key out, or name the robot file.")
     if experiment.geometric_stiffness:
         found = with_geometric_stiffness(robot, found, document.source)
     loaded = LoadedRobot(robot, load, sources, regressor, None if found is None else found.physics)
@@ -98,8 +100,8 @@ def problem_from_document(document: YamlDocument) -> DesignProblem:
         coverage=STANDARD if section.acceptance is None else section.acceptance.chosen,
         robot_file=str(document.folder / section.robot) if isinstance(section.robot, str) else "",
     )
-    further = criteria_of_problem(problem, section)
-    return replace(problem, objectives=_objectives(section, further), further=further)
+    problem = replace(problem, further=criteria_of_problem(problem, section))
+    return replace(problem, objectives=_objectives(section, problem.criteria))
 
 
 def resolved_config(document: YamlDocument, robot: Robot) -> dict[str, Any]:
@@ -131,13 +133,6 @@ def _robot(section: RunSection) -> tuple[Robot, Any, FoundRobot | None]:
     part = section.where("robot").written_out
     robot, found = robot_of(part)
     return robot, part.content, found
-
-
-def _require_plain(found: FoundRobot | None, experiment: ExperimentSection) -> None:
-    """Raise where the physics of a model file goes with no other calibration."""
-    if found is not None and found.physics is not None and experiment.calibration != "elastostatic":
-        what = "a model with effects is planned for elastostatic calibration only"
-        raise experiment.where("calibration").fault(what, "Take the key out, or name the robot file.")
 
 
 def _load(section: LoadSection, robot: Robot) -> Load:
@@ -329,8 +324,7 @@ def _distinct(rows: FloatArray) -> FloatArray:
     return rows[np.sort(first)]
 
 
-def _objectives(section: RunSection, further: tuple[Criterion, ...]) -> tuple[Criterion, ...]:
-    known = {**known_criteria(), **{criterion.name: criterion for criterion in further}}
+def _objectives(section: RunSection, known: dict[str, Criterion]) -> tuple[Criterion, ...]:
     names, place = section.objectives, section.where("objectives")
     for index, name in enumerate(names):
         if name not in known:

@@ -107,7 +107,7 @@ _POOL = 400
 
 
 def validation_decisions(problem: DesignProblem, decisions: FloatArray) -> FloatArray:
-    """Genes (v, g) of the rows for validation of a design (m, g); the same design and seed give the same rows."""
+    """Decisions (v, g) of the rows for validation of a design (m, g); the same design and seed give the same rows."""
     space = problem.space.alone()
     if problem.validation == 0 or space.decisions == 0:
         return (

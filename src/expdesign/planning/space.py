@@ -33,7 +33,7 @@ class Required:
 
 
 class DesignSpace:
-    """Genes and what they stand for.
+    """The designs that can be chosen, and what their decisions stand for.
 
     Args:
         measurements: m.
@@ -280,7 +280,7 @@ class DesignSpace:
         return found
 
     def decisions_of(self, wanted: FloatArray, first: int) -> FloatArray | None:
-        """Genes (g,) at which quantities from index `first` on are as wanted, NaN for the others; None without any."""
+        """Decisions (g,) at which quantities from `first` on are as wanted, NaN for the others; None without any."""
         decisions = np.full(self.decisions, np.nan)
         reached = self._fixed[first : first + len(wanted)].copy()
         for decision, variable in enumerate(self.variables):

@@ -152,7 +152,7 @@ class Grid:
     def inward(
         self, decisions: FloatArray, wanted: FloatArray, moved: BoolArray, excess: Callable[[FloatArray], FloatArray]
     ) -> FloatArray:
-        """Genes (r, g) that can be set and are within limits, each the nearest to what was `wanted` (r, g).
+        """Decisions (r, g) that can be set and are within limits, each the nearest to what was `wanted` (r, g).
 
         The corners of the cell of the grid around what was wanted are tried, then multiples within a few steps. Where
         none is within the limits, the nearest multiple stays.
