@@ -106,18 +106,13 @@ def _in_si(values: Mapping[str, tuple[float, ...]], where: str, robot: Robot) ->
             raise ArgumentError(f"unknown coordinate `{name}`", argument=where, remedy=nearest(name, known))
         if si in found:
             raise ArgumentError(f"{si} is named twice", argument=where, remedy="Name it once.")
-        if not _are_numbers(numbers, 2 if where == "over" else 1):
+        listed = isinstance(numbers, Sequence | np.ndarray) and len(numbers) == (2 if where == "over" else 1)
+        if not listed or not all(isinstance(number, Real) for number in numbers):
             what = f"{numbers if where == 'over' else numbers[0]!r} is no {'range' if where == 'over' else 'value'}"
             remedy = f"Give {'two numbers, (low, high)' if where == 'over' else 'one number'}."
             raise ArgumentError(what, argument=f"{where}[{name!r}]", remedy=remedy)
         found[si] = numbers if measured is None else tuple(measured.unit.to_si(number) for number in numbers)
     return found
-
-
-def _are_numbers(values: object, count: int) -> bool:
-    if not isinstance(values, Sequence | np.ndarray) or len(values) != count:
-        return False
-    return all(isinstance(value, Real) for value in values)
 
 
 def _range(name: str, pair: tuple[float, ...]) -> tuple[float, float]:

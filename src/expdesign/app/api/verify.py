@@ -108,7 +108,8 @@ def verify(
     judged = judge(check, comparison, problem, chosen, robot, loads)
     result = Verification(comparison, statement, judged, chosen, identified.fit == "refuted")
     texts = validate(About, document_of(about or {}, "about"))
-    hashes = _hashes(model, recordings, config, about)
+    files = [one for one in (model, recordings, config, about) if isinstance(one, str | Path) and Path(one).is_file()]
+    hashes = {str(one): hashlib.sha256(Path(one).read_bytes()).hexdigest() for one in files}
     return VerificationResult(identified, check, result, texts, hashes, purpose=purpose_of("verify", model, recordings))
 
 
@@ -131,12 +132,3 @@ def _deviations(model: Model, check: CheckMeasurement, loads: TargetLoads, probl
         what += " (the standard deviations are still those of the prediction, which `compensate` wrote)"
     remedy = f"Write those of the instrument into {names}, or give a configuration with them (argument `config`)."
     raise InputError(what, where=check.points.source, remedy=remedy)
-
-
-def _hashes(*inputs: object) -> dict[str, str]:
-    """SHA-256 of the inputs that are files, by their names."""
-    found: dict[str, str] = {}
-    for one in inputs:
-        if isinstance(one, str | Path) and Path(one).is_file():
-            found[str(one)] = hashlib.sha256(Path(one).read_bytes()).hexdigest()
-    return found
