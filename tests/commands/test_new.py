@@ -44,3 +44,9 @@ def test_a_sweep_alone_comes_with_what_it_points_to(tmp_path: Path, capsys: Prin
     assert call("sweep", tmp_path / "my sweep" / "sweep.yaml", "--out", tmp_path / "out", "--workers", 1) == 0
     assert set(pd.read_csv(tmp_path / "out" / "sweep.csv")["status"]) == {"finished"}
     assert (tmp_path / "my sweep" / "robot.yaml").is_file()
+
+
+def test_files_are_written_here_where_no_folder_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert call("new", "bipod") == 0
+    assert (tmp_path / "config.yaml").is_file()
