@@ -62,7 +62,7 @@ PROOFS = {
     "identification/test_load_errors.py::test_levels_of_the_noise": "levels of noise that load errors spoil",
     "identification/test_round_trip.py::test_every_effect": "a model file that loses an effect",
     "identification/test_stations.py::test_one_pose": "an instrument that was moved, and nobody sees it",
-    "model_error/test_criterion.py::test_consistent_recordings": "recordings that hide more, or less, than their plan",
+    "model_error/test_criterion.py::test_of_recordings": "recordings that hide more, or less, than their plan",
     "plausibility/test_positions.py::test_commands_and_positions": "a mistake in positions that is not named",
     "ports/test_laws.py::test_a_law_is_found_beside": "a law that noise of unknown level hides",
     "ports/test_laws.py::test_the_band_covers": "a band that does not cover the true curve",

@@ -14,6 +14,7 @@ from expdesign.assurance.acceptance.planned import check_readings, planned_decis
 from expdesign.assurance.validation.simulation import simulate
 from expdesign.errors import InputError
 from expdesign.estimation.coverage import STANDARD, Coverage
+from expdesign.planning.criteria.criterion import known_criteria
 from expdesign.planning.plan import Plan
 from expdesign.planning.problem import DesignProblem
 from expdesign.report.acceptance_texts import acceptance_record, sentences
@@ -44,8 +45,6 @@ def test_the_budget_adds_up_to_the_criteria() -> None:
     assessment = case.assess(plan.configurations[None], plan.loads[None], plan.series[None])
     squares = (found.standard**2 * case.targets.importance).sum(axis=1)
     total = np.sqrt(squares @ case.targets.weights / case.targets.weights.sum())
-    from expdesign.planning.criteria.criterion import known_criteria  # noqa: PLC0415
-
     assert total == pytest.approx(float(known_criteria()["total"].values(assessment)[0]), rel=1e-12)
     assert [one.name for one in found.contributions] == ["noise", "com", "mass", "wrench"]
     assert np.isinf(found.degrees).all()

@@ -63,16 +63,6 @@ def test_a_mapping_as_other_readers_of_yaml_give_it() -> None:
         xd.physics(content | {"actuator_stiffness": ["ten"] * 6})
 
 
-def test_a_plan_is_what_was_computed(tmp_path: Path) -> None:
-    content = yaml.safe_load((CONFIG.parent / "bipod.yaml").read_text(encoding="utf-8"))
-    content["robot"] = str(CONFIG.parent / "robots" / "bipod.yaml")
-    content["optimiser"] = {"population": 8, "generations": 1, "polish": False}
-    run = xd.run(content)
-    assert run.record["config"]
-    total = xd.evaluate(content, run).record["total"]
-    assert total == pytest.approx(run.front.criteria["total"][run.front.recommended], rel=1e-9)
-
-
 @pytest.mark.parametrize("wrong", [5, None, {"a": 1}, ("a", 1)])
 def test_other_things_are_answered(wrong: object, tmp_path: Path, identified: xd.IdentificationResult) -> None:
     plan = plan_file(tmp_path)

@@ -1,7 +1,6 @@
 """A shared unloaded reading is said once, by the recordings or the configuration, and holds wherever they go."""
 
 import copy
-import logging
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -102,15 +101,6 @@ def test_the_next_measurements_and_a_verification_take_it_as_well() -> None:
     size = 2 * len(check)
     assert np.count_nonzero(xd.verify(model, check, config=config).result.comparison.noise) == 2 * size
     assert np.count_nonzero(xd.verify(model, check).result.comparison.noise) == size
-
-
-def test_a_contradiction_is_named(caplog: pytest.LogCaptureFixture) -> None:
-    recordings, config = recorded(), configuration(shared=False)
-    with caplog.at_level(logging.WARNING, "expdesign"):
-        found = xd.identify(config["robot"], recordings, targets=config)
-    assert "rows 2 and 3 are counted from one unloaded reading, and by `shared_reference: false`" in caplog.text
-    assert "What the recordings say holds" in caplog.text
-    assert found.record["shared_reference"]
 
 
 def test_a_plan_of_shared_references_names_them(tmp_path: Path) -> None:

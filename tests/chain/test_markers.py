@@ -4,20 +4,18 @@ import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
-import casadi as ca
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from expdesign.chain.chain import Chain
-from expdesign.chain.component import moment_at, with_links_beyond
 from expdesign.chain.effects.instrument.frame import InstrumentDrift
 from expdesign.chain.effects.joints.geometry import GeometricError
-from expdesign.chain.models.model_file import Model, model_from_document, model_text
+from expdesign.chain.models.model_file import Model
 from expdesign.chain.readings.choice import reading_of
 from expdesign.chain.readings.position import MarkerPosition, turns
 from expdesign.chain.recordings.recordings import Recordings
-from expdesign.chain.row import row_data, row_symbols
+from expdesign.chain.row import row_data
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.errors import InputError
 from expdesign.estimation.compensation.prediction import predict
@@ -58,45 +56,6 @@ def test_reading_against_rigid_bodies_and_gravity_by_hand(arm: SerialRobot) -> N
         point = arm.position(bent) + arm.jacobians(bent).rotation @ PLACE
         turn = Rotation.from_euler("xyz", INSTRUMENT[3:]).as_matrix()
         np.testing.assert_allclose(positions[row], turn.T @ (point - INSTRUMENT[:3]), rtol=0.0, atol=1e-9)
-
-
-def test_links_beyond_a_joint_turn_it_as_their_weight_does(arm: SerialRobot) -> None:
-    """The moment about a joint's axis of what lies beyond it is the joint's torque by own weight."""
-    q = configurations(3, 8)
-    row = row_symbols(arm, 1)
-    torques = arm.own_weight(q, arm.gravity)
-    for joint in (1, 2, 3, 5):
-        point, frame = arm.tree.joint_frame(row.pose, joint)
-        load = with_links_beyond(arm, ca.SX.zeros(6), row, joint + 1)
-        axis = frame @ ca.SX(arm.tree.joints[joint].axis)
-        torque = ca.dot(axis, moment_at(load, row, point))
-        function = ca.Function("torque", [row.pose, row.position, row.gravity], [torque])
-        for configuration, expected in zip(q, torques, strict=True):
-            found = function(configuration, arm.position(configuration), arm.gravity)
-            np.testing.assert_allclose(float(found), expected[joint], rtol=0.0, atol=1e-9)
-
-
-def test_weight_is_what_the_joints_carry(arm: SerialRobot) -> None:
-    """Power: the wrench of own weight about the base, projected on the first joints, is their torque."""
-    q = configurations(3, 5)
-    wrench = arm.weight_wrench(q, np.tile(arm.gravity, (3, 1)))
-    about_base = wrench[:, 3:] + np.cross(arm.position(q), wrench[:, :3])
-    torque = arm.own_weight(q, np.tile(arm.gravity, (3, 1)))
-    np.testing.assert_allclose(torque[:, 0], wrench[:, 2], rtol=1e-9)
-    np.testing.assert_allclose(torque[:, 1], about_base[:, 2], rtol=0.0, atol=1e-9)
-
-
-def test_instrument_marker_and_stiffness_are_found_together(arm: SerialRobot) -> None:
-    data = measured(arm, configurations(120, 1))
-    reading = reading_of(arm, data)
-    assert isinstance(reading, MarkerPosition)
-    assert not reading.held
-    result = fit(Chain(arm, reading=reading), data_of(data, arm))
-    error = result.values[7:] - [*INSTRUMENT, *PLACE]
-    assert np.abs(error / np.sqrt(np.diag(result.covariance))[7:]).max() < 4.0
-    loaded = [2, 3, 5]  # shoulder, elbow, wrist
-    assert np.abs(result.values[loaded] - 2.0).max() < 5.0 * np.sqrt(np.diag(result.covariance))[loaded].max()
-    assert result.chi2 / result.dof < 1.2
 
 
 def test_one_orientation_is_said_and_only_the_same_orientation_is_predicted(arm: SerialRobot) -> None:
@@ -167,22 +126,6 @@ def test_an_arm_as_its_file_says_is_consistent(arm: SerialRobot) -> None:
     result = diagnose(arm, replace(measured(arm, configurations(150, 6), seed=7), test=np.arange(150) % 3 == 2))
     assert result.verdict == "consistent"
     assert not result.findings
-
-
-def test_a_model_of_positions_is_read_back_number_for_number(arm: SerialRobot, tmp_path: Path) -> None:
-    document = read_yaml(write_arm(tmp_path))
-    data = measured(arm, configurations(60, 1))
-    reading = reading_of(arm, data)
-    assert data.deviations is not None
-    rows = row_data(data, arm)
-    chain = Chain(arm, (GeometricError.from_text(arm, "link 3"),), reading=reading)
-    result = fit(chain, data_of(data, arm))
-    (tmp_path / "model.yaml").write_text(
-        model_text(Model.from_fit(result, document, "arm.csv"), tmp_path), encoding="utf-8"
-    )
-    model = model_from_document(read_yaml(tmp_path / "model.yaml"))
-    np.testing.assert_allclose(model.values, result.values, rtol=1e-14)
-    np.testing.assert_allclose(model.chain.predict(rows, model.values), chain.predict(rows, result.values), atol=1e-12)
 
 
 def test_markers_read_at_one_configuration_are_no_replicates_of_each_other(arm: SerialRobot) -> None:

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 import expdesign as xd
-from expdesign.app.commands.terminal import encode_anything, terminated_as_interrupted
+from expdesign.app.commands.terminal import encode_anything
 from tests.commands.calls import CONFIG, ROBOT, Printed, call, config_file, plan_file, refused
 
 COMMAND = [sys.executable, "-m", "expdesign"]
@@ -79,17 +79,6 @@ def test_sigterm_is_an_interruption(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(xd, "simulate", lambda *args, **options: signal.raise_signal(signal.SIGTERM))
     assert call("simulate", CONFIG, plan_file(tmp_path), "--out", tmp_path / "rows.csv") == 130
     assert capsys.readouterr().err == "expdesign: interrupted. Nothing was written.\n"
-
-
-def test_sigterm_does_what_ctrl_c_does_there() -> None:
-    heard: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, frame: heard.append(number))
-    try:
-        with terminated_as_interrupted():
-            signal.raise_signal(signal.SIGTERM)
-    finally:
-        signal.signal(signal.SIGINT, before)
-    assert heard == [signal.SIGINT]
 
 
 def test_check_where_no_pose_can_be_reached(tmp_path: Path, capsys: Printed) -> None:

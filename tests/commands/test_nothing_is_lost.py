@@ -12,7 +12,7 @@ from openpyxl import load_workbook
 import expdesign as xd
 from expdesign.errors import InputError
 from expdesign.io.written import RECORD
-from tests.commands.calls import CONFIG, ROBOT, Printed, call, model_file, plan_file, recordings_file, refusal
+from tests.commands.calls import CONFIG, ROBOT, Printed, call, model_file, plan_file, refusal
 
 BIPOD = CONFIG.parent / "bipod.yaml"
 OTHERS = "this was measured for a week\n"
@@ -89,20 +89,6 @@ def test_a_file_into_which_somebody_wrote(tmp_path: Path, capsys: Printed) -> No
         capsys, "simulate", CONFIG, plan, "--out", out
     )
     assert "read again by hand" in out.read_text()
-
-
-def test_a_folder_of_another_robot(tmp_path: Path, capsys: Printed) -> None:
-    recordings = recordings_file(tmp_path)
-    out = tmp_path / "out"
-    assert call("identify", ROBOT, recordings, "--out", out) == 0
-    model = (out / "model.yaml").read_bytes()
-    assert call("identify", ROBOT, recordings, "--out", out) == 0  # again
-    robot = tmp_path / "robot.yaml"
-    robot.write_text(ROBOT.read_text())
-    capsys.readouterr()
-    assert "this file is there already" in refusal(capsys, "identify", robot, recordings, "--out", out)
-    assert call("diagnose", ROBOT, recordings, "--out", out) == 2
-    assert (out / "model.yaml").read_bytes() == model
 
 
 @pytest.mark.parametrize("form", ["sheet.xlsx", "sheet.csv"])

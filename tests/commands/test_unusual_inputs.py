@@ -1,4 +1,4 @@
-"""Inputs that look wrong or have other units and forms, and are taken, with a word where they are doubtful."""
+"""Inputs that look wrong and are taken, with a word where they are doubtful, plans among them; units of choice."""
 
 import json
 from pathlib import Path
@@ -8,11 +8,18 @@ import pandas as pd
 import pytest
 import yaml
 
-import expdesign as xd
 from expdesign.io.table import read_table
-from expdesign.io.written import Purpose
-from expdesign.report.result import TableResult
-from tests.commands.calls import CONFIG, ROBOT, Printed, call, model_file, plan_file, recordings_file, yaml_file
+from tests.commands.calls import (
+    CONFIG,
+    ROBOT,
+    Printed,
+    call,
+    model_file,
+    plan_file,
+    recordings_file,
+    refusal,
+    yaml_file,
+)
 
 BODY_HEADER = (
     "sequence,series,x_m,y_m,z_m,rx_rad,ry_rad,rz_rad,fx_N,fy_N,fz_N,mx_Nm,my_Nm,mz_Nm,drx_rad,dry_rad,srx_rad,sry_rad"
@@ -67,37 +74,6 @@ def stiffness(folder: Path) -> np.ndarray:
     return np.array(list(found.values()))
 
 
-def test_recordings_in_other_units_and_forms_identify_the_same(tmp_path: Path, capsys: Printed) -> None:
-    plain = recordings_file(tmp_path)
-    assert call("identify", ROBOT, plain, "--out", tmp_path / "plain") == 0
-    frame = xd.load(plain)
-    assert isinstance(frame, pd.DataFrame)
-    result = TableResult(frame, purpose=Purpose("test"))
-    forms = [result.save(tmp_path / "units.csv", "mm,mrad,g"), result.save(tmp_path / "units.xlsx", "um,deg")]
-    german = tmp_path / "german.csv"
-    german.write_bytes(forms[0].read_text().replace(",", ";").replace(".", ",").replace("\n", "\r\n").encode("cp1252"))
-    for path in [*forms, german]:
-        capsys.readouterr()
-        out = tmp_path / f"from-{path.name}"
-        assert call("identify", ROBOT, path, "--out", out) == 0
-        assert "columns converted from " in capsys.readouterr().err
-        np.testing.assert_allclose(stiffness(out), stiffness(tmp_path / "plain"), rtol=1e-9)
-
-
-def test_configuration_and_robot_in_other_units_give_the_same(tmp_path: Path, capsys: Printed) -> None:
-    text = CONFIG.read_text(encoding="utf-8").replace("robots/", f"{ROBOT.parent}/")
-    changed = text.replace("x_m: [-0.03, 0.03]", 'x_m: ["-30 mm", 3 cm]').replace("5.0e-7", "0.5 µm")
-    assert changed != text
-    (tmp_path / "config.yaml").write_text(changed, encoding="utf-8")
-    plan = plan_file(tmp_path)
-    found = []
-    for config in (CONFIG, tmp_path / "config.yaml"):
-        capsys.readouterr()
-        assert call("evaluate", config, plan, "--json") == 0
-        found.append(json.loads(capsys.readouterr().out)["duir"])
-    assert found[0] == found[1]
-
-
 def test_output_in_units_of_choice(tmp_path: Path) -> None:
     model, plan = model_file(tmp_path), plan_file(tmp_path)
     for command in ("predict", "compensate"):
@@ -109,3 +85,45 @@ def test_output_in_units_of_choice(tmp_path: Path) -> None:
         names = ("x_m", "rx_rad", "sx_m", "srx_rad")
         np.testing.assert_allclose(other.numbers(names), plain.numbers(names), rtol=1e-12)
         assert set(other.written.values()) >= {"x_mm", "rx_mrad", *(["U_x_mm"] if command == "compensate" else [])}
+
+
+WAYS = {
+    "evaluate": (),
+    "simulate": ("--out", "recordings.csv"),
+    "sheet": ("--out", "sheet"),
+    "montecarlo": ("--samples", "100", "--out", "repeated"),
+}
+
+
+def way(command: str, folder: Path) -> tuple[object, ...]:
+    """What follows the plan in a call."""
+    return tuple(folder / each if each in ("recordings.csv", "sheet", "repeated") else each for each in WAYS[command])
+
+
+def changed(folder: Path, **columns: float | list[float]) -> Path:
+    path = plan_file(folder)
+    pd.read_csv(path).assign(**columns).to_csv(path, index=False)
+    return path
+
+
+@pytest.mark.parametrize("command", [command for command in WAYS if command != "simulate"])
+def test_what_is_to_be_measured_has_to_be_reached(command: str, tmp_path: Path, capsys: Printed) -> None:
+    """`simulate` says so, and goes on: where check readings are taken is no matter of the configuration."""
+    plan, what = changed(tmp_path, z_m=0.3), "beyond the robot's limits: leg"
+    assert f"row 2: the pose is {what}" in refusal(capsys, command, CONFIG, plan, *way(command, tmp_path))
+    assert call("simulate", CONFIG, plan, *way("simulate", tmp_path)) == 0
+    assert f"row 2: a point is {what}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", [command for command in WAYS if command != "simulate"])
+def test_what_is_beyond_the_bounds_is_said(command: str, tmp_path: Path, capsys: Printed) -> None:
+    plan = changed(tmp_path, mass_kg=[26.5, 40.0, 26.5, 30.0], com_z_m=0.12000001)
+    assert call(command, CONFIG, plan, *way(command, tmp_path)) == 0
+    said = capsys.readouterr().err
+    assert "rows 3, 5: mass_kg is 40, beyond the bounds of the configuration (5 to 26.5)" in said
+    assert said.count("beyond the bounds") == 1
+
+
+def test_degrees_in_a_plan_are_asked_about(tmp_path: Path, capsys: Printed) -> None:
+    assert call("evaluate", CONFIG, changed(tmp_path, rz_rad=6.25)) == 0
+    assert "row 2: rz_rad would be 6.25 rad, i.e. 358°. Is it in degrees?" in capsys.readouterr().err

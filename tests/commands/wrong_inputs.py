@@ -354,9 +354,6 @@ RECORDINGS = [
             (dict.fromkeys(("dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad"), "0"), "every deflection is 0"),
         )
     ),
-    Wrong((IDENTIFIED, DIAGNOSED), "row 4, column dy_m", cell("recordings.csv", 4, "dy_m", "nan")),
-    Wrong((IDENTIFIED, DIAGNOSED), "row 4, column sx_m", cell("recordings.csv", 4, "sx_m", "0")),
-    Wrong((IDENTIFIED, DIAGNOSED), "column dx_m", columns("recordings.csv", dx_m="3.0")),
     Wrong((IDENTIFIED, DIAGNOSED), "load", columns("recordings.csv", mass_kg="0")),
     Wrong((IDENTIFIED, DIAGNOSED), "no row is left to fit", columns("recordings.csv", split="test")),
     Wrong((IDENTIFIED, DIAGNOSED), "wrong sign", turned),

@@ -23,15 +23,6 @@ def test_the_diagonals_are_the_variances_of_the_criteria(assessed: Any) -> None:
     np.testing.assert_allclose(np.diagonal(covariances.load, axis1=-2, axis2=-1), assessed.force_variance)
 
 
-def test_the_covariance_of_the_compliances_gives_that_of_the_pose(assessed: Any) -> None:
-    """U = A_D·M⁻¹·A_Dᵀ and likewise for load errors (theory.md 4.2, 5.3)."""
-    rows = assessed.targets.observation
-    noise, load = (rows @ part[:, None] @ rows.swapaxes(-1, -2) for part in assessed.parameter_covariance)
-    covariances = target_covariances(assessed)
-    np.testing.assert_allclose(noise, covariances.noise, rtol=1e-6, atol=1e-9 * noise.max())
-    np.testing.assert_allclose(load, covariances.load, rtol=1e-6, atol=1e-9 * load.max())
-
-
 def test_principal_axes_are_those_of_the_covariance(assessed: Any) -> None:
     k = assessed.targets.translations
     covariance = target_covariances(assessed).total[..., :k, :k]

@@ -101,26 +101,6 @@ def test_what_is_known_before_counts_as_if_it_were_measured(estimator: Estimator
         assert by_sums == pytest.approx(known_criteria()[name].values(together), rel=1e-8)
 
 
-def test_a_shared_reference_is_a_nuisance_parameter_of_its_series() -> None:
-    """Rows [a_i, I] with a parameter ρ of prior information 2·I and readings of half the covariance, eliminated as
-    roots and as sums, against what the assessment makes of series.
-    """
-    here = problem(HEXAPOD, {"experiment.deflection_noise.shared_reference": True, "experiment.estimator": "weighted"})
-    measurements = drawn(here, 5)
-    rows, _ = here.whitened(*here.space.decode(measurements))
-    rows, k = np.sqrt(2.0) * rows * here.loaded.scale, rows.shape[1]
-    targets = here.targets.observation * here.loaded.scale
-    series = np.array([0, 0, 0, 1, 1])
-    reference = np.zeros((5, k, 2 * k))
-    for row, number in enumerate(series):
-        reference[row, :, number * k : (number + 1) * k] = np.sqrt(2.0) * np.eye(k)
-    configurations, loads = here.space.decode(measurements)
-    assessment = here.assess(configurations[None], loads[None], series[None] + 1)
-    nuisance, prior = reference.reshape(5 * k, -1), np.full(2 * k, np.sqrt(2.0))
-    found = Information.beside(rows.reshape(5 * k, -1), nuisance, prior).variances(targets)[0]
-    np.testing.assert_allclose(found, assessment.noise_variance[0], rtol=1e-8)
-
-
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("sources", [[], ERRORS])
 def test_series_that_share_a_reference_are_those_of_dense_formulas(
@@ -166,22 +146,6 @@ def test_what_is_not_determined_is_said() -> None:
     assert np.isnan(noise).any()
     np.testing.assert_array_equal(np.isnan(noise), np.isnan(force))
     assert not np.isfinite(expected_total(one, here.targets))
-
-
-def test_what_each_source_adds_is_the_dense_sum_over_it() -> None:
-    """Z·Σ_F·Zᵀ of one source after the other (theory.md 5.3): the budget of errors adds up to FEIR."""
-    here = problem(HEXAPOD, {"experiment.load_error": ERRORS, "experiment.estimator": "weighted"})
-    design = drawn(here, 6)
-    rows, errors = here.whitened(*here.space.decode(design))
-    targets = here.targets.observation * here.loaded.scale
-    assessment = here.assessed(design[None])
-    nothing = tuple(np.zeros((*targets.shape[:2], len(s.deviation))) for s in here.loaded.sources)
-    noise, sources = assessment.information.budget(here.targets.observation, nothing)
-    np.testing.assert_allclose(noise, assessment.noise_variance, rtol=1e-12)
-    for index, some in enumerate((here.shared_errors, ~here.shared_errors)):
-        _, force = dense(rows * here.loaded.scale, errors * some, here.shared_errors, targets, "weighted")
-        np.testing.assert_allclose(sources[0, ..., index], force, rtol=1e-9)
-    np.testing.assert_allclose(sources.sum(axis=-1), assessment.force_variance, rtol=1e-12)
 
 
 @pytest.mark.parametrize("shared_reference", [False, True])

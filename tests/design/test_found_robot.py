@@ -83,21 +83,6 @@ def test_deflections_of_a_plan_are_the_predictions_of_the_model(effects: dict[An
     assert here.loaded.robot.stiffness == pytest.approx(robot.stiffness / 1.2)
 
 
-def test_a_chain_without_effects_is_the_linear_model() -> None:
-    """The one place where the physics of a measurement stands, and the batched maps of the bare robot."""
-    here = planned(written(model_of(HEXAPOD["robot"], BASE)), {})
-    bare = planned(HEXAPOD["robot"], {})
-    assert here.found is not None
-    assert here.found.physics is not None
-    plain = replace(here.found, physics=type(here.found.physics)(Chain(bare.loaded.robot), np.ones(6)))
-    chain = plain.physics.under(bare.loaded.load, instrument=True)  # type: ignore[union-attr]
-    poses, loads = bare.space.decode(designs(bare, 2))
-    measured = bare.loaded.measure(poses, loads)
-    observation, compliance = chain.maps(poses, loads, bare.loaded.robot.jacobians(poses))
-    np.testing.assert_allclose(observation, measured.observation, rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(compliance, measured.compliance, rtol=1e-12, atol=1e-22)
-
-
 @pytest.mark.parametrize("effects", [BASE, GEOMETRIC, {**BASE, **PLATFORM}])
 def test_maps_are_derivatives_of_the_deflection(effects: dict[Any, Any]) -> None:
     content = HEXAPOD["robot"]

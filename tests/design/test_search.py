@@ -1,5 +1,6 @@
-"""The genetic search: reproducible, within every limit, really non-dominated, and right where all designs are known."""
+"""The genetic search: reproducible, within every limit, really non-dominated, right where all designs are known."""
 
+from dataclasses import replace
 from functools import cache
 from itertools import combinations_with_replacement
 from pathlib import Path
@@ -7,18 +8,27 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
 
-from expdesign.errors import InfeasibleError, NotIdentifiableError
+import expdesign as xd
+from expdesign.errors import InfeasibleError, InputError, NotIdentifiableError
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
 from expdesign.planning.criteria.criterion import known_criteria
-from expdesign.planning.front import Front
+from expdesign.planning.front import Front, hypervolume, knee, non_dominated, reference_point
+from expdesign.planning.operators.exchange import drawn_exchanges
+from expdesign.planning.operators.state import State
 from expdesign.planning.problem import DesignProblem
+from expdesign.planning.problem_file import read_problem
 from expdesign.planning.pymoo_problem import UNIDENTIFIED, DesignPopulation
-from expdesign.planning.search import Progress, search
+from expdesign.planning.sampling import starting_designs
+from expdesign.planning.search import Progress, search, search_single
 from tests.design.problems import BIPOD, HEXAPOD, problem
 from tests.oracle import Array
 
 BOUNDS = "experiment.poses.bounds"
+
 
 PROBLEMS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "bipod": (BIPOD, {}),
@@ -287,3 +297,92 @@ def test_a_single_objective_gives_the_best_design() -> None:
     assert len(front) == 1
     both = solution("bipod-polished")[1]
     assert front.criteria["duir"][0] <= both.criteria["duir"].min() * (1.0 + 1e-6)
+
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+
+@pytest.mark.parametrize("name", ["duir", "feir", "total", "o2", "o3"])
+def test_one_measurement_of_a_bipod_is_the_best_of_a_fine_grid(name: str) -> None:
+    problem = read_problem(CONFIGS / "bipod.yaml")
+    criterion = known_criteria()[name]
+    found = search_single(problem, criterion, seed=1, generations=30)
+    x, y = np.meshgrid(np.linspace(-0.3, 0.3, 121), np.linspace(-0.3, 0.3, 121))
+    decisions = np.stack([x.ravel(), y.ravel()], axis=1)[:, None, :]
+    values = criterion.values(problem.assess(*problem.space.decode(decisions)))
+    value = float(found.criteria[name][0])
+    best = np.nanmax(values) if criterion.maximise else np.nanmin(values)
+    gap = (best - value) if criterion.maximise else (value - best)
+    assert gap <= 1e-3 * abs(best)
+
+
+def test_the_objectives_of_the_problem_do_not_count() -> None:
+    problem = read_problem(CONFIGS / "bipod.yaml")
+    other = replace(problem, objectives=(known_criteria()["o2"], known_criteria()["o4"]))
+    total = known_criteria()["total"]
+    first = search_single(problem, total, seed=1, generations=5)
+    second = search_single(other, total, seed=1, generations=5)
+    np.testing.assert_array_equal(first.decisions, second.decisions)
+
+
+def test_a_limit_of_time_ends_a_run_and_is_recorded() -> None:
+    run = xd.run(problem(BIPOD, {"optimiser.polish": True}), seconds=0.0)
+    assert "generation 0" in run.record["ended_by_hand"]
+    assert len(run.front) >= 1
+
+
+def test_whether_time_is_over_is_asked_for_every_design_that_exchanges_are_drawn_for() -> None:
+    asked: list[int] = []
+    case = replace(problem(HEXAPOD, {"experiment.measurements": 6}), interrupt=lambda: asked.append(1))
+    population = DesignPopulation(case)
+    drawn = starting_designs(case, 40, np.random.default_rng(3))
+    state = State(population, np.random.default_rng(1))
+    state.learn(drawn, population.criteria(drawn)[0])
+    aims = state.aims(8)
+    before = len(asked)
+    drawn_exchanges(state, state.best(aims), aims)
+    assert len(asked) - before >= len(aims)
+
+
+def test_an_end_before_any_plan_is_known_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    here = problem(BIPOD, {"optimiser.polish": False})
+    violated = np.ones((20, 3))
+    monkeypatch.setattr(
+        "expdesign.planning.pymoo_problem.DesignPopulation.criteria",
+        lambda self, decisions: (np.full((len(decisions), 3), 1e30), violated[: len(decisions)]),
+    )
+    with pytest.raises(InputError, match="before any plan was known") as error:
+        search(here, lambda state: True)
+    assert error.value.remedy
+
+
+VALUES = np.array([[1.0, 5.0], [2.0, 2.0], [5.0, 1.0], [3.0, 3.0], [2.0, 2.0], [1.0, 6.0]])
+
+
+@given(hnp.arrays(np.float64, st.tuples(st.integers(1, 12), st.integers(2, 4)), elements=st.integers(0, 4)))
+def test_non_dominated_rows_by_all_pairs(values: np.ndarray) -> None:
+    expected = []
+    for i, row in enumerate(values):
+        beaten = any((other <= row).all() and (other < row).any() for other in values)
+        repeated = any((values[j] == row).all() for j in range(i))
+        if not beaten and not repeated:
+            expected.append(i)
+    np.testing.assert_array_equal(non_dominated(values), expected)
+
+
+def test_hypervolume_by_hand() -> None:
+    point = np.array([6.0, 6.0])
+    assert hypervolume(VALUES[:3], point) == pytest.approx(1.0 * 1.0 + 3.0 * 4.0 + 1.0 * 5.0)
+    assert hypervolume(np.array([[7.0, 0.0]]), point) == 0.0
+
+
+def test_knee_is_nearest_to_the_ideal_of_the_scaled_front() -> None:
+    assert knee(VALUES[:3]) == 1
+    assert knee(VALUES[:3] * [1e6, 1e-6]) == 1
+    assert knee(VALUES[:1]) == 0
+
+
+def test_reference_point_is_worse_than_every_design() -> None:
+    np.testing.assert_allclose(reference_point(VALUES), [5.4, 6.5])
+    assert np.all(reference_point(VALUES[:1]) > VALUES[0])
+    assert np.all(reference_point(np.array([[0.0, -2.0]])) > [0.0, -2.0])

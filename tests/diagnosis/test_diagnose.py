@@ -12,7 +12,7 @@ import pytest
 from expdesign.chain.recordings.references import reference_names
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.result import Diagnosis
-from expdesign.errors import NotIdentifiableError, SingularConfigurationError
+from expdesign.errors import NotIdentifiableError
 from expdesign.io.output import json_text
 from expdesign.report.diagnosis_texts import diagnosis_record
 from tests.chain.laboratory import DEVIATION, experiment, machine, measured
@@ -244,10 +244,3 @@ def test_a_leg_that_no_load_reaches_is_an_error_that_names_it() -> None:
     bare[wrenches] = np.einsum("nji,nj->ni", inverse, force)
     with pytest.raises(NotIdentifiableError, match="leg 3"):
         diagnose(machine(HEXAPOD), read(bare, machine(HEXAPOD)))
-
-
-def test_a_row_of_a_singular_robot_is_an_error() -> None:
-    frame = recordings_of(BIPOD)
-    frame.loc[frame["series"] == 3, ["x_m", "y_m"]] = [0.1, -0.65]  # both legs in one line
-    with pytest.raises(SingularConfigurationError, match="row 10"):
-        diagnose(machine(BIPOD), read(frame, machine(BIPOD)))

@@ -1,6 +1,6 @@
 """What the search for physics charges, keeps and says of its alternatives."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -11,7 +11,6 @@ from expdesign.chain.effect import Effect
 from expdesign.chain.models.estimable import Estimable
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.diagnosis import library as library_module
-from expdesign.diagnosis import names as names_module
 from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.evidence.search import Search
 from expdesign.diagnosis.findings import findings, reported
@@ -22,10 +21,9 @@ from expdesign.diagnosis.names import NamedModel, Names
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.posterior import standing
 from expdesign.diagnosis.stages import unheard
-from expdesign.estimation.fit import Data, Fit, fit
+from expdesign.estimation.fit import Fit, fit
 from tests.cases import robot
 from tests.diagnosis.samples import base_fit, effect, sample_of, simulated
-from tests.oracle import Array
 
 NAME = "bipod-unequal"
 FRICTION = effect(NAME, "friction_hysteresis", "leg 2", "rigid")
@@ -55,15 +53,6 @@ def test_the_search_keeps_what_it_needs_and_nothing_else() -> None:
     assert kept
     for entry in search.known_names.log.entries:
         assert set(entry) == {"step", "effects", "chi2", "penalised_misfit", "kept", "reason"}
-
-
-def test_models_that_are_no_longer_kept_do_not_change_what_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    every, expected = found()
-    monkeypatch.setattr(names_module, "_MOST_KEPT", 3 * expected.fit.sensitivities.nbytes)
-    few = search_of(simulated(NAME, PLAY, parameters=[1.5e-5]))
-    assert next(few.ends()).model.keys == expected.keys
-    assert len(few.known_names.models) <= 5 < len(every.known_names.models)
-    assert few.known_names.tried == every.known_names.tried
 
 
 def test_models_beside_laws_are_not_among_those_of_named_effects() -> None:
@@ -236,28 +225,6 @@ def test_a_base_that_imitates_what_one_law_says_is_not_named() -> None:
     assert "base_compliance" not in {finding.physics for finding in result.findings}
     listed = diagnose(robot("irregular"), recordings)
     assert [finding.physics for finding in listed.findings] == ["leg_coupling"]
-
-
-def test_a_fit_far_from_the_noise_stops_early() -> None:
-    """What is wrong by far need not be exact: fewer evaluations, and χ² within a few thousandths of the excess."""
-    sample = _Counting(**vars(sample_of(NAME, simulated(NAME, PLAY, parameters=[2e-4], series=12))))
-    chain = sample.chain(robot(NAME), [effect(NAME, "passive_joint_compliance", "leg 2", "base"), FRICTION])
-    exact = fit(chain, sample, enough=OPTIONS.settled)
-    evaluations = len(sample.calls)
-    early = fit(chain, sample, enough=OPTIONS.settled, rough=0.1 * OPTIONS.settled)
-    assert len(sample.calls) - evaluations < evaluations
-    assert exact.chi2 <= early.chi2 <= exact.chi2 + 0.01 * (exact.chi2 - sample.readings)
-
-
-@dataclass(frozen=True)
-class _Counting(Data):
-    """Data that count how often they are compared with a model."""
-
-    calls: list[int] = field(default_factory=list)
-
-    def residuals_with_sensitivities(self, chain: Chain, values: Array) -> tuple[Array, Array]:
-        self.calls.append(1)
-        return super().residuals_with_sensitivities(chain, values)
 
 
 def test_an_effect_without_memory_is_looked_at_beside_one_with_memory() -> None:

@@ -148,9 +148,3 @@ def test_where_something_is_unexplained_it_is_not_said_that_nothing_speaks_again
     base, found = diagnosed_fit_sentences(cast(Diagnosis, made))
     assert ("what the diagnosis found speaks against the diagnosed model" in found) == (verdict == "unexplained")
     assert ("what the diagnosis found" in base) == (verdict != "consistent")
-
-
-def test_every_parameter_has_limits() -> None:
-    for variant in ("diagonal", "full"):
-        for parameter in effect(NAME, "platform_compliance", "platform", variant).parameters:
-            assert np.isfinite([parameter.low, parameter.high]).all()

@@ -1,24 +1,40 @@
-"""Every citation of a document in the code resolves to a document of the repository, and to a heading in it."""
+"""Citations resolve to documents and headings, and data flow in one direction, as docs/structure.md shows."""
 
 import re
+from collections import defaultdict
 from pathlib import Path
 
-import pytest
+from tests.docs.test_tutorial import loaded
 
 ROOT = Path(__file__).parents[2]
+
+
 CODE = sorted(
     file
     for folder in ("src", "tests", "docs", "research")
     for file in (ROOT / folder).rglob("*.py")
     if file.resolve() != Path(__file__).resolve()
 )
+
+
 THEORY = (ROOT / "docs/theory.md").read_text(encoding="utf-8")
+
+
 FORMATS = (ROOT / "docs/file-formats.md").read_text(encoding="utf-8")
 
+
 _TOKEN = r"(?:[0-9]+(?:\.[0-9A-I]+)*|C[0-9]+)"
+
+
 _BETWEEN = r"(?:, | and | to |[-–])"
+
+
 THEORY_CITATION = re.compile(rf"theory\.md,?(?:\s+sections?)?\s+({_TOKEN}(?:{_BETWEEN}{_TOKEN})*)")
+
+
 FORMATS_CITATION = re.compile(r"file-formats\.md, ([^\n;)]+)")
+
+
 DOCUMENT = re.compile(r"(?<![\w/.{}-])(?:docs/)?([a-z][a-z-]*\.md)\b")
 
 
@@ -43,22 +59,6 @@ def sections_cited(text: str) -> list[str]:
             found.append(f"{above.split('.', maxsplit=1)[0]}.{token}" if short else token)
             above = token
     return found
-
-
-@pytest.mark.parametrize(
-    ("text", "sections"),
-    [
-        ("(theory.md 4.2)", ["4.2"]),
-        ("theory.md 2.2-3: rows", ["2.2", "2.3"]),
-        ("theory.md 3 to 5 and 9.I), ", ["3", "5", "9.I"]),
-        ("theory.md section 2: ", ["2"]),
-        ("(theory.md 9.H, C12).", ["9.H", "C12"]),
-        ("docs/theory.md, 10).", ["10"]),
-        ("theory.md\n    10.3", ["10.3"]),
-    ],
-)
-def test_sections_are_read(text: str, sections: list[str]) -> None:
-    assert sections_cited(text) == sections
 
 
 def test_sections_of_the_theory_exist() -> None:
@@ -91,3 +91,22 @@ def test_documents_exist() -> None:
         if name not in documents
     ]
     assert not missing
+
+
+SCRIPT = loaded("structure")
+
+
+def test_nothing_is_imported_against_the_flow() -> None:
+    found = SCRIPT.structure()
+    assert tuple(found.packages) == SCRIPT.ORDER
+    assert found.against == []
+
+
+def test_a_class_name_stands_for_one_thing() -> None:
+    """Except what configurations and robot files say, as objects of the API."""
+    found = defaultdict(set)
+    for path in (ROOT / "src" / "expdesign").rglob("*.py"):
+        for name in re.findall(r"^ *class (\w+)", path.read_text(encoding="utf-8"), flags=re.MULTILINE):
+            if path.name != "objects.py":
+                found[name].add(path)
+    assert {name: paths for name, paths in found.items() if len(paths) > 1} == {}

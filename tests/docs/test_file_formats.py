@@ -19,6 +19,8 @@ from tests.commands.test_diagnose import recordings
 from tests.docs.test_tutorial import loaded
 
 PAGE = (Path(__file__).parents[2] / "docs/file-formats.md").read_text(encoding="utf-8")
+
+
 NAMED = set(re.findall(r"`([\w.]+)`", PAGE))
 
 
@@ -91,3 +93,9 @@ def test_every_column_of_recordings_and_every_physics() -> None:
     kinds = implementations("expdesign.chain.effects", Effect)
     known = {kind.physics for kind in kinds if kind.__module__.count(".") == 4}
     assert not {name for name in known if f"`{name}`" not in section("Identifiers of physics")}
+
+
+def test_the_page_of_commands_is_what_its_script_makes() -> None:
+    """Make it again with `python docs/commands.py`."""
+    script = loaded("commands")
+    assert script.PAGE.read_text(encoding="utf-8") == script.page()

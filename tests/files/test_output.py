@@ -57,16 +57,6 @@ def test_files_of_other_names_stay(tmp_path: Path) -> None:
     assert names(tmp_path) == ["run"]
 
 
-def test_a_file_stands_where_the_folder_should_be(tmp_path: Path) -> None:
-    (tmp_path / "run").write_text("a file")
-    for target in (tmp_path / "run", tmp_path / "run" / "below"):
-        with pytest.raises(InputError) as error, output_folder(target):
-            pass
-        assert error.value.where == str(target)
-        assert error.value.remedy
-    assert names(tmp_path) == ["run"]
-
-
 def test_a_file_is_written_in_one_step(tmp_path: Path) -> None:
     target = tmp_path / "deep" / "plan.csv"
     write_file(target, "a\n")

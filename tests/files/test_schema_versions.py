@@ -16,7 +16,7 @@ import expdesign as xd
 from expdesign.app.templates import kinds
 from expdesign.chain.models.model_file import model_text, read_model
 from expdesign.errors import InputError
-from expdesign.io.kinds import CURRENT_VERSIONS, READ_BACK, Kind, readable_versions
+from expdesign.io.kinds import CURRENT_VERSIONS, Kind, readable_versions
 from tests.commands.calls import Printed, call, refusal
 
 OLD = Path(__file__).parent / "version_1"
@@ -86,12 +86,6 @@ def test_other_versions_are_refused_with_what_to_do(kind: Kind, off: str, tmp_pa
     assert f"expdesign {xd.__version__} reads version" in said
     if off == "later":
         assert "Install" in said
-
-
-def test_two_versions_are_read_back() -> None:
-    assert READ_BACK == 2
-    for kind, current in CURRENT_VERSIONS.items():
-        assert list(readable_versions(kind)) == list(range(max(1, current - 2), current + 1))
 
 
 def test_templates_have_the_version_of_today() -> None:

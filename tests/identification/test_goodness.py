@@ -10,7 +10,6 @@ import pandas as pd
 import pytest
 from scipy.stats import chi2
 
-import expdesign
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY
 from expdesign.chain.effects.legs.geometry import LegGeometry
@@ -217,14 +216,6 @@ def test_noise_that_is_stated_three_times_too_large_is_named() -> None:
     assert found.reading_ratio == pytest.approx(1.0 / 3.0, rel=0.2)
 
 
-def test_intervals_of_readings_have_the_noise_that_the_residuals_show() -> None:
-    """In both directions: of a model that is not refuted as of one that is; 20 experiments of 144 readings each."""
-    made = hexapod()
-    for factor in (1.0 / 3.0, 1.0, 3.0):
-        ratios = [said_by_identify(made, made.measured(seed, factor=factor)).reading_ratio for seed in range(20)]
-        assert np.mean(ratios) == pytest.approx(factor, rel=0.05)
-
-
 def awkward(recordings: Recordings) -> Recordings:
     """Reference rows that measure nothing, and rows that are held out, in the same series as fitted ones."""
     reference = np.arange(len(recordings)) % 8 == 0
@@ -274,16 +265,6 @@ def test_probabilities_are_written_as_far_as_they_mean_something(value: float, t
     assert probability_text(value) in text
 
 
-def test_as_many_parameters_as_readings_test_nothing() -> None:
-    untested = StatementOfFit.of_chi2(1e-26, 0)
-    assert untested.verdict == "not tested"
-    said = untested.sentence()
-    assert said.endswith("as many parameters as readings are fitted, so that the base model cannot be tested.")
-
-
-ROOT = Path(expdesign.__file__).parent
-
-
 @pytest.mark.parametrize("dof", [3, 40, 400])
 def test_at_the_threshold_all_say_the_same(dof: int) -> None:
     limit = float(chi2.isf(REFUTED, dof))
@@ -292,14 +273,3 @@ def test_at_the_threshold_all_say_the_same(dof: int) -> None:
         assert refuted == (value > limit)
         assert allows(value, dof) is not refuted
         assert within_noise((value, dof)) is not refuted
-
-
-def test_no_other_module_holds_a_threshold_to_a_p_value_of_its_own() -> None:
-    """`refuted` is a field of one options class, and of that which names mistakes."""
-    fields = {
-        str(path.relative_to(ROOT))
-        for path in ROOT.rglob("*.py")
-        for line in path.read_text(encoding="utf-8").splitlines()
-        if line.startswith("    refuted: float")
-    }
-    assert fields == {"estimation/goodness.py", "assurance/plausibility/evidence.py"}

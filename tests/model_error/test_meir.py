@@ -1,4 +1,4 @@
-"""MEIR: invariances and limits with known answers."""
+"""MEIR: directions of all effects at once, invariances and limits with known answers."""
 
 from copy import copy
 from dataclasses import replace
@@ -8,20 +8,19 @@ import pytest
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.model_error.meir import Hidden, Meir
-from expdesign.assurance.model_error.physics import Directions, offsets, plan_points
+from expdesign.assurance.model_error.physics import (
+    Directions,
+    left_out,
+    offsets,
+    plan_points,
+    sampled_points,
+)
 from expdesign.assurance.model_error.settings import Assumptions
-from expdesign.chain.models.effect_entry import effect_classes
+from expdesign.chain.chain import Chain
 from expdesign.chain.row import RowData, row_data
 from expdesign.estimation.gaussian import Gaussian
 from expdesign.planning.problem import DesignProblem
-from tests.model_error.problems import FEW, assessed, impact, plans, problem
-
-
-def weighted(meir: Meir) -> FloatArray:
-    """Rows of the targets whose squares add up to MEIR_e², where their mean counts."""
-    targets = meir.problem.targets
-    share = np.sqrt(targets.weights / targets.weights.sum()).repeat(targets.importance.shape[1])
-    return share[:, None] * meir.errors
+from tests.model_error.problems import ROBOTS, assessed, impact, plans, problem
 
 
 def test_the_parameters_of_an_effect_may_be_named_in_any_units() -> None:
@@ -69,27 +68,6 @@ def test_designs_with_measurements_in_common_are_judged_as_each_alone(monkeypatc
     assert made == [6 + 4]  # distinct measurements of 24
 
 
-def test_one_parameter_in_closed_form() -> None:
-    meir = impact("hexapod-h1")
-    configurations, loads = plans("hexapod-h1", 2)
-    base, directions = meir.whitened(assessed(meir, configurations, loads))
-    index = next(i for i, entry in enumerate(meir.physics) if entry.effect.physics == "leg_coupling")
-    column = sum(len(entry.free) for entry in meir.physics[:index])
-    size = meir.deviations[column]
-    for design in range(2):
-        unit = directions[design, :, column] / size
-        solution, *_ = np.linalg.lstsq(base[design], unit, rcond=None)
-        remaining = unit - base[design] @ solution
-        missed = weighted(meir)[:, 6 + column] - weighted(meir)[:, :6] @ solution
-        hidden = 1.0 / (size**-2 + remaining @ remaining)
-        found = meir.hidden(assessed(meir, configurations, loads))
-        assert found.squares[design, index] == pytest.approx(hidden * (missed @ missed), rel=1e-9)
-        assert abs(found.sizes[design, column]) * size == pytest.approx(np.sqrt(hidden), rel=1e-9)
-        assert found.visible[design, index] * meir.assumptions.noncentrality(1) == pytest.approx(
-            hidden * (remaining @ remaining), rel=1e-9
-        )
-
-
 def test_what_is_hidden_is_by_how_much_the_error_rises_where_the_model_has_the_physics() -> None:
     """T·P·Tᵀ of the one model with each effect as a term, less that without it, load errors as terms of their own."""
     case = problem("hexapod-120kg")
@@ -124,23 +102,6 @@ def test_what_is_hidden_is_by_how_much_the_error_rises_where_the_model_has_the_p
             np.testing.assert_allclose((joined**2).sum(axis=1), rise, rtol=1e-6, atol=1e-9)
 
 
-def test_without_degrees_of_freedom_the_prior_size_alone_counts() -> None:
-    meir = impact("bipod")
-    configurations, loads = plans("bipod", 3, measurements=1)
-    found = meir.hidden(assessed(meir, configurations, loads))
-    assert (found.freedom == 0).all()
-    assert not found.visible.any()
-    base, directions = meir.whitened(assessed(meir, configurations, loads))
-    for design in range(3):
-        taken = np.linalg.solve(base[design], directions[design])
-        missed = weighted(meir)[:, 2:] * meir.deviations - weighted(meir)[:, :2] @ taken
-        start = 0
-        for index, entry in enumerate(meir.physics):
-            block = missed[:, start : start + len(entry.free)]
-            assert found.squares[design, index] == pytest.approx((block**2).sum(), rel=1e-8)
-            start += len(entry.free)
-
-
 def test_a_plan_that_does_not_identify_the_stiffness_has_no_meir() -> None:
     configurations, loads = plans("hexapod-h1", 2)
     loads[1, :, 0] = 0.0  # no mass, no load
@@ -154,18 +115,6 @@ def test_an_actuator_that_never_carries_anything_is_no_obstacle() -> None:
     values = impact("ur5").values(assessed(impact("ur5"), *plans("ur5", 3)))
     assert np.isfinite(values).all()
     assert (values > 0.0).all()
-
-
-def test_larger_effects_hide_more() -> None:
-    configurations, loads = plans("bipod", 4)
-    few = frozenset(FEW["bipod"])
-    declared = [(cls.physics, size) for cls in effect_classes() for size in cls.declared.sizes]
-    sizes: dict[str, float | dict[str, float]] = {
-        name: {size.parameter: 3.0 * size.value for physics, size in declared if physics == name} for name in few
-    }
-    assumed = Assumptions(physics=few), Assumptions(physics=few, sizes=sizes)
-    values = [Meir(problem("bipod"), each).values(problem("bipod").assess(configurations, loads)) for each in assumed]
-    assert (values[1] >= values[0]).all()
 
 
 def test_largest_target_instead_of_their_mean() -> None:
@@ -192,3 +141,28 @@ def test_a_measurement_more_may_hide_more() -> None:
     configurations, loads = plans("bipod", 40, measurements=4)
     squares = [meir.hidden(assessed(meir, configurations[:, :m], loads[:, :m])).squares for m in (3, 4)]
     assert (squares[1] > 1.05 * squares[0]).any()
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("instrument", [True, False])
+def test_every_effect_as_alone_on_the_chain(name: str, instrument: bool) -> None:
+    few = frozenset({"joint_position_error", "friction_hysteresis", "encoder_periodic_error", "instrument_scale"})
+    loaded = problem(name).loaded
+    physics = left_out(problem(name), sampled_points(problem(name)), Assumptions(physics=few))
+    configurations, loads = (array[0] for array in plans(name, 1))
+    n_p = len(loaded.robot.stiffness)
+    directions = Directions(Chain(loaded.robot), np.ones(n_p), physics)
+    rows = row_data(plan_points(loaded, configurations, loads), loaded.robot)
+    found = directions.at(rows, platform=not instrument)
+    for entry, start in zip(physics, offsets(physics)[:-1], strict=True):
+        chain = Chain(loaded.robot, (entry.effect,), instrument=instrument)
+        values = np.concatenate([np.ones(n_p), entry.start])
+        if entry.step:
+            ends = [chain.predict(rows, np.concatenate([np.ones(n_p), v])) for v in (entry.at(entry.step), entry.start)]
+            assert np.allclose(found[..., start], (ends[0] - ends[1]) / entry.step, rtol=1e-7, atol=1e-15)
+            continue
+        alone = chain.predict_with_sensitivities(rows, values)[1][:, :, n_p:][:, :, entry.free]
+        mine = found[..., start : start + len(entry.free)]
+        size = np.abs(alone).max(axis=(0, 1), keepdims=True)
+        # What moves nothing is zero to rounding.
+        assert (np.abs(mine - alone) <= 1e-7 * size + 1e-16).all(), entry.key

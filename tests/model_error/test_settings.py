@@ -1,8 +1,10 @@
-"""What MEIR assumes, and what it refuses."""
+"""What MEIR assumes, what it refuses, and the non-centrality at which a χ² test has its power."""
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.stats import chi2, norm
 
 from expdesign.assurance.model_error.meir import Meir
 from expdesign.assurance.model_error.settings import Assumptions
@@ -79,3 +81,24 @@ def test_a_size_of_the_configuration_replaces_that_of_the_table() -> None:
     assert changed.size(effect, effect.parameters[0]).value == 5e-6
     assert not changed.size(effect, effect.parameters[0]).assumed
     assert Assumptions().size(effect, effect.parameters[0]).value == 1.5e-6
+
+
+def test_one_degree_of_freedom_is_the_two_sided_test_of_a_mean() -> None:
+    # P(|z + √λ| > z_{0.995}) = 0.8; the other tail adds nothing that shows.
+    root = norm.ppf(0.995) + norm.ppf(0.8)
+    assert Assumptions().noncentrality(1) == pytest.approx(root**2, rel=1e-4)
+
+
+@pytest.mark.parametrize("dof", [1, 3, 18])
+def test_simulated_power(dof: int) -> None:
+    shift = np.zeros(dof)
+    shift[0] = np.sqrt(Assumptions().noncentrality(dof))
+    drawn = np.random.default_rng(dof).normal(size=(40_000, dof)) + shift
+    power = ((drawn**2).sum(axis=1) > chi2.ppf(0.99, dof)).mean()
+    assert abs(power - 0.8) < 4.0 * np.sqrt(0.8 * 0.2 / 40_000)
+
+
+@pytest.mark.parametrize(("level", "power"), [(0.0, 0.8), (0.5, 0.4), (0.01, 1.0)])
+def test_tests_that_do_not_exist(level: float, power: float) -> None:
+    with pytest.raises(InputError, match=r"model_error.*does not exist"):
+        Assumptions(level, power)

@@ -8,10 +8,8 @@ import pytest
 
 import expdesign
 from expdesign.assurance.model_error.meir import Meir
-from expdesign.assurance.model_error.physics import offsets, plan_points
 from expdesign.assurance.model_error.unseen import SHARE, unseen_by
 from expdesign.chain.component import Part
-from expdesign.chain.row import row_data
 from expdesign.planning.criteria.criterion import known_criteria
 from tests.acceptance.test_recommended import TWO_LEGS
 from tests.design.problems import BIPOD, problem
@@ -24,39 +22,6 @@ def plan_at(case: Any, poses: int) -> Any:
     drawn = case.space.sample(case.space.measurements, np.random.default_rng(3))
     of_pose = drawn[np.arange(len(drawn)) % poses]
     return case.space.canonical(np.where(case.space.of_pose, of_pose, drawn)[None])[0]
-
-
-def test_what_stays_hidden_is_what_normal_equations_say() -> None:
-    """(T_h − T·K·B_h)·(1 + B_hᵀQB_h)⁻¹·(…)ᵀ with C = 1 + E·Eᵀ of the load errors, formed as it stands."""
-    case = problem(BIPOD, SPRINGS | {"experiment.measurements": 4})
-    meir = Meir(case)
-    assessment = case.assessed(plan_at(case, 4)[None])
-    found = np.sqrt(meir.hidden(assessment).axes[0])
-    measurements = assessment.measurements
-    base = assessment.white(measurements.observation)[0] * meir.compliance
-    assert assessment.states is not None
-    points = plan_points(case.loaded, *(each[0] for each in assessment.states))
-    physics = assessment.white(meir.directions.at(row_data(points, case.loaded.robot))[None])[0] * meir.deviations
-    covariance = np.eye(len(base))
-    errors = measurements.compliance @ measurements.load_errors
-    for source, shared in zip(measurements.sources, assessment.shared, strict=True):
-        white = assessment.white(errors[..., source])[0]
-        same = np.kron(np.eye(4), np.ones((len(base) // 4,) * 2))
-        covariance += white @ white.T * (1.0 if shared else same)
-    weight = np.linalg.inv(covariance)
-    gain = np.linalg.inv(base.T @ weight @ base) @ base.T @ weight
-    left = weight - weight @ base @ gain
-    size = np.sqrt(case.targets.importance)[..., None]
-    ends = offsets(meir.physics)
-    for index in range(len(meir.physics)):
-        part = slice(ends[index], ends[index + 1])
-        columns = physics[:, part]
-        missed = size * (meir.motions * meir.deviations)[..., part]
-        missed = missed - size * case.targets.observation * meir.compliance @ gain @ columns
-        hidden = np.linalg.inv(np.eye(columns.shape[1]) + columns.T @ left @ columns)
-        wanted = np.sqrt(((missed @ hidden) * missed).sum(axis=-1))
-        np.testing.assert_allclose(found[index], wanted, rtol=1e-6, atol=1e-6)
-    assert found.max() > 1e-3
 
 
 def test_a_plan_at_one_pose_is_told_what_it_cannot_see_and_the_fewest_further_measurements() -> None:

@@ -22,7 +22,6 @@ from expdesign.chain.recordings.reader import read_recordings, recordings_from_t
 from expdesign.errors import ExpdesignError
 from expdesign.mechanics.robots.robot_file import read_robot
 from research.benchmarks.real_sets import CASES, VARIABLE, Case, recordings_folder
-from tests.commands.calls import Printed, call
 from tests.oracle import Array
 from tests.plausibility.mistaken_recordings import OF_PAYLOADS, OF_WRENCHES, read_in
 from tests.plausibility.mistakes import CONFIGURATIONS, RECORDINGS, put
@@ -168,16 +167,3 @@ def test_real_recordings_are_not_warned_of(case: Case) -> None:
         assert (
             recordings_findings(read_recordings(recordings_folder() / case.folder / f"{file}.csv", robot), robot) == []
         )
-
-
-def test_flipped_signs_are_said_and_nothing_is_nan(tmp_path: Path, capsys: Printed) -> None:
-    content = content_of("hexapod-h1")
-    frame = recordings_of(content, 3, rows=4)
-    for name in ("dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad"):
-        frame[name] *= -1.0
-    frame = frame.drop(columns=["sx_m", "sy_m", "sz_m", "srx_rad", "sry_rad", "srz_rad"])
-    frame.to_csv(tmp_path / "flipped.csv", index=False)
-    call("identify", CONFIGS / "robots" / "hexapod-h1.yaml", tmp_path / "flipped.csv", "--out", tmp_path / "out")
-    error = capsys.readouterr().err
-    assert "wrong sign" in error
-    assert "nan" not in error

@@ -14,14 +14,18 @@ from expdesign.chain.ports.features import basis_of
 from expdesign.chain.ports.law import _WITHIN, Law, LawForm, _within, form_data, form_of
 from expdesign.chain.ports.port import Channel
 from expdesign.chain.ports.quantities import Quantity
-from expdesign.chain.row import row_data
+from expdesign.chain.row import Row, row_data
 from expdesign.diagnosis.diagnose import diagnose
+from expdesign.diagnosis.evidence.dictionary import Dictionary
+from expdesign.diagnosis.evidence.refinement import refined
+from expdesign.diagnosis.evidence.state import linearised
 from expdesign.diagnosis.law_findings import LawFinding, law_findings, sentence
 from expdesign.diagnosis.library import library
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.errors import InputError
 from expdesign.report.diagnosis_texts import diagnosis_record
 from tests.cases import robot
+from tests.diagnosis.samples import base_fit, sample_of
 from tests.ports.machines import BIPOD, LEG_1, lengths_of_leg_1, recordings_of, softened
 
 
@@ -239,3 +243,30 @@ def test_every_effort_of_a_memory_has_a_name() -> None:
     count = len(here.stiffness) + 2 * here.coordinates.n
     names = [Quantity("stop", index, (1.0,)).name(here) for index in range(count)]
     assert len(set(names)) == count
+
+
+NAME = "bipod"
+
+
+@pytest.mark.parametrize("share", [0.33, 0.62], ids=["early", "late"])
+def test_a_leg_that_comes_loose_between_two_rows_is_one_weight_at_that_time(share: float) -> None:
+    """Leg 1 yields by half more from there on; the time is found to 3 % of all of it."""
+    here, plain = robot(NAME), recordings_of(None, NAME)
+    assert plain.time is not None
+    first, whole = float(plain.time[0]), float(np.ptp(plain.time))
+
+    def loose(row: Row, force: ca.SX) -> ca.SX:
+        return ca.if_else(row.clock > share * whole, 0.5, 0.0) * force
+
+    sample = sample_of(NAME, recordings_of(loose, NAME))
+    base = base_fit(NAME, sample)
+    dictionary = Dictionary(here, sample, np.ones(Chain(here).compliances))
+    present = linearised(base, sample)
+    best = max((atom for atom in dictionary.atoms if atom.entry), key=lambda atom: present.gain(atom.directions)[0])
+    found, _ = refined(best, dictionary.made, present) or (best, 0.0)
+    assert found.entry is not None
+    assert (found.entry.form, str(found.entry.component)) == ("compliance", "leg 1")
+    (seen,) = found.entry.inputs
+    assert seen.kind == "after"
+    assert seen.setting[0] == pytest.approx(share * whole, abs=0.03 * whole)
+    assert first == pytest.approx(0.0, abs=whole)

@@ -54,17 +54,17 @@ def test_names_that_are_numbers_uncertainties_and_files_without_groups(tmp_path:
     assert list(found.points) == ["1", "2"]
 
 
-def test_groups_are_kept_apart(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("text", "sets"),
+    [
+        ("A::u::p1 1 2 3\nA::l::p1 1 2 4\nA::u::p2 5 6 7\n", [("u", ["p1", "p2"]), ("l", ["p1"])]),
+        ("Job 1::zero of 1::p 1 1 2 3\nJob 1::state 1::p 1 1 2 4\n", [("zero of 1", ["p 1"]), ("state 1", ["p 1"])]),
+    ],
+)
+def test_groups_are_kept_apart_also_with_blanks_in_their_names(text: str, sets: object, tmp_path: Path) -> None:
     path = tmp_path / "all.txt"
-    path.write_text("// units: mm\nA::u::p1 1 2 3\nA::l::p1 1 2 4\nA::u::p2 5 6 7\n", encoding="utf-8")
-    assert [(one.name, list(one.points)) for one in read_point_sets(path)] == [("u", ["p1", "p2"]), ("l", ["p1"])]
-
-
-def test_groups_with_blanks_in_their_names(tmp_path: Path) -> None:
-    path = tmp_path / "all.txt"
-    path.write_text("// units: mm\nJob 1::zero of 1::p 1 1 2 3\nJob 1::state 1::p 1 1 2 4\n", encoding="utf-8")
-    found = [(one.name, list(one.points)) for one in read_point_sets(path)]
-    assert found == [("zero of 1", ["p 1"]), ("state 1", ["p 1"])]
+    path.write_text(f"// units: mm\n{text}", encoding="utf-8")
+    assert [(one.name, list(one.points)) for one in read_point_sets(path)] == sets
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Every fault of a recordings file is answered with file, row and column; what is right is read as it stands."""
+"""Every fault of recordings is answered with file, row and column; what is right is read, in one file or several."""
 
 import logging
 from collections.abc import Callable
@@ -10,6 +10,7 @@ import pytest
 from expdesign.app.api.points_said import say_unknown_columns
 from expdesign.chain.recordings.filled_in import check_structure
 from expdesign.chain.recordings.points import points_from_table
+from expdesign.chain.recordings.reader import recordings_from_tables
 from expdesign.errors import InputError
 from tests import oracle
 from tests.cases import robot
@@ -43,7 +44,10 @@ def with_column(name: str, values: object) -> Fault:
 
 
 WRENCH = ("fx_N", "fy_N", "fz_N", "mx_Nm", "my_Nm", "mz_Nm")
+
+
 DEFLECTION = ("dx_m", "dy_m", "dz_m", "drx_rad", "dry_rad", "drz_rad")
+
 
 #: name: (fault, what the message says, place).
 FAULTS: dict[str, tuple[Fault, str, str]] = {
@@ -176,11 +180,6 @@ def test_a_wrench_may_not_contradict_the_payload(factor: float, contradicts: boo
     assert "row 6, column f" in caught.value.where
 
 
-def test_recorded_are_kept_and_known_to_be_unknown() -> None:
-    found = read(valid().assign(operator="Ada", dx_M=1.0), robot("H1"))
-    assert list(found.extra.columns) == ["operator", "dx_M"]
-
-
 def test_what_is_said_of_columns_without_a_meaning(caplog: pytest.LogCaptureFixture) -> None:
     """Numbers in every row that vary are what a diagnosis compares residuals with; nothing else is used."""
     made = valid()
@@ -215,3 +214,51 @@ def test_gravity_of_a_row_loads_its_payload() -> None:
     frame = valid().drop(columns=list(WRENCH)).assign(mass_kg=2.0, com_x_m=0.0, com_y_m=0.0, com_z_m=0.0, gx_m_s2=3.0)
     found = read(frame, robot("H1"))
     np.testing.assert_allclose(found.wrenches[:, :3], np.tile([6.0, 0.0, -19.6133], (6, 1)))
+
+
+AXES = ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")
+
+
+def test_a_file_split_in_two_reads_as_the_whole() -> None:
+    made = experiment("H1", 9)
+    frame = made.frame(made.exact).assign(time_s=np.arange(9.0))
+    whole = read(frame, robot("H1"))
+    tables = [table_of(frame.iloc[1::2], "odd.csv"), table_of(frame.iloc[::2], "even.csv")]
+    together = recordings_from_tables(tables, robot("H1"))
+    for name in ("sequence", "series", "time", "configurations", "wrenches", "deflections", "deviations", "test"):
+        np.testing.assert_array_equal(getattr(together, name), getattr(whole, name))
+    assert together.where(1) == "odd.csv, row 2"
+    assert together.where(2, "dx_m") == "even.csv, row 3, column dx_m"
+
+
+def test_sessions_with_the_same_numbers_are_counted_on() -> None:
+    made = experiment("H1", 4)
+    frame = made.frame(made.exact).assign(time_s=[0.0, 1.0, 2.0, 3.0])
+    tables = [table_of(frame, "monday.csv"), table_of(frame, "tuesday.csv")]
+    together = recordings_from_tables(tables, robot("H1"))
+    np.testing.assert_array_equal(together.sequence, np.arange(1, 9))
+    np.testing.assert_array_equal(together.series, [1, 1, 2, 2, 3, 3, 4, 4])
+    assert together.time is not None
+    assert np.all(np.diff(together.time) >= 0.0)
+    assert together.where(5) == "tuesday.csv, row 3"
+
+
+def test_files_need_the_same_columns() -> None:
+    made = experiment("H1", 4)
+    whole, unstated = table_of(made.frame(made.exact), "a.csv"), made.frame(made.exact, stated=False)
+    with pytest.raises(InputError, match=r"s\w+ is in only one of a.csv and b.csv"):
+        recordings_from_tables([whole, table_of(unstated, "b.csv")], robot("H1"))
+    with pytest.raises(InputError, match=r"dx_m is in only one of a.csv and c.csv") as caught:
+        recordings_from_tables([whole, table_of(made.frame(made.exact).drop(columns=["dx_m"]), "c.csv")], robot("H1"))
+    assert caught.value.where == "c.csv"
+
+
+def test_markers_are_numbered_over_all_files() -> None:
+    made = experiment("H1", 3)
+    frame = made.frame(made.exact).drop(columns=[f"{kind}{name}" for kind in "ds" for name in AXES])
+    frame = frame.assign(px_m=[0.0, 1.0, 2.0], py_m=0.0, pz_m=0.0)
+    first, second = frame.assign(marker=["left", "right", "left"]), frame.assign(marker=["top", "right", "right"])
+    together = recordings_from_tables([table_of(first, "a.csv"), table_of(second, "b.csv")], robot("H1"))
+    assert together.markers == ("left", "right", "top")
+    assert together.marker is not None
+    assert [together.markers[index] for index in together.marker] == ["left", "right", "left", "top", "right", "right"]

@@ -119,31 +119,6 @@ def test_growth_that_lasts_from_reference_to_pose_is_removed_exactly() -> None:
     assert np.abs(corrected.before - first).max() > 1e-6
 
 
-def test_noise_price_of_a_pose() -> None:
-    """C12: standard deviation after the correction over √(V + 2TVTᵀ), within four standard errors on every axis."""
-    _, _, robot, frame = planned()
-    generator = np.random.default_rng(7)
-    count = 400
-    growth = drift(len(frame), 2)
-    poses = read(measured(frame, robot, growth, np.zeros((len(frame), 6))), robot)
-    exact = correct_poses(robot, poses)
-    samples = []
-    for _ in range(count):
-        noisy = MeasuredPoses(
-            poses.points,
-            poses.reference,
-            poses.poses + generator.standard_normal(poses.poses.shape) * POSE_NOISE,
-            poses.deviations,
-        )
-        samples.append(correct_poses(robot, noisy).after - exact.after)
-    spread = np.std(samples, axis=0)
-    pose_noise = np.diag(POSE_NOISE**2)
-    transfer = exact.transfer[1:]
-    expected = pose_noise + 2.0 * transfer @ pose_noise @ transfer.swapaxes(-1, -2)
-    ratio = spread[1:] / np.sqrt(np.diagonal(expected, axis1=1, axis2=2))
-    assert np.abs(ratio - 1.0).max() < 4.5 / np.sqrt(2 * count)
-
-
 def test_interpolation_removes_a_steady_drift() -> None:
     _, _, robot, frame = planned(interpolate=True)
     time = np.random.default_rng(8).uniform(1.0, 5.0, len(frame)).cumsum()

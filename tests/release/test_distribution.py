@@ -1,13 +1,16 @@
-"""What is in the wheel and the source archive, and that the wheel alone, where nothing else is, plans a calibration."""
+"""The wheel, the source archive and `CITATION.cff`; the wheel alone, where nothing else is, plans a calibration."""
 
+import datetime
 import os
 import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
+import yaml
 
 import expdesign as xd
 from expdesign.app.templates import kinds
@@ -98,3 +101,34 @@ def test_the_wheel_plans_a_calibration_in_an_empty_environment(distribution: Dis
     said(binaries / "expdesign", "identify", "hexapod/robot.yaml", "recordings.csv", "--out", "identified")
     said(binaries / "expdesign", "diagnose", "hexapod/robot.yaml", "recordings.csv", "--out", "diagnosed")
     shutil.rmtree(tmp_path / "venv")
+
+
+FILE = Path(__file__).parents[2] / "CITATION.cff"
+
+
+REQUIRED = {"authors", "cff-version", "message", "title"}
+
+
+KNOWN = REQUIRED | {
+    "abstract", "commit", "contact", "date-released", "doi", "identifiers", "keywords", "license", "license-url",
+    "preferred-citation", "references", "repository", "repository-artifact", "repository-code", "type", "url",
+    "version",
+}  # fmt: skip
+
+
+def people_of(work: dict[str, Any]) -> bool:
+    """Whether a work has authors, each a person or an entity."""
+    return bool(work["authors"]) and all({"name", "family-names"} & set(author) for author in work["authors"])
+
+
+def test_the_file_has_the_keys_of_the_format() -> None:
+    content = yaml.safe_load(FILE.read_text(encoding="utf-8"))
+    assert REQUIRED <= set(content) <= KNOWN
+    assert content["cff-version"] == "1.2.0"
+    assert content["version"] == xd.__version__
+    assert people_of(content)
+    for work in content.get("references", []):
+        assert {"authors", "title", "type"} <= set(work)
+        assert people_of(work)
+    if released := content.get("date-released"):
+        datetime.date.fromisoformat(str(released))

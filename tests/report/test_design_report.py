@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from expdesign.assurance.acceptance.budget import UncertaintyBudget
 from expdesign.assurance.acceptance.planned import planned_budgets, recommended_acceptance
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.planning.problem import DesignProblem
@@ -76,11 +75,6 @@ def test_the_figure_of_the_front_shows_the_front(case: Any) -> None:
     x, y = case.front.objectives[:2]
     np.testing.assert_array_equal(trace["x"], case.front.criteria[x])
     np.testing.assert_array_equal(trace["y"], case.front.criteria[y])
-
-
-def budgets(case: Any) -> list[UncertaintyBudget]:
-    """Of every design of the front."""
-    return planned_budgets(case.problem, case.problem.assess(*case.problem.space.decode(case.front.decisions)))
 
 
 def with_gravity_known(problem: DesignProblem) -> DesignProblem:
@@ -206,11 +200,6 @@ def test_the_force_acts_where_its_moment_says(hexapod: Any) -> None:
     np.testing.assert_allclose(
         np.cross(lever, arrow) * scale[:, None], wrenches[:, 3:], atol=2e-3 * np.abs(wrenches[:, 3:]).max()
     )
-
-
-def test_of_three_objectives_any_two_can_be_drawn(hexapod: Any, bipod: Any) -> None:
-    assert 'id="horizontal"' in bipod.html
-    assert 'id="horizontal"' not in hexapod.html
 
 
 def test_a_plan_that_may_be_better_is_said_in_one_sentence(hexapod: Any) -> None:

@@ -142,10 +142,6 @@ def test_no_figure_holds_a_number_that_is_none(kind: str) -> None:
     assert not {"NaN", "Infinity"} & set(re.findall(r"\w+", json.dumps(content_of(page(kind))["figures"])))
 
 
-def test_the_same_diagnosis_makes_the_same_page() -> None:
-    assert render(diagnosed(diagnosis("explained")).page()) == page("explained")
-
-
 def test_the_stiffness_beside_the_physics_is_that_of_the_model() -> None:
     """Play takes its share of the deflection: the legs come out as stiff as they are, and stiffer than alone."""
     result, shown = diagnosis("explained"), text("explained")

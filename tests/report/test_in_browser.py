@@ -145,13 +145,6 @@ def another(case: Any) -> int:
     return int(np.argmax(nearest))
 
 
-def test_the_page_opens_with_the_recommended_design(hexapod_screen: Screen) -> None:
-    hexapod_screen.shows(hexapod_screen.case.front.recommended)
-    plots = hexapod_screen.run("return [...document.querySelectorAll('.plot')].map(plot => plot.data.length)")
-    assert len(plots) == 5
-    assert all(plots)
-
-
 def test_what_stands_in_the_page_is_what_its_script_shows(hexapod_screen: Screen) -> None:
     """Choosing another design and coming back gives the tables and sentences that were written by Python."""
     screen = hexapod_screen

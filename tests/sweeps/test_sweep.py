@@ -166,8 +166,6 @@ def test_damaged_results_are_named(done: tuple[Path, Path], tmp_path: Path) -> N
 
 
 # Executors themselves, on tasks of their own.
-
-
 def squared(number: int) -> int:
     return number**2
 
@@ -213,3 +211,21 @@ def test_without_locks_of_the_system(tmp_path: Path) -> None:
     command = [sys.executable, "-c", code, str(file), str(tmp_path / "out")]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.startswith("1 run in")
+
+
+def leave_a_mark(task: tuple[str, int]) -> int:
+    folder, number = task
+    with (Path(folder) / f"{number}.txt").open("a", encoding="utf-8") as stream:
+        stream.write("done\n")
+    return number
+
+
+def test_a_slow_reader_of_results_makes_no_work_twice(tmp_path: Path) -> None:
+    """While a result is written others arrive, which once was taken for the end of their worker."""
+    tasks = [(str(tmp_path), number) for number in range(12)]
+    found = []
+    for index, result in results(leave_a_mark, tasks, partial(Processes, 2)):
+        time.sleep(0.05)
+        found.append((index, result))
+    assert sorted(found) == [(number, number) for number in range(12)]
+    assert [(tmp_path / f"{number}.txt").read_text() for number in range(12)] == ["done\n"] * 12
