@@ -137,7 +137,7 @@ def test_a_base_model_without_parameters_is_judged_beside_laws_as_any_other() ->
     """What laws beside it share is whitened, and there are no derivatives to whiten."""
     points = recordings(count=12, axes=(3, 4))
     sample = data_of(points, BODY).counting(np.ones(12, dtype=bool))
-    shared = SharedNoise.of_laws([np.ones((24, 1))], [1.0])
+    shared = SharedNoise.of(np.ones((24, 1)))
     residuals, slopes = replace(sample, shared=shared).residuals_with_sensitivities(Chain(BODY), np.zeros(0))
     assert slopes.shape == (12, 2, 0)
     np.testing.assert_allclose(residuals.ravel(), shared.whitened(sample.residuals(Chain(BODY), np.zeros(0)).ravel()))

@@ -328,8 +328,8 @@ class Names:
         chain = self._chains[names]
         sample = self.sample
         if laws:
-            _, directions, variances = zip(*laws, strict=True)
-            sample = replace(sample, shared=SharedNoise.of_laws(directions, variances))
+            columns = np.hstack([law * np.sqrt(variance) for _, law, variance in laws])
+            sample = replace(sample, shared=SharedNoise.of(columns))
         own = near.fit.values[: chain.base] if near is not None else chain.start()[: chain.base]
         result = fit(
             chain,

@@ -27,7 +27,6 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.coordinates import Coordinates
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.load_errors import LoadEffect, shared_parts
-from expdesign.estimation.propagated import Propagated
 from expdesign.estimation.whitening import Whitening
 from expdesign.mechanics.robots.robot import Robot
 
@@ -145,20 +144,16 @@ class LoadsAtTargets:
         values = self.units * estimated.mean[self.columns]
         return ActingLoads(self.effects, values, np.hstack([across, own]), np.sqrt(fit.inflation) * self.own)
 
-    def joined(
-        self, estimated: EstimatedLoads, propagated: Propagated, sizes: FloatArray, noise: Whitening
-    ) -> Propagated:
-        """What errors of the loads do to the parameters, and below these to the error of their own estimates."""
-        found: list[FloatArray] = []
-        effects, one = propagated.effects, np.eye(len(estimated.mean))
-        parts = zip(effects, propagated.moved, sizes.tolist(), shared_parts(effects), strict=True)
-        for effect, moved, size, place in parts:
-            rows = estimated.gain @ (size * effect.moved / noise.deviations[..., None])
-            if effect.shared:
-                rows = rows.sum(axis=0)[None] - size * one[:, place]
-            own = rows - estimated.through @ moved
-            found.append(np.concatenate([moved, self.units[:, None] * own[:, self.columns]], axis=1))
-        return Propagated(propagated.effects, tuple(found))
+    def joined(self, estimated: EstimatedLoads, gain: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The gain (N, p, k) of parameters with that of these errors below it, and what these are less than estimated.
+
+        Returns:
+            The gain per standard deviation of the noise, (N, p + a, k), and −1 at every error itself, (p + a, d).
+        """
+        added = self.units[:, None] * (estimated.gain - estimated.through @ gain)[:, self.columns]
+        own = np.zeros((gain.shape[1] + len(self.columns), len(estimated.mean)))
+        own[gain.shape[1] + np.arange(len(self.columns)), self.columns] = -self.units
+        return np.concatenate([gain, added], axis=1), own
 
 
 ACTING: dict[str, Callable[[Robot], Effect]] = {

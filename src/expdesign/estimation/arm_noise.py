@@ -29,53 +29,39 @@ _CORNER = 1.345
 """Standard deviations where Huber's loss becomes linear: 95 % efficient at normal noise."""
 
 
-@dataclass(frozen=True)
-class Weighting:
-    """Weights of rows by the mean square of their whitened residuals.
+def _weight(loss: Loss, squares: FloatArray, count: FloatArray | float) -> FloatArray:
+    """Weights of rows by the sums of squares of their whitened residuals, `count` each."""
+    if loss == "huber":
+        return np.minimum(1.0, _CORNER / np.maximum(np.sqrt(squares / count), 1e-12))
+    if loss == "student":
+        return (_FREEDOM + count) / (_FREEDOM + squares)
+    return np.ones_like(squares)
 
-    Attributes:
-        loss: see `ArmOptions.loss`.
+
+def _weights(loss: Loss, residuals: FloatArray) -> FloatArray:
+    """Weights (N,) of rows with whitened residuals (N, k), 0 where nothing was read."""
+    count = np.maximum((residuals != 0.0).sum(axis=1), 1)
+    return _weight(loss, (residuals**2).sum(axis=1), count)
+
+
+def _counted(loss: Loss, weights: FloatArray) -> FloatArray:
+    """By what r² counts for a level, from the weights w of its rows: w, or w² where w·r² has no bound.
+
+    Levels are the solution of Σ w·r² = n for Student's t, whose likelihood asks for that, and of Σ (w·r)² = n for
+    Huber's loss (his proposal 2; Huber, Robust Statistics, 1981, section 6.7).
     """
-
-    loss: Loss
-
-    @property
-    def robust(self) -> bool:
-        """Whether weights differ from 1."""
-        return self.loss != "squares"
-
-    def weights(self, residuals: FloatArray) -> FloatArray:
-        """Weights (N,) of rows with whitened residuals (N, k), 0 where nothing was read."""
-        count = np.maximum((residuals != 0.0).sum(axis=1), 1)
-        return self._weight((residuals**2).sum(axis=1), count)
-
-    def counted(self, weights: FloatArray) -> FloatArray:
-        """By what r² counts for a level, from the weights w of its rows: w, or w² where w·r² has no bound.
-
-        Levels are the solution of Σ w·r² = n for Student's t, whose likelihood asks for that, and of Σ (w·r)² = n for
-        Huber's loss (his proposal 2; Huber, Robust Statistics, 1981, section 6.7).
-        """
-        return weights**2 if self.loss == "huber" else weights
-
-    def share(self, components: int) -> float:
-        """Mean of what r² counts per component at normal noise, by which levels are made consistent."""
-        return _share(self, components) if self.robust else 1.0
-
-    def _weight(self, squares: FloatArray, count: FloatArray | float) -> FloatArray:
-        if self.loss == "huber":
-            size = np.sqrt(squares / count)
-            return np.minimum(1.0, _CORNER / np.maximum(size, 1e-12))
-        if self.loss == "student":
-            return (_FREEDOM + count) / (_FREEDOM + squares)
-        return np.ones_like(squares)
+    return weights**2 if loss == "huber" else weights
 
 
 @lru_cache(maxsize=32)
-def _share(weighting: Weighting, components: int) -> float:
+def _share(loss: Loss, components: int) -> float:
+    """Mean of what r² counts per component at normal noise, by which levels are made consistent."""
+    if loss == "squares":
+        return 1.0
     half = components / 2.0
 
     def integrand(squares: float) -> float:
-        weight = float(weighting.counted(weighting._weight(np.array([squares]), float(components)))[0])
+        weight = float(_counted(loss, _weight(loss, np.array([squares]), float(components)))[0])
         density = xlogy(half - 1.0, squares / 2.0) - squares / 2.0 - gammaln(half) - np.log(2.0)  # of chi squared
         return weight * squares * float(np.exp(density))
 
@@ -131,9 +117,9 @@ class ArmNoise:
         typical = np.sqrt(np.divide(squared, count, out=np.full(count.shape, np.nan), where=count > 0))
         deviations = np.where(known, stated, typical)
         weights: FloatArray = np.ones(len(deviations))
-        for _ in range(_ROUNDS if self._weighting.robust else 1):
+        for _ in range(1 if self.loss == "squares" else _ROUNDS):
             found = self._solve(start, deviations, weights)
-            weights, before = self._weighting.weights(self._whitened(found, weights)), weights
+            weights, before = _weights(self.loss, self._whitened(found, weights)), weights
             if np.abs(weights - before).max() < _SETTLED:
                 break
         squares, dof = self._by_kind(found, weights)
@@ -175,7 +161,7 @@ class ArmNoise:
             found = self._solve(whole, deviations, weights)
             whole[self.problem.live] = found.values
             residuals = self._whitened(found, weights)
-            weights = self._weighting.weights(residuals)
+            weights = _weights(self.loss, residuals)
             _, dof = self._by_kind(found, weights)
             fresh: FloatArray = np.array([
                 self._level(residuals, weights, deviations, columns, freedom, stated)
@@ -213,10 +199,6 @@ class ArmNoise:
     def _kinds(self) -> list[tuple[str, IntArray]]:
         return axis_groups(self.problem.train, 3)
 
-    @property
-    def _weighting(self) -> Weighting:
-        return Weighting(self.loss)
-
     def _solve(self, start: FloatArray, deviations: FloatArray, weights: FloatArray, *, known: bool = True) -> Sized:
         effective = deviations / np.sqrt(weights)[:, None]
         return with_groups(
@@ -236,9 +218,9 @@ class ArmNoise:
     def _counted(self, weights: FloatArray) -> FloatArray:
         """By what r² counts for a level over its mean at normal noise, (N,): a row is weighed by all its readings."""
         counts = np.maximum(self.problem.seen.sum(axis=1), 1)
-        shares = {count: self._weighting.share(count) for count in np.unique(counts).tolist()}
+        shares = {count: _share(self.loss, count) for count in np.unique(counts).tolist()}
         usual = np.array([shares[count] for count in counts.tolist()])
-        found: FloatArray = self._weighting.counted(weights) / usual
+        found: FloatArray = _counted(self.loss, weights) / usual
         return found
 
     def _by_kind(self, found: Sized, weights: FloatArray) -> tuple[FloatArray, FloatArray]:

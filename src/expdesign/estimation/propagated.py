@@ -11,8 +11,14 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.estimation.fit import Fit
-from expdesign.estimation.load_errors import LoadEffect
+from expdesign.estimation.load_errors import LoadEffect, shared_parts
 from expdesign.estimation.whitening import Whitening
+
+
+def gain_of(fit: Fit, whitening: Whitening) -> FloatArray:
+    """K of a fit of rows with their whitening, per standard deviation of the noise, shape (N, p, k)."""
+    found: FloatArray = (whitening.scores(fit.sensitivities) @ fit.estimable.generalised).swapaxes(1, 2)
+    return found / fit.inflation
 
 
 @dataclass(frozen=True)
@@ -28,13 +34,29 @@ class Propagated:
     moved: tuple[FloatArray, ...]
 
     @classmethod
-    def of(cls, fit: Fit, whitening: Whitening, effects: Sequence[LoadEffect], sizes: Sequence[float]) -> "Propagated":
-        """Of errors with `sizes`, in declared standard deviations, in a fit of rows with their whitening."""
-        gain = (whitening.scores(fit.sensitivities) @ fit.estimable.generalised).swapaxes(1, 2) / fit.inflation
+    def of(
+        cls,
+        gain: FloatArray,
+        deviations: FloatArray,
+        effects: Sequence[LoadEffect],
+        sizes: Sequence[float],
+        own: FloatArray | None = None,
+    ) -> "Propagated":
+        """Of errors with `sizes`, in declared standard deviations.
+
+        Args:
+            gain: K per standard deviation of the noise, shape (N, p, k).
+            deviations: of the noise, shape (N, k).
+            effects: the errors.
+            sizes: of each.
+            own: what one declared standard deviation of every shared error moves beside what readings do, (p, d).
+        """
         found = []
-        for effect, size in zip(effects, sizes, strict=True):
-            rows = gain @ (size * effect.moved / whitening.deviations[..., None])
-            found.append(rows.sum(axis=0)[None] if effect.shared else rows)
+        for effect, size, place in zip(effects, sizes, shared_parts(effects), strict=True):
+            rows = gain @ (size * effect.moved / deviations[..., None])
+            if effect.shared:
+                rows = rows.sum(axis=0)[None] + (0.0 if own is None else size * own[:, place])
+            found.append(rows)
         return cls(tuple(effects), tuple(found))
 
     def scaled(self, factor: float) -> "Propagated":

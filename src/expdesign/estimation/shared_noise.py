@@ -7,7 +7,6 @@ What readings share is Z·v with v ~ N(0, I), so that their noise has the covari
 and the estimates of all other parameters are those with v among the parameters.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -29,21 +28,26 @@ class SharedNoise:
     squares: FloatArray
 
     @classmethod
-    def of_laws(cls, laws: Sequence[FloatArray], variances: Sequence[float]) -> Self:
-        """What laws do of which only the sizes are known.
-
-        Args:
-            laws: directions of each, shape (M, f_k).
-            variances: σ_k², in variances of the noise.
-        """
-        shared = np.hstack([law * np.sqrt(variance) for law, variance in zip(laws, variances, strict=True)])
-        left, singular, _ = np.linalg.svd(shared, full_matrices=False)
+    def of(cls, columns: FloatArray) -> Self:
+        """Of Z, shape (M, q)."""
+        left, singular, _ = np.linalg.svd(columns, full_matrices=False)
         return cls(left, singular**2)
+
+    @property
+    def log_determinant(self) -> float:
+        """ln|V|."""
+        return float(np.log1p(self.squares).sum())
 
     def whitened(self, readings: FloatArray) -> FloatArray:
         """V^(−1/2) times readings (M,) or derivatives of them (M, p)."""
-        change = (1.0 + self.squares) ** -0.5 - 1.0
-        found: FloatArray = readings + (self.turned * change) @ (self.turned.T @ readings)
+        return self._times((1.0 + self.squares) ** -0.5, readings)
+
+    def restored(self, whitened: FloatArray) -> FloatArray:
+        """V^(1/2) times whitened readings (M,) or derivatives of them (M, p)."""
+        return self._times((1.0 + self.squares) ** 0.5, whitened)
+
+    def _times(self, factors: FloatArray, values: FloatArray) -> FloatArray:
+        found: FloatArray = values + (self.turned * (factors - 1.0)) @ (self.turned.T @ values)
         return found
 
     def among(self, whitened: FloatArray, kept: BoolArray) -> FloatArray:

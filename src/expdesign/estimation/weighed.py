@@ -27,7 +27,7 @@ from expdesign.estimation.acting_loads import EstimatedLoads, LoadsAtTargets
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.gaussian import Gaussian
 from expdesign.estimation.load_errors import DeclaredLoadErrors, Estimator, LoadEffect, load_columns, shared_parts
-from expdesign.estimation.propagated import Propagated
+from expdesign.estimation.propagated import Propagated, gain_of
 from expdesign.estimation.whitening import LoadColumns, Whitening
 
 SCALE_SPREAD = 0.7
@@ -80,8 +80,9 @@ class WeighedLoads:
         estimated: the shared errors, as the recordings show them; 0 for the `weighted` estimator.
         deviations: standard deviations of these estimates, in declared ones, shape (d,).
         acting: those that act at targets as well.
-        propagated: what μ standard deviations of every error do to the parameters.
-        joined: the same, and to the error of the estimates of `acting`.
+        excess: K·(C(μ) − C(λ))·Kᵀ, what sizes beyond the weights add to the covariance of the parameters, shape (p, p).
+        joined: what μ standard deviations of every error do to the parameters, and below these to the error of the
+            estimates of `acting`.
     """
 
     estimator: Estimator
@@ -91,13 +92,8 @@ class WeighedLoads:
     estimated: EstimatedLoads
     deviations: FloatArray
     acting: LoadsAtTargets
-    propagated: Propagated
+    excess: FloatArray
     joined: Propagated
-
-    @property
-    def excess(self) -> FloatArray:
-        """K·(C(μ) − C(λ))·Kᵀ: what sizes beyond the weights add to the covariance of the parameters, shape (p, p)."""
-        return _excess(self.propagated, self.weights, self.sizes)
 
     def at_targets(self, fit: Fit) -> ActingLoads | None:
         """What acts at targets beside a fit whose covariance is that with which it predicts."""
@@ -263,15 +259,18 @@ def _posterior(
     rows = noise.weighing(LoadColumns(unit[..., :0], load_columns(effects, sizes).own))
     shared = [np.full(e.moved.shape[2], size) for e, size in zip(effects, sizes, strict=True) if e.shared]
     spread = np.concatenate([np.empty(0), *shared])
-    propagated = Propagated.of(fit, whitening, effects, sizes.tolist())
+    gain, errors = gain_of(fit, whitening), (noise.deviations, effects, sizes.tolist())
+    propagated = Propagated.of(gain, *errors)
+    excess = propagated.covariance((1.0 - (weights / sizes) ** 2).tolist())
     if estimator == "generalised":
         estimated = EstimatedLoads.of(unit, spread, rows, fitted.linearised(fit.values))
     else:
         moved = [each[0] for e, each in zip(effects, propagated.moved, strict=True) if e.shared]
         nothing = np.empty((len(fit.values), 0))
         estimated = EstimatedLoads.propagated(spread, np.hstack([nothing, *moved]), fitted.train.deflections.shape)
-    known = fit.estimable.generalised + _excess(propagated, weights, sizes)
+    known = fit.estimable.generalised + excess
     acting = LoadsAtTargets.of(fitted.chain.robot, fitted.train, effects, sizes)
+    joint_gain, own = acting.joined(estimated, gain)
     return WeighedLoads(
         estimator=estimator,
         effects=effects,
@@ -280,10 +279,6 @@ def _posterior(
         estimated=estimated,
         deviations=np.sqrt(np.diag(estimated.covariance(known))),
         acting=acting,
-        propagated=propagated,
-        joined=acting.joined(estimated, propagated, sizes, rows),
+        excess=excess,
+        joined=Propagated.of(joint_gain, *errors, own),
     )
-
-
-def _excess(propagated: Propagated, weights: FloatArray, sizes: FloatArray) -> FloatArray:
-    return propagated.covariance((1.0 - (weights / sizes) ** 2).tolist())

@@ -17,6 +17,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray, TextArray, as_matrix
 from expdesign.chain.recordings.references import groups
+from expdesign.estimation.shared_noise import SharedNoise
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ class Whitening:
         self._index = np.arange(len(deviations)) if references is None else groups(references)
         self._sizes = np.bincount(self._index)
         self._own: list[tuple[IntArray, FloatArray]] = []
-        self._across: tuple[FloatArray, FloatArray] | None = None
+        self._across: SharedNoise | None = None
         self.log_determinant = 0.0
         """Of what the load errors add to the covariance, in units of the noise."""
         if loads is not None:
@@ -96,9 +97,8 @@ class Whitening:
         if loads.shared.shape[-1]:
             scaled = self._in_row(loads.shared / self.deviations[..., None])
             columns = as_matrix(self._by_row(self._referenced(scaled)))
-            left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
-            self._across = left, sizes
-            self.log_determinant += float(np.log1p(sizes**2).sum())
+            self._across = SharedNoise.of(columns)
+            self.log_determinant += self._across.log_determinant
 
     def _together(self) -> Iterator[IntArray]:
         """The rows of each reference, those of r rows together, shape (g, r)."""
@@ -155,11 +155,7 @@ class Whitening:
         """M_s of values (N, k, ...)."""
         if self._across is None:
             return scaled
-        left, sizes = self._across
-        flat = scaled.reshape(len(left), -1)
-        factor = 1.0 - 1.0 / np.sqrt(1.0 + sizes**2)
-        found: FloatArray = flat - left @ (factor[:, None] * (left.T @ flat))
-        return found.reshape(scaled.shape)
+        return self._across.whitened(scaled.reshape(len(self._across.turned), -1)).reshape(scaled.shape)
 
     @property
     def without_shared(self) -> "Whitening":
@@ -171,10 +167,7 @@ class Whitening:
         """Whitened values (N, k, ...) as they are without the load errors that rows share: M_s⁻¹ of them."""
         if self._across is None:
             return whitened
-        left, sizes = self._across
-        flat = whitened.reshape(len(left), -1)
-        found: FloatArray = flat + left @ ((np.sqrt(1.0 + sizes**2) - 1.0)[:, None] * (left.T @ flat))
-        return found.reshape(whitened.shape)
+        return self._across.restored(whitened.reshape(len(self._across.turned), -1)).reshape(whitened.shape)
 
     @property
     def precision(self) -> FloatArray:
@@ -190,8 +183,8 @@ class Whitening:
             parted = np.einsum("gaik,ij->gajk", parted, _reference_root(rows.shape[1]))
             blocks[rows] = np.einsum("gajk,gajl->gjkl", parted, parted)
         if self._across is not None:
-            left, sizes = self._across
-            root = (left * (sizes / np.sqrt(1.0 + sizes**2))).reshape(len(blocks), readings, -1)
+            squares = self._across.squares
+            root = (self._across.turned * np.sqrt(squares / (1.0 + squares))).reshape(len(blocks), readings, -1)
             root = self._referenced(self._by_row(root))
             blocks = blocks - root @ root.swapaxes(1, 2)
         return blocks if self._within is None else self._within @ blocks @ self._within

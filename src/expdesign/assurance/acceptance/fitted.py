@@ -33,7 +33,7 @@ from expdesign.estimation.compensation.prediction import after_campaign, chain_o
 from expdesign.estimation.compensation.target_loads import AttainedUncertainty, TargetLoads
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.load_errors import declared_load_errors
-from expdesign.estimation.propagated import Propagated
+from expdesign.estimation.propagated import Propagated, gain_of
 from expdesign.estimation.weighed import WeighedLoads
 from expdesign.estimation.whitening import Whitening
 from expdesign.planning.problem import DesignProblem
@@ -160,4 +160,5 @@ def _propagated(problem: DesignProblem, model: FittedModel) -> Propagated:
     fit, recorded = model.fit, model.recordings
     errors = declared_load_errors(fit.chain.robot, recorded, problem.load_errors)
     effects = () if errors is None else errors.effects(fit.chain, fit.values, recorded)
-    return Propagated.of(fit, model.whitening, effects, [1.0] * len(effects))
+    noise = model.whitening
+    return Propagated.of(gain_of(fit, noise), noise.deviations, effects, [1.0] * len(effects))

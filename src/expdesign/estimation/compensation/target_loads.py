@@ -9,6 +9,7 @@ pose's covariance is D·L·Σ_δ·Lᵀ·Dᵀ (theory.md 5.1, 5.2), beside S·P·
 own, equally well known, carry one and the same.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -91,22 +92,23 @@ class TargetLoads:
 
     def motions(self, chain: Chain, model: Model, points: LoadedPoints) -> FloatArray:
         """What the chain predicts at the targets (N, r), with errors of the weights where these are carried."""
-        rows, weights = row_data(points, chain.robot), of_weights(chain)
-        if self.carries.all() or not weights.any():
-            return chain.predict(rows, model.values)
-        own = chain.predict(rows, _without(chain, model.values, weights))
-        return np.where(self.carries[:, None], chain.predict(rows, model.values), own) if self.carries.any() else own
+        rows = row_data(points, chain.robot)
+        return self._carried(lambda values: chain.predict(rows, values), chain, model.values)
 
     def sensitivities(self, chain: Chain, model: Model, points: LoadedPoints) -> FloatArray:
         """Derivatives of `motions` with respect to the model's parameters, shape (N, r, p)."""
-        rows, weights = row_data(points, chain.robot), of_weights(chain)
+        rows = row_data(points, chain.robot)
+        found = self._carried(lambda values: chain.predict_with_sensitivities(rows, values)[1], chain, model.values)
+        return np.where(~self.carries[:, None, None] & of_weights(chain), 0.0, found)
+
+    def _carried(self, at: Callable[[FloatArray], FloatArray], chain: Chain, values: FloatArray) -> FloatArray:
+        """What is at parameters (p,) of the chain, without errors of the weights where a target does not carry them."""
+        weights = of_weights(chain)
         if self.carries.all() or not weights.any():
-            return chain.predict_with_sensitivities(rows, model.values)[1]
-        own = chain.predict_with_sensitivities(rows, _without(chain, model.values, weights))[1]
-        own[..., weights] = 0.0
-        if not self.carries.any():
-            return own
-        return np.where(self.carries[:, None, None], chain.predict_with_sensitivities(rows, model.values)[1], own)
+            return at(values)
+        own = at(np.where(weights, [parameter.neutral for parameter in chain.parameters], values))
+        carried = self.carries.reshape(-1, *(1,) * (own.ndim - 1))
+        return np.where(carried, at(values), own) if self.carries.any() else own
 
     def apart(self, own: FloatArray | None, coordinates: Coordinates) -> FloatArray:
         """Standard deviations of what every target has for itself, in the order of `own_names`, shape (N, o).
@@ -179,12 +181,6 @@ def of_weights(chain: Chain) -> BoolArray:
     for effect, part in zip(chain.effects, chain.slices, strict=True):
         found[part] = effect.of_weights
     return found
-
-
-def _without(chain: Chain, values: FloatArray, weights: BoolArray) -> FloatArray:
-    """Values with errors of the weights at their neutral ones."""
-    neutral = np.array([parameter.neutral for parameter in chain.parameters])
-    return np.where(weights, neutral, values)
 
 
 @dataclass(frozen=True)
