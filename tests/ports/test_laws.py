@@ -19,7 +19,7 @@ from expdesign.diagnosis.diagnose import diagnose
 from expdesign.diagnosis.evidence.dictionary import Dictionary
 from expdesign.diagnosis.evidence.refinement import refined
 from expdesign.diagnosis.evidence.state import linearised
-from expdesign.diagnosis.law_findings import LawFinding, law_findings, sentence
+from expdesign.diagnosis.law_findings import law_findings, sentence
 from expdesign.diagnosis.library import library
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.errors import InputError
@@ -38,7 +38,6 @@ def test_a_leg_that_is_softer_at_one_length_is_located_and_modelled() -> None:
     result = found()
     assert result.verdict == "modelled"
     (finding, *_) = result.findings
-    assert isinstance(finding, LawFinding)
     assert (finding.physics, finding.component, finding.variant) == ("law", "leg 1", "compliance")
     assert finding.depends_on == ("length",)
     assert finding.columns == ("length_m",)
@@ -108,7 +107,6 @@ def test_the_band_covers_the_true_compliance() -> None:
     inside = []
     for seed in range(5):
         finding = found(seed).findings[0]
-        assert isinstance(finding, LawFinding)
         curve = finding.curve
         assert curve is not None
         truth = 1.0 + 0.4 * np.exp(-0.5 * ((curve.inputs[:, 0] - middle) / (0.7 * spread)) ** 2)

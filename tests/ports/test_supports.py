@@ -16,9 +16,10 @@ from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.row import row_data, row_symbols
 from expdesign.coordinates import SPATIAL
 from expdesign.diagnosis.cross_validation import blocks_of
+from expdesign.diagnosis.findings import Finding
 from expdesign.diagnosis.group_library import groups_of
 from expdesign.diagnosis.groups import Groups, grouped
-from expdesign.diagnosis.law_findings import LawFinding, group_findings
+from expdesign.diagnosis.law_findings import group_findings
 from expdesign.estimation.fit import Data, fit
 from tests.chain.bodies import BODY, recordings
 from tests.fitting import data_of
@@ -82,8 +83,8 @@ def found() -> Groups:
 
 
 @cache
-def guide() -> LawFinding:
-    return next(f for f in group_findings(found(), BODY, ()) if isinstance(f, LawFinding) and f.variant == "guide")
+def guide() -> Finding:
+    return next(f for f in group_findings(found(), BODY, ()) if f.variant == "guide")
 
 
 def test_a_column_whose_guides_have_clearance_is_predicted_at_stations_that_were_held_out() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray
 from expdesign.chain.effect import Effect
+from expdesign.chain.ports.curve import Curve
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.chain.sentences import ENDLESS
 from expdesign.diagnosis.confirmation import Stability, gains
@@ -43,6 +44,9 @@ class Finding:
         share: in what all effects explain together (`Present.shares`); a negative one compensates another effect. None
             for rows that were set aside.
         named_by: share of refits on nine tenths of the rows that name it, or None.
+        depends_on: identifiers of the inputs of a law (`words.identifier`); empty for all else.
+        columns: the same as columns of the curve.
+        curve: of a law with its band.
     """
 
     physics: str
@@ -59,6 +63,9 @@ class Finding:
     share: float | None = None
     named_by: float | None = None
     elsewhere: tuple[str, ...] = ()
+    depends_on: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ()
+    curve: Curve | None = None
 
 
 def findings(

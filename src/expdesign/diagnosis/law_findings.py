@@ -1,7 +1,6 @@
 """Laws that were found, and groups of effects and laws, as findings: sentences, probabilities and curves."""
 
 from collections.abc import Collection
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,21 +22,6 @@ _PLACES = 3
 """That a sentence names beside the likeliest."""
 _POINTS = 31
 """Of a curve that is drawn of the change from a reference's load."""
-
-
-@dataclass(frozen=True)
-class LawFinding(Finding):
-    """A law that is present, under the name of the physics whose port and inputs it has, or under none.
-
-    Attributes:
-        depends_on: identifiers of its inputs (`words.identifier`).
-        columns: the same as columns of the curve.
-        curve: with its band.
-    """
-
-    depends_on: tuple[str, ...] = ()
-    columns: tuple[str, ...] = ()
-    curve: Curve | None = None
 
 
 def law_findings(laws: Laws, robot: Robot, known: Collection[str]) -> tuple[Finding, ...]:
@@ -74,7 +58,7 @@ def _finding(laws: Laws, index: int, robot: Robot, known: Collection[str]) -> Fi
     beside = [p.effect for p in laws.parts if p.effect.component == effect.component]
     own = {law.physics_among(known) for law in beside if isinstance(law, Law)}
     physics = Law.physics if others or own - {effect.physics_among(known)} else effect.physics_among(known)
-    return LawFinding(
+    return Finding(
         physics, str(effect.component), effect.form.kind, {}, probability, (), sentence(part, robot, others),
         form="" if physics == Law.physics else FREE, share=part.share,
         depends_on=names, columns=columns(inputs, robot), curve=part.curve,
@@ -106,9 +90,9 @@ def sentence(part: FoundLaw, robot: Robot, others: tuple[str, ...] = ()) -> str:
     return text
 
 
-def curves(findings: tuple[Finding, ...]) -> tuple[LawFinding, ...]:
+def curves(findings: tuple[Finding, ...]) -> tuple[Finding, ...]:
     """The findings that have a curve, in the order of their files."""
-    return tuple(f for f in findings if isinstance(f, LawFinding) and f.curve is not None)
+    return tuple(f for f in findings if f.curve is not None)
 
 
 def curve_file(findings: tuple[Finding, ...], finding: Finding) -> str | None:
@@ -140,7 +124,7 @@ def _of_names(found: FoundGroup, named_by: float) -> Finding:
     )  # fmt: skip
 
 
-def _of_laws(found: FoundGroup, named_by: float, groups: Groups, robot: Robot, known: Collection[str]) -> LawFinding:
+def _of_laws(found: FoundGroup, named_by: float, groups: Groups, robot: Robot, known: Collection[str]) -> Finding:
     form = found.laws[0].form
     seen = [q for channel in form.channels for q in (*channel.inputs, channel.amplitude) if q is not None]
     seen = [q for q in dict.fromkeys(seen) if q.kind not in ("rest", "overlap")]
@@ -150,7 +134,7 @@ def _of_laws(found: FoundGroup, named_by: float, groups: Groups, robot: Robot, k
     )
     curve = _curve(found, groups, robot)
     physics = found.laws[0].physics_among(known)
-    return LawFinding(
+    return Finding(
         physics, str(found.group.component), form.kind, {}, found.probability, (), text,
         form="" if physics == Law.physics else FREE, share=found.share, named_by=named_by,
         depends_on=tuple(dict.fromkeys(q.identifier(robot) for q in seen)),

@@ -193,18 +193,15 @@ def averaged(names: Names, model: NamedModel) -> NamedModel:
     few = int(names.sample.counts.sum()) < OPTIONS.fewest_rows
     if not (few and model.fit.determined.all() and names.sample.readings > model.fit.rank):
         return model
-    likeliest: dict[object, _Beside] = {}  # of every part's physics, with the odds of all its forms
+    forms: dict[object, list[_Beside]] = {}  # of every part's physics
     for one in _beside(names, model):
-        rival = likeliest.get(one.candidate.effect.slot, replace(one, odds=0.0))
-        likeliest[one.candidate.effect.slot] = replace(
-            max(one, rival, key=lambda o: o.odds), odds=one.odds + rival.odds
-        )
-    total = 1.0 + sum(one.odds for one in likeliest.values())
-    kept = sorted(likeliest.values(), key=lambda one: -one.odds)
-    kept = [one for one in kept if one.odds >= OPTIONS.slight * total]
-    if not kept:
+        forms.setdefault(one.candidate.effect.slot, []).append(one)
+    likeliest = [(sum(one.odds for one in own), max(own, key=lambda one: one.odds)) for own in forms.values()]
+    least = OPTIONS.slight * (1.0 + sum(odds for odds, _ in likeliest))
+    likeliest = sorted((pair for pair in likeliest if pair[0] >= least), key=lambda pair: -pair[0])
+    if not likeliest:
         return model
-    weights = np.array([1.0, *(one.odds for one in kept)])
+    kept, weights = [one for _, one in likeliest], np.array([1.0, *(odds for odds, _ in likeliest)])
     weights /= weights.sum()
     shares = ", ".join(f"`{o.candidate.effect.key}` {w:.2g}" for o, w in zip(kept, weights[1:], strict=True))
     names.log.add("averaging", f"what may be there besides the likeliest model: {shares}")

@@ -10,7 +10,8 @@ import pandas as pd
 
 from expdesign.arrays import FloatArray
 from expdesign.diagnosis.base_models import base_model
-from expdesign.diagnosis.law_findings import LawFinding, curve_file, curves
+from expdesign.diagnosis.findings import Finding
+from expdesign.diagnosis.law_findings import curve_file, curves
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.probabilities import probability_text
 from expdesign.report import words
@@ -32,7 +33,7 @@ def law_blocks(result: Diagnosis) -> list[Block]:
     return [*places, *(law_figure(result, finding) for finding in curves(result.findings))]
 
 
-def law_figure(result: Diagnosis, finding: LawFinding) -> Figure:
+def law_figure(result: Diagnosis, finding: Finding) -> Figure:
     """The curve of a law with its 95 % band, one line per output, over the input that tells most."""
     found = finding.curve
     assert found is not None

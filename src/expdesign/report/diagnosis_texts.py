@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from expdesign.diagnosis.findings import Finding
-from expdesign.diagnosis.law_findings import LawFinding, curve_file
+from expdesign.diagnosis.law_findings import curve_file
 from expdesign.diagnosis.options import OPTIONS
 from expdesign.diagnosis.result import Diagnosis
 from expdesign.probabilities import SMALLEST, probability_text
@@ -67,7 +67,7 @@ def _effect(diagnosis: Diagnosis, finding: Finding) -> dict[str, Any]:
         "indistinguishable_from": list(finding.indistinguishable),
         "sentence": finding.sentence,
     }
-    if isinstance(finding, LawFinding):
+    if finding.depends_on:
         record["depends_on"] = list(finding.depends_on)
         record["curve"] = curve_file(diagnosis.findings, finding)
         if finding.curve is not None:
@@ -110,7 +110,7 @@ def located(diagnosis: Diagnosis) -> list[str]:
     """Components that the mismatch points to, the most likely first."""
     places = candidates(diagnosis)
     components = list(dict.fromkeys(finding.component for finding in diagnosis.findings))
-    drawn = any(isinstance(finding, LawFinding) for finding in diagnosis.findings)
+    drawn = any(finding.depends_on for finding in diagnosis.findings)
     if diagnosis.verdict == "unexplained" and not drawn:
         # Named physics that does not explain imitates something; where that is, laws of any form tell better.
         components = [c["component"] for c in places[:1]] or components

@@ -25,7 +25,6 @@ from expdesign.diagnosis.library import Candidate
 from expdesign.diagnosis.names import NamedModel, Names, hierarchical
 from expdesign.diagnosis.options import OPTIONS, DiagnosisOptions
 from expdesign.diagnosis.outliers import Mistakes
-from expdesign.diagnosis.stages import Stage
 
 _Promise = tuple[float, Candidate, Callable[[], FloatArray]]
 """A named effect with the log evidence that it promises, and what gives parameters to start its fit from."""
@@ -206,11 +205,6 @@ class Problem:
             self._look_up(self._dictionary())
         proposal = self.propose(current)
         return [self._at(current, component, proposal) for component in self._near(proposal)]
-
-    def report(self, stage: Stage, detail: str) -> None:
-        """Report progress."""
-        if self.names is not None:
-            self.names.report(stage, detail)
 
     def singles(self, rest: Chosen, loss: float, *, named: bool = False) -> list[Chosen]:
         """With one effect, or one law if not `named` alone, more that may bring what the one taken away brought."""

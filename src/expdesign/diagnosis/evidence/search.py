@@ -152,7 +152,8 @@ class Search:
         """Trials with one more effect, or with the laws of one more component."""
         if current.count >= most:
             return []
-        self.problem.report(Stage.EFFECTS, f"{current.count + 1}")
+        if self.problem.names is not None:
+            self.problem.names.report(Stage.EFFECTS, f"{current.count + 1}")
         return self.problem.trials(current, named=named)
 
     def _exchanged(self, current: Chosen) -> Chosen:
