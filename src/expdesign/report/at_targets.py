@@ -54,18 +54,10 @@ class AtTargets:
     hidden: WhatIsHidden | None = None
 
     @classmethod
-    def of(
+    def _of(
         cls, problem: DesignProblem, model: FittedModel, remedy: str, *, refuted: bool, otherwise: bool
     ) -> "AtTargets":
-        """A model; nothing is decided where its recordings refute it, or fit only if they are read otherwise.
-
-        Args:
-            problem: with the targets.
-            model: as its recordings determined it.
-            remedy: what to do where they refute it.
-            refuted: whether they do.
-            otherwise: whether they fit only if they are read otherwise.
-        """
+        """A model; nothing is decided where its recordings refute it, or fit only if they are read otherwise."""
         left_out = None if refuted else left_out_by(problem, model)
         found = decided_by(problem, model, left_out, refuted=refuted, remedy=remedy)
         return cls(problem, model, left_out, undecided(found) if otherwise else found)
@@ -78,7 +70,7 @@ class AtTargets:
         model = FittedModel(result.fit, recorded, result.whitening, noise.degrees, result.loads, drawn)
         otherwise = any(isinstance(each, Implausible) and each.otherwise for each in result.suspicions)
         refuted = result.goodness.refuted
-        return cls.of(problem, model, "run `expdesign diagnose`", refuted=refuted, otherwise=otherwise)
+        return cls._of(problem, model, "run `expdesign diagnose`", refuted=refuted, otherwise=otherwise)
 
     @classmethod
     def diagnosed(cls, problem: DesignProblem, result: "Diagnosis") -> "AtTargets":
@@ -97,7 +89,7 @@ class AtTargets:
         )
         remedy = "record what separates the explanations, or look at the place that is named"
         otherwise = any(doubt.otherwise for doubt in result.doubts)
-        return cls.of(problem, model, remedy, refuted=result.refuted, otherwise=otherwise)
+        return cls._of(problem, model, remedy, refuted=result.refuted, otherwise=otherwise)
 
     def look_for_hidden(self) -> None:
         """Find what recordings that the base model explains may hide as well."""
