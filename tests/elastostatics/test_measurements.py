@@ -5,7 +5,7 @@ import pytest
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY
-from expdesign.chain.effects.legs.geometry import Correction, GeometricStiffness
+from expdesign.chain.effects.legs.geometry import MAPPING, GeometricStiffness
 from expdesign.mechanics.elastostatics.maps import actuator_forces, cartesian_stiffness
 from expdesign.mechanics.elastostatics.measurements import LoadedRobot
 from expdesign.mechanics.robots.parallel import ParallelRobot
@@ -36,7 +36,7 @@ def test_measurements_are_those_of_the_hand_formulas(name: str, kind: str) -> No
 
 def mapped(here: ParallelRobot) -> KnownChain:
     """The conservative mapping, as `experiment.geometric_stiffness` puts it into a plan."""
-    chain = Chain(here, (GeometricStiffness(here, GEOMETRY, Correction.MAPPING),))
+    chain = Chain(here, (GeometricStiffness(here, GEOMETRY, MAPPING),))
     return KnownChain(chain, np.ones(len(chain.parameters)))
 
 

@@ -10,7 +10,7 @@ import pytest
 from expdesign.arrays import FloatArray
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import ALL_LEGS, GEOMETRY, passive_joint_turns
-from expdesign.chain.effects.legs.geometry import Correction, GeometricStiffness
+from expdesign.chain.effects.legs.geometry import EQUILIBRIUM, GeometricStiffness
 from expdesign.chain.effects.legs.passive_joints import PassiveJoints, PassiveJointStiffness
 from expdesign.chain.ports.law import ports_of
 from expdesign.chain.ports.port import Entry
@@ -290,7 +290,7 @@ def test_flexures_of_both_ends_do_together_what_the_named_effect_does_to_first_o
 def test_a_change_of_geometry_under_load_is_a_law_of_one_weight_of_the_geometry() -> None:
     dictionary, sample, values = _bench("loaded geometry", "geometry", "base", "platform")
     here = robot(NAME)
-    chain = Chain(here, (GeometricStiffness(here, GEOMETRY, Correction.EQUILIBRIUM),))
+    chain = Chain(here, (GeometricStiffness(here, GEOMETRY, EQUILIBRIUM),))
     exact = chain.predict(sample.rows, np.append(values, 1.0)) - chain.predict(sample.rows, np.append(values, 0.0))
     shown = sample.whiten(exact)
     assert _maps("loaded geometry", sample, values)[:, :, 0] == pytest.approx(shown, abs=1e-9 * np.abs(shown).max())

@@ -12,9 +12,8 @@ import numpy as np
 
 from expdesign.chain.chain import Chain
 from expdesign.chain.component import GEOMETRY
-from expdesign.chain.effect import Effect
 from expdesign.chain.effects.joints.geometry import ArmGeometricStiffness
-from expdesign.chain.effects.legs.geometry import Correction, GeometricStiffness
+from expdesign.chain.effects.legs.geometry import MAPPING, GeometricStiffness
 from expdesign.chain.models.model_file import Model, model_from_document, model_of_robot
 from expdesign.io.kinds import kind_of
 from expdesign.io.yaml_reader import YamlDocument
@@ -101,11 +100,7 @@ def with_geometric_stiffness(robot: Robot, found: FoundRobot | None, source: str
     it was identified.
     """
     model = model_of_robot(robot, YamlDocument(source, Path(), {})) if found is None else found.model
-    effect: Effect
-    if robot.jointed:
-        effect = ArmGeometricStiffness(robot, GEOMETRY)
-    else:
-        effect = GeometricStiffness(robot, GEOMETRY, Correction.MAPPING)
+    effect = ArmGeometricStiffness(robot, GEOMETRY) if robot.jointed else GeometricStiffness(robot, GEOMETRY, MAPPING)
     chain = model.chain
     if any(other.slot == effect.slot for other in chain.effects):
         assert found is not None

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from expdesign.arrays import BoolArray, FloatArray, IntArray
+from expdesign.arrays import FloatArray, IntArray
 from expdesign.chain.readings.position import Frame
 from expdesign.chain.recordings.measured import read_measured
 from expdesign.chain.recordings.points import points_from_table
@@ -116,12 +116,9 @@ def _readings(table: Table, robot: Robot, targets: FloatArray) -> tuple[IntArray
         return (*read_measured(table, DEFLECTIONS, coordinates), False)
     axes, poses, deviations = read_measured(table, POSES, coordinates)
     errors = poses - targets[:, axes] if not robot.jointed else _of_tip(table, robot, poses, axes)
-    far: BoolArray = np.abs(errors) > FARTHEST
-    if far.any():
-        row, column = (int(i) for i in np.argwhere(far)[0])
-        what = f"the measured pose is {abs(errors[row, column]):.3g} m or rad from its target"
-        where = table.where(row, measured[axes[column]])
-        raise InputError(what, where=where, remedy="Check the unit (m, rad) and the frame.")
+    away, what = np.abs(errors), "the measured pose is {:.3g} m or rad from its target"
+    names = [measured[axis] for axis in axes]
+    table.refuse(away > FARTHEST, names, what, "Check the unit (m, rad) and the frame.", away)
     return axes, errors, deviations, True
 
 

@@ -256,10 +256,9 @@ class MarkerPosition(Reading):
         read; `geometry` holds a serial robot's errors.
         """
         frame = self._frame(row, theta)
-        place = ca.SX.zeros(3)
-        for index, site in enumerate(self.sited):
-            known = self.places.get(site)
-            place += row.marker[index] * (theta[self.parts[PLACE, site]] if known is None else ca.SX(known))
+        known = self.places
+        places = (ca.SX(known[site]) if site in known else theta[self.parts[PLACE, site]] for site in self.sited)
+        place = ca.horzcat(*places) @ row.marker
         position, rotation = in_space(*robot.frame(row.pose, deflection, geometry))
         instrument = rotation_matrix(frame[3:6], "fixed-xyz")
         seen = instrument.T @ (position + rotation @ place - frame[:3])
@@ -280,9 +279,7 @@ class MarkerPosition(Reading):
             return ca.SX(self.instrument)
         if not self.stations:
             return theta[:6]
-        return sum(
-            (row.marker[i] * theta[self.parts[INSTRUMENT, s]] for i, s in enumerate(self.stations)), ca.SX.zeros(6)
-        )
+        return ca.horzcat(*(theta[self.parts[INSTRUMENT, station]] for station in self.stations)) @ row.marker
 
     def _spans(self, row: Row, marker: ca.SX, theta: ca.SX) -> ca.SX:
         """Distance of a marker in O from the row's fixed point, and along the row's gauge from its zero (2,)."""

@@ -87,9 +87,9 @@ def _with_tips(table: Table, tips: tuple[str, ...]) -> Table:
     names = table.frame[TIP_COLUMN].astype(str).str.strip()
     numbers = {name: str(number) for number, tip in enumerate(tips, start=1) for name in (tip, str(number))}
     found = names.str.removesuffix(".0").map(numbers)
-    if found.isna().any():
-        row = int(np.argmax(found.isna()))
-        raise table.fault(f"`{names.iloc[row]}` is no tip of the robot", row, TIP_COLUMN, remedy=known)
+    table.refuse(
+        found.isna().to_numpy(), (TIP_COLUMN,), "`{}` is no tip of the robot", known, names.to_numpy(dtype=str)
+    )
     if table.has("marker"):
         sits = found.groupby(table.frame["marker"].astype(str).str.strip()).transform("first")
         if (sits != found).any():

@@ -104,10 +104,8 @@ def with_targets(table: Table, *, jointed: bool) -> Table:
     columns = {name: table.text(name) for name in (*POSITION, *POSITION_DEVIATION, "marker")}
     posed = np.any([table.text(name) != "" for name in _PLACES], axis=0)
     positions = np.any([columns[name] != "" for name in POSITION], axis=0)
-    if (posed & positions).any():
-        row = int(np.argmax(posed & positions))
-        remedy = "Give a row of its own to each; they may share `series`."
-        raise table.fault("the row has a position and a pose", row, POSITION[0], remedy=remedy)
+    remedy = "Give a row of its own to each; they may share `series`."
+    table.refuse(posed & positions, POSITION[:1], "the row has a position and a pose", remedy)
     for name, place, deviation, stated in zip(
         POSITION, _PLACES, POSITION_DEVIATION, SPATIAL.deviation[:3], strict=True
     ):

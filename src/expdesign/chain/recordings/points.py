@@ -210,10 +210,8 @@ def read_sequence(table: Table) -> IntArray:
     """Sequence numbers as they stand in the file (counted from 1 where there are none), shape (N,)."""
     sequence = table.integers("sequence") if table.has("sequence") else np.arange(len(table)) + 1
     repeated = pd.Series(sequence).duplicated().to_numpy()
-    if repeated.any():
-        row = int(np.argmax(repeated))
-        what = f"the sequence number {sequence[row]} appears twice"
-        raise table.fault(what, row, "sequence", remedy="Number the rows in the order of recording.")
+    remedy = "Number the rows in the order of recording."
+    table.refuse(repeated, ("sequence",), "the sequence number {} appears twice", remedy, sequence)
     return sequence
 
 
@@ -222,10 +220,8 @@ def read_time(table: Table) -> FloatArray | None:
     if not table.has("time_s"):
         return None
     time = table.numbers(("time_s",))[:, 0]
-    if np.any(np.diff(time) < 0.0):
-        row = int(np.argmax(np.diff(time) < 0.0)) + 1
-        what = "time runs backwards in the order of `sequence`"
-        raise table.fault(what, row, "time_s", remedy="Correct `sequence` or `time_s`.")
+    back, what = np.diff(time, prepend=time[:1]) < 0.0, "time runs backwards in the order of `sequence`"
+    table.refuse(back, ("time_s",), what, "Correct `sequence` or `time_s`.")
     return time
 
 

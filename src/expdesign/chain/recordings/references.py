@@ -77,12 +77,9 @@ def read_references(table: Table, commands: FloatArray | None = None) -> TextArr
         return names
     _, first, index = np.unique(groups(names), return_index=True, return_inverse=True)
     differs = np.abs(commands - commands[first[index]]).max(axis=1) > 1e-9
-    if differs.any():
-        row = int(np.argmax(differs))
-        other = table.lines[first[index[row]]]
-        what = f"the command differs from that of row {other}, which has the same reference"
-        remedy = "An unloaded reading is the reference of rows at its own command. Correct the name or the command."
-        raise table.fault(what, row, REFERENCE, remedy=remedy)
+    what = "the command differs from that of row {}, which has the same reference"
+    remedy = "An unloaded reading is the reference of rows at its own command. Correct the name or the command."
+    table.refuse(differs, (REFERENCE,), what, remedy, table.lines[first[index]])
     return names
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from expdesign.chain.component import GEOMETRY, each_leg, on, turned_lever
 from expdesign.chain.declaration import Declaration, Input, Size, Variant
 from expdesign.chain.effect import Effect, Parameter, Values
+from expdesign.chain.form import Form
 from expdesign.chain.recordings.recordings import POSES, POSITIONS
 from expdesign.chain.row import Row
 from expdesign.mechanics.elastostatics.maps import geometric_stiffness_expression
@@ -103,11 +104,8 @@ class LegGeometry(Effect):
         )
 
 
-class Correction(StrEnum):
-    """How far the loaded pose is followed."""
-
-    EQUILIBRIUM = ""
-    MAPPING = "mapping"
+EQUILIBRIUM, MAPPING = Form(), Form(name="mapping")
+"""How far the loaded pose is followed."""
 
 
 class GeometricStiffness(Effect):
@@ -132,7 +130,7 @@ class GeometricStiffness(Effect):
         inputs=(Input.FORCE, Input.PLACE),
         sizes=(Size("fraction", 1.0, "mechanics itself: the whole of the conservative term"),),
     )
-    forms = tuple(Correction)
+    forms = (EQUILIBRIUM, MAPPING)
 
     at = on(lambda robot: robot.on_legs, GEOMETRY)
     quantities = (Parameter("fraction", 1.0, low=-5.0, high=5.0),)
@@ -142,7 +140,7 @@ class GeometricStiffness(Effect):
         robot = self.robot.inverse_kinematics
         geometry = ca.SX(robot.geometry)
         symbol = ca.SX.sym("loaded", self.robot.coordinates.n)
-        if self.variant is Correction.MAPPING:
+        if self.variant == MAPPING:
             return self._mapped(robot, deflection, wrench, compliance, row, theta)
         lengths = robot.actuator_lengths(symbol, geometry)
         lever = row.forward.T  # actuator force per wrench at the unloaded pose

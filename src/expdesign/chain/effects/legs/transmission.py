@@ -8,7 +8,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.component import Component, each_leg, on
-from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size, Variant
+from expdesign.chain.declaration import STRAIN_WAVE, Declaration, Input, Size
 from expdesign.chain.effect import Effect, Parameter, Values, When
 from expdesign.chain.form import Acting, Form
 from expdesign.chain.play import resting
@@ -84,15 +84,14 @@ class LegCoupling(Effect):
     says = "The force of {variant.leg} also deflects {component}: {first:1e9 .3g} n{motion} per {force}."
 
     @classmethod
-    def variants(cls, robot: Robot) -> list[Variant]:
+    def variants(cls, robot: Robot) -> list[Partner]:
         return [Partner(leg, shared) for shared in (False, True) for leg in each_leg(robot)]
 
     @classmethod
-    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Variant]]:
-        legs = each_leg(robot)
-        one_way = [(leg, Partner(other, False)) for leg in legs for other in legs if other != leg]
-        shared = [(leg, Partner(other, True)) for i, leg in enumerate(legs) for other in legs[i + 1 :]]
-        return [*one_way, *shared]
+    def shown(cls, robot: Robot, points: LoadedPoints) -> list[tuple[Component, Partner]]:
+        places = ((leg, partner) for leg in each_leg(robot) for partner in cls.variants(robot))
+        seen = [(leg, p) for leg, p in places if p.leg.number > leg.number or (p.leg != leg and not p.shared)]
+        return sorted(seen, key=lambda place: place[1].shared)
 
     def actuator(
         self, elongation: ca.SX, force: ca.SX, compliance: ca.SX, row: Row, state: ca.SX, theta: ca.SX

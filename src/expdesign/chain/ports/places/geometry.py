@@ -6,7 +6,7 @@ from typing import ClassVar
 import casadi as ca
 
 from expdesign.chain.component import GEOMETRY, each_leg, on_any
-from expdesign.chain.effects.legs.geometry import Correction, GeometricStiffness, LegEnd
+from expdesign.chain.effects.legs.geometry import EQUILIBRIUM, GeometricStiffness, LegEnd
 from expdesign.chain.ports.port import Entry, Names, Port, steady
 from expdesign.chain.ports.sight import Sight
 from expdesign.chain.row import Row
@@ -44,7 +44,7 @@ class LoadedGeometry(Port):
     adds: ClassVar[Names] = lambda robot: ("fraction",) if robot.on_legs else ()
 
     def structure(self, deflection: ca.SX, row: Row, extra: ca.SX) -> ca.SX:
-        effect = GeometricStiffness(self.robot, GEOMETRY, Correction.EQUILIBRIUM)
+        effect = GeometricStiffness(self.robot, GEOMETRY, EQUILIBRIUM)
         return effect.structure(deflection, row.wrench, 1.0 / ca.SX(self.robot.stiffness), row, extra)
 
     def entries(self, sight: Sight) -> Iterator[Entry]:
