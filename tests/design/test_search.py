@@ -218,7 +218,7 @@ def test_limits_that_no_pose_can_meet(form: str) -> None:
         "experiment.poses": poses,
         "targets.0.pose": [0.0, 2.5],
     }
-    with pytest.raises(InfeasibleError, match=r"leg [12] would be .* long \(limits 2 to 3 m\)") as error:
+    with pytest.raises(InfeasibleError, match=r"leg [12] would be at .* m \(limits 2 to 3 m\)") as error:
         search(problem(BIPOD, changes))
     assert error.value.where == "run.yaml"
     assert error.value.remedy

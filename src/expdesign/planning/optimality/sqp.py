@@ -16,7 +16,7 @@ import numpy as np
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
 from expdesign.mechanics.symbolic import BatchFunction
-from expdesign.planning.optimality.quadratic import Programs, Solutions, solve
+from expdesign.planning.optimality.quadratic import Programs, solve
 from expdesign.planning.problem import DesignProblem
 
 MARGIN = 1e-8
@@ -208,16 +208,15 @@ class MinimaxSearch:
                 break
             self._interrupt()
             here = points.take(alive)
-            programs = self._programs(here, hessian[alive], radii[alive])
-            solution = _solve_scaled(programs, radii[alive], self._inner)
-            moved = self._moved(here, solution.step, index[alive])
+            solution, *multipliers = self._solved(here, hessian[alive], radii[alive])
+            moved = self._moved(here, solution, index[alive])
             step = ((moved - here.variables)[..., self._free] / self._span).reshape(len(alive), n)
-            predicted = here.merit - _model(programs, step)
+            predicted = here.merit - _model(here, hessian[alive], step)
             trial = self._evaluate(moved, index[alive])
             actual = here.merit - trial.merit
             ratio = np.where(predicted > 0.0, actual / np.where(predicted > 0.0, predicted, 1.0), -1.0)
             accepted = (ratio > 1e-3) & (actual > 0.0)
-            hessian[alive], fresh[alive] = _updated(hessian[alive], fresh[alive], here, trial, step, solution)
+            hessian[alive], fresh[alive] = _updated(hessian[alive], fresh[alive], here, trial, step, *multipliers)
             size = np.abs(step).max(axis=1)
             grown = (ratio > 0.75) & (size > 0.8 * radii[alive])
             shrunk = np.where(ratio < 0.25, 0.35 * np.maximum(size, 1e-12), radii[alive])
@@ -287,32 +286,52 @@ class MinimaxSearch:
         limit_gradients = limit_gradients[..., self._free] * self._span
         return _Points(variables.copy(), values, slopes.reshape(*slopes.shape[:2], -1), limits, limit_gradients)
 
-    def _programs(self, here: _Points, hessian: FloatArray, radii: FloatArray) -> Programs:
-        """Quadratic models within the bounds and the trust regions."""
-        reach = radii[:, None, None]
-        low = np.maximum((self._space.lower - here.variables)[..., self._free] / self._span, -reach)
-        high = np.minimum((self._space.upper - here.variables)[..., self._free] / self._span, reach)
-        sides = np.minimum(low, -1e-14).reshape(len(radii), -1), np.maximum(high, 1e-14).reshape(len(radii), -1)
-        penalty = np.full(len(radii), _PENALTY)
-        return Programs(hessian, here.values, here.gradients, here.limits, here.limit_gradients, *sides, penalty)
+    def _solved(
+        self, here: _Points, hessian: FloatArray, radii: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Steps (b, n) that are best for the quadratic models within the bounds and the trust regions, and multipliers
+        of the pieces (b, j) and the limits (b, m, r).
 
-
-def _solve_scaled(programs: Programs, radii: FloatArray, tolerance: float) -> Solutions:
-    """Solve in units of the trust radius and of the change of φ over it."""
-    q, r = programs, radii[:, None]
-    unit = np.maximum(np.abs(q.gradients).reshape(len(r), -1).max(axis=1) * radii, 1e-12)
-    scaled = Programs(
-        hessian=q.hessian * (radii**2 / unit)[:, None, None],
-        values=np.maximum((q.values - q.values.max(axis=1, keepdims=True)) / unit[:, None], -1e3),
-        gradients=q.gradients * (radii / unit)[:, None, None],
-        limits=np.maximum(q.limits / r[..., None], -1e3),
-        limit_gradients=q.limit_gradients,
-        low=q.low / r,
-        high=q.high / r,
-        penalty=q.penalty * radii / unit,
-    )
-    solution = solve(scaled, tolerance)
-    return Solutions(solution.step * r, solution.pieces, solution.limits * (unit / radii)[:, None, None])
+        Programs are solved in units of the trust radius and of the change of φ over it, with those limits alone that
+        some step can violate.
+        """
+        (batch, pieces, n), (_, m, each, free), radius = (
+            here.gradients.shape,
+            here.limit_gradients.shape,
+            radii[:, None],
+        )
+        unit = np.maximum(np.abs(here.gradients).reshape(batch, -1).max(axis=1) * radii, 1e-12)[:, None]
+        sides = (
+            ((side - here.variables)[..., self._free] / self._span).reshape(batch, n)
+            for side in (self._space.lower, self._space.upper)
+        )
+        low, high = (np.clip(side, -radius, radius) for side in sides)
+        low, high = np.minimum(low, -1e-14) / radius, np.maximum(high, 1e-14) / radius
+        limits = np.maximum(here.limits / radius[..., None], -1e3).reshape(batch, -1)
+        far = np.maximum(high, -low).reshape(batch, m, 1, free)
+        reached = limits + (np.abs(here.limit_gradients) * far).sum(axis=3).reshape(batch, -1) > 0.0
+        number = int(reached.sum(axis=1).max(initial=0))
+        chosen = np.argsort(~reached, axis=1, kind="stable")[:, :number]
+        blocks = here.limit_gradients.reshape(batch, m * each, free)
+        rows = np.zeros((batch, number, m, free))
+        rows[np.arange(batch)[:, None], np.arange(number), chosen // each] = np.take_along_axis(
+            blocks, chosen[..., None], axis=1
+        )
+        values = np.maximum((here.values - here.values.max(axis=1, keepdims=True)) / unit, -1e3)
+        level = np.broadcast_to(np.arange(pieces + number) < pieces, (batch, pieces + number)).astype(float)
+        programs = Programs(
+            hessian=hessian * (radius**2 / unit)[..., None],
+            values=np.concatenate([values, np.take_along_axis(limits, chosen, axis=1)], axis=1),
+            rows=np.concatenate([here.gradients * (radius / unit)[..., None], rows.reshape(batch, number, n)], axis=1),
+            level=level,
+            penalty=np.where(level > 0.0, 2.0, _PENALTY * radius / unit),
+            low=low,
+            high=high,
+        )
+        step, found = solve(programs, self._inner)
+        multipliers = np.zeros((batch, m * each))
+        np.put_along_axis(multipliers, chosen, found[:, pieces:] * unit / radius, axis=1)
+        return step * radius, found[:, :pieces], multipliers.reshape(batch, m, each)
 
 
 def _merit(values: FloatArray, limits: FloatArray) -> FloatArray:
@@ -320,22 +339,29 @@ def _merit(values: FloatArray, limits: FloatArray) -> FloatArray:
     return merit
 
 
-def _model(programs: Programs, step: FloatArray) -> FloatArray:
+def _model(here: _Points, hessian: FloatArray, step: FloatArray) -> FloatArray:
     """The quadratic model of the merit at steps (b, n)."""
-    q = programs
-    values = q.values + (q.gradients @ step[..., None])[..., 0]
-    by_measurement = step.reshape(*q.limits.shape[:2], -1, 1)
-    limits = q.limits + (q.limit_gradients @ by_measurement)[..., 0]
-    curvature = 0.5 * (step[:, None] @ q.hessian @ step[..., None])[:, 0, 0]
+    values = here.values + (here.gradients @ step[..., None])[..., 0]
+    by_measurement = step.reshape(*here.limits.shape[:2], -1, 1)
+    limits = here.limits + (here.limit_gradients @ by_measurement)[..., 0]
+    curvature = 0.5 * (step[:, None] @ hessian @ step[..., None])[:, 0, 0]
     return _merit(values, limits) + curvature
 
 
 def _updated(
-    hessian: FloatArray, fresh: BoolArray, here: _Points, trial: _Points, step: FloatArray, solution: Solutions
+    hessian: FloatArray,
+    fresh: BoolArray,
+    here: _Points,
+    trial: _Points,
+    step: FloatArray,
+    pieces: FloatArray,
+    limits: FloatArray,
 ) -> tuple[FloatArray, BoolArray]:
-    """Damped BFGS updates with the Lagrangians' gradients at both ends of steps (b, n), and which are unused yet."""
-    change = (solution.pieces[:, None] @ (trial.gradients - here.gradients))[:, 0]
-    by_limits = solution.limits[:, :, None] @ (trial.limit_gradients - here.limit_gradients)
+    """Damped BFGS updates with the Lagrangians' gradients at both ends of steps (b, n), by the multipliers of pieces
+    and limits, and which are unused yet.
+    """
+    change = (pieces[:, None] @ (trial.gradients - here.gradients))[:, 0]
+    by_limits = limits[:, :, None] @ (trial.limit_gradients - here.limit_gradients)
     change = change + by_limits.reshape(change.shape)
     length, curvature = (step * step).sum(axis=1), (step * change).sum(axis=1)
     valid = (length > 1e-24) & (trial.values.max(axis=1) < _INVALID) & np.isfinite(curvature)
