@@ -8,14 +8,12 @@ recordings are known before.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from expdesign.arrays import FloatArray
 from expdesign.chain.recordings.recordings import Recordings
 from expdesign.errors import InputError
 from expdesign.estimation.identify import Identification, fitted_rows, identify
-from expdesign.estimation.whitening import Whitening
-from expdesign.mechanics.differentiation import inverse_root, one_and_gram
+from expdesign.estimation.whitening import LoadColumns, Whitening
 from expdesign.mechanics.loads.load import Wrench
 from expdesign.planning.criteria.accuracy import Total, expected_total
 from expdesign.planning.criteria.information import RANK_TOLERANCE, Information
@@ -66,8 +64,7 @@ def next_measurements(
     fewer = min(1.0, 8 / len(problem.loaded.scale))
     pool = reachable_measurements(problem, round(4000 * fewer), np.random.default_rng(seed))
     before = float(expected_total(known, problem.targets))
-    decisions, *_ = _added(problem, known, pool, count, accuracy)
-    decisions = _improved(problem, known, decisions, pool)
+    decisions = _improved(problem, known, _added(problem, known, pool, count, accuracy)[0], pool)
     # Exchange and descent may reach with fewer what the first choice needed more for.
     decisions, after, informed = _added(problem, known, decisions, len(decisions), accuracy, once=True)
     return NextMeasurements(decisions, before, after, (known, *informed))
@@ -91,17 +88,16 @@ def _added(
     informed: list[Information] = []
     while len(chosen) < count and not (after and accuracy is not None and after[-1] <= accuracy):
         together = known.plus(candidates)
-        scores = expected_total(together, problem.targets)
-        reached = scores
+        reached = scores = expected_total(together, problem.targets)
         if not np.isfinite(scores).any():
             # Too little is known for any single one to determine all: take what adds most information.
             scores = -_determinant(together.in_units(problem.loaded.scale))
         best = int(np.argmin(np.where(left, scores, np.inf)))
         known = together.part(best)
-        informed.append(known)
         left[best] = not once
         chosen.append(best)
         after.append(float(reached[best]))
+        informed.append(known)
     return pool[chosen], np.array(after), informed
 
 
@@ -159,24 +155,25 @@ def recorded_knowledge(
     deviations = train.deviations
     if deviations is None:
         deviations = _configured_deviations(problem, train) if found is None else found.noise.deviations
-    whitening = Whitening(deviations, references=train.references)
     jacobians = robot.jacobians(train.configurations)
     measured = loaded.under(Wrench(robot.coordinates)).measure(train.configurations, train.wrenches)
     wrenches: tuple[FloatArray, ...] = ()
     if loads is not None:
         wrenches = loaded.load_errors(jacobians.rotation, loads[fitted])
-    rows, *errors = (
-        each[:, train.axes] / deviations[..., None]
-        for each in (measured.observation, *(measured.compliance @ error for error in wrenches))
-    )
-    if train.within is not None:
-        rows, *errors = (train.within @ each for each in (rows, *errors))
+    columns = [measured.observation, *(measured.compliance @ error for error in wrenches)]
+    rows, *errors = (each[:, train.axes] for each in columns)
     shared = tuple(source.shared for source in loaded.sources) if errors else ()
-    across = np.kron(whitening.decorrelated(np.eye(len(train))), np.eye(len(train.axes)))
-    if problem.estimator == "generalised":
-        own = [each for each, common in zip(errors, shared, strict=True) if not common]
-        blocks = [block_diag(*each) for each in own] or [np.zeros((len(across), 0))]
-        across = inverse_root(one_and_gram(across @ np.concatenate(blocks, axis=1))) @ across
+    own = [each for each, common in zip(errors, shared, strict=True) if not common]
+    weighed = LoadColumns(rows[..., :0], np.concatenate([rows[..., :0], *own], axis=-1))
+    whitening = Whitening(
+        deviations,
+        references=train.references,
+        within=train.within,
+        loads=weighed if problem.estimator == "generalised" else None,
+    )
+    size = deviations.size
+    across = whitening.decorrelated(np.eye(size).reshape(*deviations.shape, size)).reshape(size, size)
+    rows, *errors = (each / deviations[..., None] for each in (rows, *errors))
     return Information.of_measurements(rows, tuple(errors), shared, across, estimator=problem.estimator)
 
 
