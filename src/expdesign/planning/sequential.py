@@ -173,8 +173,8 @@ def recorded_knowledge(
     )
     size = deviations.size
     across = whitening.decorrelated(np.eye(size).reshape(*deviations.shape, size)).reshape(size, size)
-    rows, *errors = (each / deviations[..., None] for each in (rows, *errors))
-    return Information.of_measurements(rows, tuple(errors), shared, across, estimator=problem.estimator)
+    scaled = [each / deviations[..., None] for each in (rows, *errors)]
+    return Information.of_measurements(scaled[0], tuple(scaled[1:]), shared, across, estimator=problem.estimator)
 
 
 def require_readings_of(problem: DesignProblem, recordings: Recordings) -> None:
