@@ -1,4 +1,4 @@
-"""A robot of any kind, known only by its Jacobians and its excess over its limits, is treated like a parallel one."""
+"""A robot of any kind, known only by its Jacobians and its limits, is treated like a parallel one."""
 
 from dataclasses import replace
 from typing import Any
@@ -26,7 +26,8 @@ def _delegate(name: str) -> Any:
 
 def disguised_as_any_robot(robot: Robot) -> Robot:
     """A hexapod that does not say that it is one: no more than what every robot gives."""
-    methods = {name: _delegate(name) for name in Robot.__abstractmethods__}
+    methods = {name: _delegate(name) for name in (*Robot.__abstractmethods__, "limited")}
+    methods["limits"] = property(lambda self: self.hidden.limits)
     kind = type("Disguised", (Robot,), {**methods, "kind": "disguised", "coordinates": SPATIAL})
     copy = kind()
     for name in ("name", "stiffness", "gravity", "configuration"):

@@ -8,14 +8,11 @@ designs costs little more than the hundred gradients in it.
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from functools import cached_property
 
-import casadi as ca
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
 from expdesign.mechanics.robots.robot import CONDITION_LIMIT
-from expdesign.mechanics.symbolic import BatchFunction
 from expdesign.planning.optimality.quadratic import Programs, solve
 from expdesign.planning.problem import DesignProblem
 
@@ -32,9 +29,8 @@ _ENTRIES = 20_000_000
 
 
 class Limits:
-    """Rows c ≤ 0 of single measurements: the legs' lengths (in parts of their stroke) and the condition (in decades).
-
-    A robot that is not parallel gives one row, its `limit_excess` (m or rad).
+    """Rows c ≤ 0 of single measurements: the limited coordinates, in parts of their range, and the condition, in
+    decades.
     """
 
     def __init__(self, problem: DesignProblem) -> None:
@@ -44,13 +40,12 @@ class Limits:
         columns = np.array([variable.columns[0] for variable in space.variables], dtype=np.int64)
         self._decisions = np.flatnonzero(~space.discrete & (columns < space.n_pose))
         self._coordinates = columns[self._decisions]
-
-    @cached_property
-    def _lengths(self) -> BatchFunction:
-        closed_form = self._robot.inverse_kinematics
-        pose = ca.SX.sym("X", closed_form.coordinates.n)
-        lengths = closed_form.actuator_lengths(pose, ca.SX(closed_form.geometry))
-        return BatchFunction("leg_lengths", [pose], ca.cse([lengths, ca.jacobian(lengths, pose)]))
+        low, high = self._robot.limits
+        stroke = np.where(np.isfinite(high - low), high - low, 1.0)
+        self._finite = np.flatnonzero(np.isfinite(np.concatenate([high, low])))
+        signs = np.concatenate([np.ones(len(high)), -np.ones(len(low))])
+        self._signed = (signs / np.tile(stroke, 2))[self._finite]
+        self._ends = np.concatenate([high, low])[self._finite]
 
     def rows(self, variables: FloatArray, *, condition_row: bool = True) -> tuple[FloatArray, FloatArray]:
         """Values c (..., r) and their gradients (..., r, g) at measurements with variables (..., g).
@@ -58,7 +53,9 @@ class Limits:
         Without `condition_row` that of the condition, the last one, is left at −1, as far from a singularity.
         """
         poses = self._problem.space.decode(variables)[0]
-        values, by_pose = self._reach(poses)
+        values, by_pose = np.zeros((*poses.shape[:-1], 0)), np.zeros((*poses.shape[:-1], 0, poses.shape[-1]))
+        if self._finite.size:
+            values, by_pose = self._reach(poses), _central(self._reach, poses).swapaxes(-1, -2)
         if condition_row:
             condition, by_condition = self._condition(poses)
         else:
@@ -69,25 +66,10 @@ class Limits:
         gradient[..., self._decisions] = by_pose[..., self._coordinates]
         return values, gradient
 
-    def _reach(self, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
-        if not self._robot.on_legs:
-            return self._excess(poses)
-        robot = self._robot.inverse_kinematics
-        if robot.leg_length is None:
-            return np.zeros((*poses.shape[:-1], 0)), np.zeros((*poses.shape[:-1], 0, poses.shape[-1]))
-        shortest, longest = robot.leg_length
-        lengths, rates = self._lengths(poses)
-        stroke = longest - shortest
-        values = np.concatenate([lengths - longest, shortest - lengths], axis=-1) / stroke
-        return values, np.concatenate([rates, -rates], axis=-2) / stroke
-
-    def _excess(self, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The one row of a robot that says only how far it is beyond its limits."""
-        values = self._robot.limit_excess(poses)
-        if not np.isfinite(values).all():
-            return np.zeros((*poses.shape[:-1], 0)), np.zeros((*poses.shape[:-1], 0, poses.shape[-1]))
-        gradient = _central(self._robot.limit_excess, poses)
-        return values[..., None], gradient[..., None, :]
+    def _reach(self, poses: FloatArray) -> FloatArray:
+        at = self._robot.limited(poses)
+        found: FloatArray = (np.concatenate([at, at], axis=-1)[..., self._finite] - self._ends) * self._signed
+        return found
 
     def _condition(self, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
         """log10 of the scaled condition number over its limit; its gradient is needed only near the limit."""
@@ -105,11 +87,10 @@ class Limits:
         return values, gradient
 
 
-def _central(function: object, poses: FloatArray) -> FloatArray:
-    """Central differences of a function of poses (..., n), shape (..., n)."""
-    assert callable(function)
+def _central(function: Callable[[FloatArray], FloatArray], poses: FloatArray) -> FloatArray:
+    """Central differences of a function of poses (..., n) with values (..., ·), shape (..., n, ·)."""
     steps = _DIFFERENCE * np.eye(poses.shape[-1])
-    difference: FloatArray = function(poses[..., None, :] + steps) - function(poses[..., None, :] - steps)
+    difference = function(poses[..., None, :] + steps) - function(poses[..., None, :] - steps)
     return difference / (2.0 * _DIFFERENCE)
 
 
