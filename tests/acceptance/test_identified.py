@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import expdesign as xd
+from expdesign.assurance.acceptance import hidden_risk
 from expdesign.assurance.acceptance.decision import Decision
 from expdesign.assurance.acceptance.hidden_risk import joint_model, left_out_by, left_out_risk
 from expdesign.assurance.model_error.physics import offsets
@@ -194,22 +195,22 @@ def test_the_odds_of_what_is_hidden_are_those_of_integrating_over_its_size() -> 
     np.testing.assert_allclose(hidden.probability, expected, rtol=0.1)
 
 
-def test_friction_is_integrated_over_its_size() -> None:
+def test_friction_is_integrated_over_its_size(monkeypatch: pytest.MonkeyPatch) -> None:
     """A few sizes stand for all: the same odds and the same risk with twenty times as many."""
     case = problem(HEXAPOD, CASE | {"model_error": {"physics": ["friction_hysteresis"]}})
     measured = recorded(case, load_errors=False)
     found = AtTargets.identified(case, xd.identify(HEXAPOD["robot"], measured).result)
     shown = left_out_by(case, found.model)
     assert shown is not None
-    dense = left_out_risk(case, found.model, shown, sizes=np.linspace(0.05, 9.0, 200).tolist())
-    exact = replace(found.acceptance, left_out=dense)
+    monkeypatch.setattr(hidden_risk, "SIZES", tuple(np.linspace(0.05, 9.0, 200)))
+    exact = replace(found.acceptance, left_out=left_out_risk(case, found.model, shown))
     assert found.acceptance.left_out is not None
     assert exact.left_out is not None
     assert found.acceptance.left_out.nothing == pytest.approx(exact.left_out.nothing, rel=0.02)
     assert found.acceptance.robot_risk == pytest.approx(exact.robot_risk, rel=0.1)
 
 
-def test_physics_of_several_prior_sizes_is_believed() -> None:
+def test_physics_of_several_prior_sizes_is_believed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Friction is assumed to be about 1 N: recordings that hint at 4 N are not held for noise as readily."""
     case = problem(HEXAPOD, CASE)
     hidden = "friction_hysteresis at leg 4, rigid, 4 N"
@@ -217,7 +218,8 @@ def test_physics_of_several_prior_sizes_is_believed() -> None:
     found = AtTargets.identified(case, xd.identify(HEXAPOD["robot"], measured).result)
     shown = left_out_by(case, found.model)
     assert shown is not None
-    before = replace(found.acceptance, left_out=left_out_risk(case, found.model, shown, (1.0,), ()))
+    monkeypatch.setattr(hidden_risk, "SCALES", (1.0,))
+    before = replace(found.acceptance, left_out=left_out_risk(case, found.model, shown))
     assert found.acceptance.robot_risk > 1.5 * before.robot_risk
 
 

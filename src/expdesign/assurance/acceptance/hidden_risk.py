@@ -82,21 +82,13 @@ _Alternative = tuple[str, float, FloatArray, FloatArray]
 it does to the attained poses."""
 
 
-def left_out_risk(
-    problem: DesignProblem,
-    model: FittedModel,
-    found: Shown,
-    scales: Sequence[float] = SCALES,
-    sizes: Sequence[float] = SIZES,
-) -> LeftOutRisk:
+def left_out_risk(problem: DesignProblem, model: FittedModel, found: Shown) -> LeftOutRisk:
     """What may be left out of a model that its recordings do not refute.
 
     Args:
         problem: whose targets count.
         model: as its recordings determined it.
         found: what these show.
-        scales: of assumed prior sizes.
-        sizes: over which physics with a step is integrated; as a multiple of its size without any.
     """
     base = joint_model(problem, model)
     physics, meir, start = found.meir.physics, found.meir, offsets(found.meir.physics)
@@ -108,20 +100,20 @@ def left_out_risk(
         columns, prior = slice(start[index], start[index + 1]), odds + np.log(share)
         kinds = (entry.effect.parameters[i] for i in entry.free)
         assumed = any(meir.assumptions.size(entry.effect, parameter).assumed for parameter in kinds)
-        spread, phrase = scales if assumed else (1.0,), entry.effect.phrase
-        if entry.step and sizes:
-            shown, moved = found.at_sizes(index, sizes)
+        scales, phrase = SCALES if assumed else (1.0,), entry.effect.phrase
+        if entry.step:
+            shown, moved = found.at_sizes(index, SIZES)
             seen, there = apart(shown[:, :rows].T), moved.reshape(len(moved), -1).T
             likelihoods = seen.T @ base.projected - 0.5 * (seen * base.projection(seen)).sum(axis=0)
-            logs = prior + np.log(_of_sizes(sizes, spread)) + likelihoods
+            logs = prior + np.log(_of_sizes(scales)) + likelihoods
             errors = base.unexplained(seen, there).T
             listed += [(phrase, float(log), mean, nothing) for log, mean in zip(logs, errors, strict=True)]
         else:
             shown = apart(found.directions[:rows, columns])
             shown = np.where(np.isfinite(shown).all(axis=0), shown, 0.0)
             moved = (meir.motions[..., columns] * meir.deviations[columns]).reshape(len(nothing), -1)
-            prior -= np.log(len(spread))
-            for scale in spread:
+            prior -= np.log(len(scales))
+            for scale in scales:
                 log, mean, root = base.joined(shown, moved, scale)
                 listed.append((phrase, prior + log, mean, root))
     weights = np.exp(np.array([0.0, *(log for _, log, _, _ in listed)]) - max(0.0, *(log for _, log, _, _ in listed)))
@@ -159,9 +151,9 @@ def joint_model(problem: DesignProblem, model: FittedModel) -> Gaussian:
     return Gaussian(columns, apart(fit.residuals).ravel(), spread, at_targets=targets)
 
 
-def _of_sizes(sizes: Sequence[float], scales: Sequence[float]) -> FloatArray:
-    """Probabilities of sizes (K,) of a magnitude that is half-normal with one of some standard deviations."""
-    nodes = np.array(sizes)
+def _of_sizes(scales: Sequence[float]) -> FloatArray:
+    """Probabilities of `SIZES` (K,) of a magnitude that is half-normal with one of some standard deviations."""
+    nodes = np.array(SIZES)
     density = sum(np.exp(-0.5 * (nodes / scale) ** 2) / scale for scale in scales)
     weights: FloatArray = density * np.gradient(nodes)
     return weights / weights.sum()

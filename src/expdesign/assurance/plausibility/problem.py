@@ -30,10 +30,23 @@ SAMPLES = 200
 
 def problem_findings(problem: DesignProblem) -> list[Implausibility]:
     """What speaks against a run configuration."""
-    found = [*robot_findings(problem.loaded.robot), *_ranges(problem), *_noise(problem), *_tolerances(problem)]
-    found += [*_unused(problem), *_gravity(problem)]
+    space, robot = problem.space, problem.loaded.robot
+    corners, drawn = np.stack([space.lower, space.upper]), space.sample(SAMPLES, np.random.default_rng(0))
+    found = [
+        *robot_findings(robot),
+        *pose_findings(robot, space.decode(np.concatenate([corners, drawn]))[0], "experiment.poses"),
+        *pose_findings(robot, problem.targets.configurations, "targets"),
+        *_noise(problem),
+        *_tolerances(problem),
+        *_unused(problem),
+        *_gravity(problem),
+    ]
     if problem.loaded.regressor.referenced:
-        found += [*_centres(problem), *_masses(problem), *_deflections(problem), *_load_errors(problem)]
+        poses, loads = space.decode(drawn)
+        usable = robot.usable(poses)
+        poses, loads = poses[usable], loads[usable]
+        found += [*_centres(problem), *_masses(problem, poses, loads), *_deflections(problem, poses, loads)]
+        found += _load_errors(problem, loads)
     return found
 
 
@@ -55,25 +68,6 @@ def _gravity(problem: DesignProblem) -> list[Implausibility]:
         if len(gravity) and not np.array_equal(gravity, robot.gravity):
             found += gravity_findings(gravity, f"targets.{index}.gravity_m_s2")
     return found[:1]
-
-
-def _decoded(problem: DesignProblem) -> tuple[FloatArray, FloatArray]:
-    """Poses (s, n_q) and loads (s, k) drawn from the design space, within the robot's limits as far as possible."""
-    decisions = problem.space.sample(SAMPLES, np.random.default_rng(0))
-    poses, loads = problem.space.decode(decisions)
-    usable = problem.loaded.robot.usable(poses)
-    return (poses[usable], loads[usable]) if usable.any() else (poses[:0], loads[:0])
-
-
-def _ranges(problem: DesignProblem) -> list[Implausibility]:
-    corners = np.stack([problem.space.lower, problem.space.upper])
-    drawn = problem.space.sample(SAMPLES, np.random.default_rng(0))
-    poses = problem.space.decode(np.concatenate([corners, drawn]))[0]
-    robot = problem.loaded.robot
-    return [
-        *pose_findings(robot, poses, "experiment.poses"),
-        *pose_findings(robot, problem.targets.configurations, "targets"),
-    ]
 
 
 def _noise(problem: DesignProblem) -> list[Implausibility]:
@@ -115,10 +109,9 @@ def _centres(problem: DesignProblem) -> list[Implausibility]:
     return [finding for places, where in centres for finding in centre_findings(robot, places, where)][:1]
 
 
-def _masses(problem: DesignProblem) -> list[Implausibility]:
-    """Loads of the experiment against those of the targets."""
+def _masses(problem: DesignProblem, poses: FloatArray, loads: FloatArray) -> list[Implausibility]:
+    """Loads of the experiment at poses that can be reached against those of the targets."""
     loaded = problem.loaded
-    poses, loads = _decoded(problem)
     if not len(poses):
         return []
     split = loaded.robot.coordinates.translations
@@ -152,10 +145,9 @@ def _carried(problem: DesignProblem) -> list[Implausibility]:
     return []
 
 
-def _deflections(problem: DesignProblem) -> list[Implausibility]:
+def _deflections(problem: DesignProblem, poses: FloatArray, loads: FloatArray) -> list[Implausibility]:
     loaded, robot = problem.loaded, problem.loaded.robot
     at_targets = problem.targets.observation @ robot.compliance
-    poses, loads = _decoded(problem)
     in_plan = np.zeros((0, robot.coordinates.n))
     if len(poses):
         in_plan = loaded.measure(poses, loads).observation @ robot.compliance
@@ -190,12 +182,12 @@ def _seen(problem: DesignProblem, in_plan: FloatArray) -> list[Implausibility]:
     return outside(max(best) / min(best) if min(best) else np.inf, 0.0, UNEVEN, what, likely, where)
 
 
-def _load_errors(problem: DesignProblem) -> list[Implausibility]:
+def _load_errors(problem: DesignProblem, loads: FloatArray) -> list[Implausibility]:
     """Errors of the load of 0, or as large as the load itself or the robot."""
     robot, load = problem.loaded.robot, problem.loaded.load
     split = robot.coordinates.translations
     forces = largest(problem.target_wrenches[:, :split])
-    masses = _decoded(problem)[1][:, 0] if load.has_mass else np.empty(0)
+    masses = loads[:, 0] if load.has_mass else np.empty(0)
     lightest = float(masses[masses > 0.0].min(initial=np.inf))
     known = {
         "com": ("a centre of mass", "m", extent(robot), "Is it in millimetres?"),
