@@ -365,22 +365,13 @@ def seen_in(
 
 def evaluate(quantities: Sequence[Quantity], rows: RowData, row: Row, robot: Robot) -> FloatArray:
     """Quantities of all rows, shape (N, Q); those with memory follow the rows of every series in order."""
-    found = np.empty((len(rows), len(quantities)))
-    for remembers in (False, True):
-        places = [i for i, quantity in enumerate(quantities) if bool(quantity.states) is remembers]
-        if not places:
-            continue
-        state = ca.SX.sym("state", sum(quantities[i].states for i in places))
-        seen, following = seen_in([quantities[i] for i in places], row, robot, state)
-        values = ca.vertcat(*(seen[quantities[i]] for i in places))
-        if not remembers:
-            found[:, places] = BatchFunction("quantities", [row.flat()], [values])(rows.values)[0]
-            continue
-        step = BatchFunction("remember", [state, row.flat()], [following, values])
-        states = np.zeros((int(rows.series.max()) + 1, state.shape[0]))
-        for position in range(int(rows.position.max()) + 1):
-            chosen = np.flatnonzero(rows.position == position)
-            states[rows.series[chosen]], found[chosen[:, None], places] = step(
-                states[rows.series[chosen]], rows.values[chosen]
-            )
+    state = ca.SX.sym("state", sum(quantity.states for quantity in quantities))
+    seen, following = seen_in(quantities, row, robot, state)
+    step = BatchFunction("quantities", [state, row.flat()], [following, ca.vertcat(*(seen[q] for q in quantities))])
+    found, states = np.empty((len(rows), len(quantities))), np.zeros((int(rows.series.max()) + 1, state.shape[0]))
+    # Without memory all rows are taken at once.
+    positions = rows.position if state.numel() else np.zeros(len(rows), dtype=np.int64)
+    for position in range(int(positions.max()) + 1):
+        chosen = np.flatnonzero(positions == position)
+        states[rows.series[chosen]], found[chosen] = step(states[rows.series[chosen]], rows.values[chosen])
     return found
