@@ -43,12 +43,7 @@ def as_set(plan: Plan, loaded: LoadedRobot) -> Plan:
 
 
 def plan_frame(plan: Plan, loaded: LoadedRobot, with_gravity: bool) -> pd.DataFrame:
-    """The plan in recordings form without the measured columns."""
-    return pd.DataFrame(plan_columns(plan, loaded, with_gravity))
-
-
-def plan_columns(plan: Plan, loaded: LoadedRobot, with_gravity: bool) -> dict[str, Any]:
-    """Its columns (m,) by their names; tips by name, of a robot that has several."""
+    """The plan in recordings form without the measured columns; tips by name, of a robot that has several."""
     robot, load = loaded.robot, loaded.load
     columns: dict[str, Any] = {"sequence": np.arange(1, len(plan) + 1), "series": plan.series}
     columns.update({name: plan.configurations[:, i] for i, name in enumerate(robot.configuration)})
@@ -56,7 +51,7 @@ def plan_columns(plan: Plan, loaded: LoadedRobot, with_gravity: bool) -> dict[st
     for i, name in enumerate(load.columns):
         if with_gravity or name not in robot.coordinates.gravity:
             columns[name] = plan.loads[:, i]
-    return columns
+    return pd.DataFrame(columns)
 
 
 def read_plan(table: Table, loaded: LoadedRobot, noise: DeflectionNoise) -> Plan:

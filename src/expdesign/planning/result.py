@@ -20,7 +20,7 @@ from expdesign.planning.deflection_noise import ReferencedNoise, series_by_pose
 from expdesign.planning.front import Front, farthest
 from expdesign.planning.laboratory_sheet import in_plan_order, ordered
 from expdesign.planning.optimality.certificate import LowerBound
-from expdesign.planning.plan import Plan, as_set, plan_columns, plan_frame
+from expdesign.planning.plan import Plan, as_set, plan_frame
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.sampling import reachable_measurements
 
@@ -57,12 +57,12 @@ def plan_of(problem: DesignProblem, decisions: FloatArray) -> pd.DataFrame:
     # Gravity under a tilted base is computed, not set: twelve decimals are far below what criteria show.
     computed = [name in problem.loaded.robot.coordinates.gravity for name in problem.loaded.load.columns]
     shown = replace(plan, loads=np.where(computed, np.round(plan.loads, 12), plan.loads))
-    columns: dict[str, Any] = plan_columns(shown, problem.loaded, problem.space.tilts)
+    frame = plan_frame(shown, problem.loaded, problem.space.tilts)
     if problem.validation:
-        columns["split"] = np.where(np.arange(len(plan)) < len(plan) - problem.validation, "train", "test")
+        frame["split"] = np.where(np.arange(len(plan)) < len(plan) - problem.validation, "train", "test")
     if problem.noise.shared_reference:
-        columns[REFERENCE] = reference_names(plan.series)
-    return pd.DataFrame(columns)
+        frame[REFERENCE] = reference_names(plan.series)
+    return frame
 
 
 def design_minutes(problem: DesignProblem, front: Front) -> FloatArray | None:

@@ -18,7 +18,7 @@ from expdesign.mechanics.loads.load import tilts_of
 from expdesign.mechanics.robots.robot import Robot
 from expdesign.planning.deflection_noise import ReferencedNoise
 from expdesign.planning.laboratory_sheet import Steps, in_plan_order, ordered
-from expdesign.planning.plan import Plan, as_set, plan_columns
+from expdesign.planning.plan import Plan, as_set, plan_frame
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.schema import CostsSection
 from expdesign.report.laboratory_sheet import SheetResult
@@ -71,7 +71,8 @@ def _frame(problem: DesignProblem, plan: Plan, steps: Steps, *, referenced: bool
     robot, rows = problem.loaded.robot, steps.rows
     count = len(rows)
     stepped = Plan(plan.configurations[rows], plan.loads[rows], plan.series[rows])
-    columns = plan_columns(stepped, problem.loaded, with_gravity=True)
+    frame = plan_frame(stepped, problem.loaded, with_gravity=True)
+    columns: dict[str, Any] = {str(name): cells.to_numpy() for name, cells in frame.items()}
     columns |= _turned(columns, robot)
     for name in {"mass_kg", *robot.coordinates.wrench} & set(columns):
         columns[name] = np.where(steps.reference, 0.0, columns[name])
