@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.integrate import quad
+from scipy.optimize import brentq
 from scipy.special import gammaln, xlogy
 
 from expdesign.arrays import FloatArray, IntArray
@@ -255,13 +256,11 @@ class ArmNoise:
         if stated is None:
             return max(float(np.sqrt(squares.sum() / freedom)), 1e-12)
         known = stated[:, columns][inside] ** 2
-        low, high = 0.0, float(squares.sum() / freedom) + 1e-300
         if (squares / known).sum() <= freedom:
             return 0.0
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if (squares / (known + middle)).sum() > freedom else (low, middle)
-        return float(np.sqrt(high))
+        most = float(squares.sum() / freedom)
+        extra = brentq(lambda level: (squares / (known + level)).sum() - freedom, 0.0, most, xtol=1e-15 * most)
+        return float(np.sqrt(extra))
 
     def _as_levels(self, levels: FloatArray, stated: FloatArray | None = None) -> FloatArray:
         deviations = np.zeros_like(self.problem.train.deflections) if stated is None else stated.copy()

@@ -28,7 +28,8 @@ from expdesign.chain.models.estimable import Estimable
 from expdesign.estimation.fit import Fit
 from expdesign.estimation.noise_level import NoiseLevel
 
-CONFIDENCE = 0.95
+_TAIL = 0.975
+"""Probability below the upper end of a 95 % interval."""
 
 
 @dataclass(frozen=True)
@@ -70,11 +71,10 @@ class Uncertainty:
             return self
         return Uncertainty(self.estimable.scaled(birge_ratio**2), np.minimum(self.dof, float(dof)))
 
-    def intervals(self, estimate: FloatArray, confidence: float = CONFIDENCE) -> Intervals:
+    def intervals(self, estimate: FloatArray) -> Intervals:
         """Intervals around estimates (p,) in the units of the covariance."""
-        tail = 0.5 + 0.5 * confidence
         finite = np.isfinite(self.dof)
-        quantile = np.where(finite, stdtrit(np.where(finite, self.dof, 1.0), tail), ndtri(tail))
+        quantile = np.where(finite, stdtrit(np.where(finite, self.dof, 1.0), _TAIL), ndtri(_TAIL))
         half = quantile * np.sqrt(np.diag(self.estimable.covariance))
         return Intervals(estimate, estimate - half, estimate + half)
 

@@ -63,9 +63,8 @@ class Propagated:
         """With errors that are larger by a factor."""
         return replace(self, moved=tuple(factor * each for each in self.moved))
 
-    def covariance(self, shares: Sequence[float] | None = None) -> FloatArray:
+    def covariance(self, shares: Sequence[float]) -> FloatArray:
         """Of the parameters, shape (p, p); of each effect the share that is given."""
-        given = np.ones(len(self.moved)) if shares is None else shares
-        parts = [share * np.einsum("npd,nqd->pq", each, each) for share, each in zip(given, self.moved, strict=True)]
+        parts = [share * np.einsum("npd,nqd->pq", each, each) for share, each in zip(shares, self.moved, strict=True)]
         found: FloatArray = np.sum(parts, axis=0)
         return found
