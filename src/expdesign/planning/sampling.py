@@ -166,12 +166,6 @@ class Feasibility:
     identifying: float
 
 
-def random_designs(problem: DesignProblem) -> FloatArray:
-    """Designs whose every measurement can be reached, by the configuration's seed, shape (b, m, g)."""
-    count = min(_TESTED, max(2, _TESTED_MEASUREMENTS // problem.space.measurements))
-    return starting_designs(problem, count, np.random.default_rng(problem.optimiser.seed))
-
-
 def feasibility(problem: DesignProblem) -> Feasibility:
     """Sample the design space.
 
@@ -179,7 +173,9 @@ def feasibility(problem: DesignProblem) -> Feasibility:
         InfeasibleError: no pose can be reached.
         NotIdentifiableError: no design identifies what the targets need.
     """
-    identifying = require_identifiable(problem, random_designs(problem))
+    count = min(_TESTED, max(2, _TESTED_MEASUREMENTS // problem.space.measurements))
+    designs = starting_designs(problem, count, np.random.default_rng(problem.optimiser.seed))
+    identifying = require_identifiable(problem, designs)
     generator = np.random.default_rng(problem.optimiser.seed)
     reached = problem.reachable(problem.space.sample(_BATCH, generator))
     return Feasibility(float(reached.mean()), identifying)

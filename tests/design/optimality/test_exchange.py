@@ -41,6 +41,13 @@ def test_sums_over_measurements_are_the_criteria(base: dict[str, object], change
         np.testing.assert_allclose(found, criterion(here, plans, name), rtol=1e-6)
 
 
+def test_a_single_measurement_is_exchanged_where_references_are_shared() -> None:
+    here = problem(BIPOD, {**SHARED, "experiment.measurements": 1})
+    plans = designs(here, 3)
+    found = Exchange(here, ("total",)).singles(plans, Aims.of_one(3), candidates(here, 20))
+    assert (criterion(here, found, "total") <= criterion(here, plans, "total")).all()
+
+
 @pytest.mark.parametrize("estimator", ["generalised", "weighted"])
 @pytest.mark.parametrize("own", [False, True])
 def test_sums_over_series_are_the_criteria(own: bool, estimator: str) -> None:

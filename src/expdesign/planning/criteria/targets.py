@@ -85,15 +85,15 @@ class TargetVariances:
             return square_root(self.largest(squares))
         return square_root((squares * (self.targets.weights / self.targets.weights.sum())).sum(axis=-1))
 
-    def largest(self, values: FloatArray, pieces: int = PIECES) -> FloatArray:
+    def largest(self, values: FloatArray) -> FloatArray:
         """The largest of values (..., t), shape (...): the maximum of smooth pieces, where t are targets for example.
 
         A maximum is not differentiable where two values tie. Written with `largest`, its further pieces (the second
         largest value, …) can be evaluated one by one with `place`, as refinement by gradients and optimality
-        conditions need them, up to `pieces`; its own gradient is then that of the piece that comes first.
+        conditions need them, up to `PIECES`; its own gradient is then that of the piece that comes first.
         """
         count = values.shape[-1]
-        self.pieces = max(self.pieces, min(pieces, count))
+        self.pieces = max(self.pieces, min(PIECES, count))
         order = np.argsort(-np.nan_to_num(plain(values)), axis=-1, kind="stable")
         chosen = np.arange(count) == order[..., min(self.place, count - 1), None]
         return (values * chosen).sum(axis=-1)

@@ -4,16 +4,14 @@ An operator proposes designs for directions in the space of the objectives: thos
 along its front, other ones every time.
 """
 
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
 from expdesign.arrays import FloatArray, IntArray
-from expdesign.planning.operators.archive import Archive
 from expdesign.planning.optimality.exchange import Exchange, exchanges_are_sums
-from expdesign.planning.optimality.objectives import Objectives, Pace, descended
+from expdesign.planning.optimality.objectives import Pace, descended
 from expdesign.planning.problem import DesignProblem
 from expdesign.planning.pymoo_problem import DesignPopulation
 from expdesign.planning.sampling import extreme_measurements
@@ -50,45 +48,29 @@ class Operator(Protocol):
         """New designs (b, m, g), as many as it likes; they need not be within limits."""
 
 
-@dataclass
 class State:
     """What a search knows.
 
-    Attributes:
+    Args:
         population: evaluates designs; its problem has the objectives by which the search goes.
         generator: of all that is drawn.
+
+    Attributes:
+        archive: the designs that are kept.
+        objectives: the objectives and `total`.
+        names: of these criteria.
         met: the latest designs (b, m, g) that were feasible, and their criteria (b, k): valleys that others dominate
             today may have the better children.
         library: measurements (l, g) of good designs.
     """
 
-    population: DesignPopulation
-    generator: np.random.Generator
-    met: tuple[FloatArray, FloatArray] = field(init=False)
-    library: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
-
-    def __post_init__(self) -> None:
+    def __init__(self, population: DesignPopulation, generator: np.random.Generator) -> None:
+        self.population, self.generator = population, generator
+        self.problem: DesignProblem = population.design_problem
+        self.archive, self.objectives = population.archive, population.wanted
+        self.names = self.objectives.names
         self.met = self.archive.designs, self.archive.values
-
-    @property
-    def archive(self) -> Archive:
-        """The designs that are kept."""
-        return self.population.archive
-
-    @property
-    def problem(self) -> DesignProblem:
-        """The design problem."""
-        return self.population.design_problem
-
-    @property
-    def objectives(self) -> Objectives:
-        """The objectives and `total`."""
-        return self.population.wanted
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Of the criteria."""
-        return self.objectives.names
+        self.library: FloatArray = np.zeros((0, self.problem.space.decisions))
 
     @cached_property
     def sums(self) -> bool:
@@ -126,7 +108,7 @@ class State:
         if space.settings is not None:
             measured = measured.copy()
             measured[:, space.settings.gene] = space.settings.first
-        seen = np.concatenate([measured, self.library.reshape(-1, space.decisions)])
+        seen = np.concatenate([measured, self.library])
         coarse = np.where(space.discrete, seen, np.round(20.0 * (seen - space.lower) / space.span))
         first = np.unique(coarse, axis=0, return_index=True)[1]
         self.library = seen[np.sort(first)[:LIBRARY]]
@@ -137,7 +119,7 @@ class State:
 
     def along(self, count: int) -> Aims:
         """Points along the front, other ones every time, so that nothing falls between them for good."""
-        return along(self._front, self.archive.objectives, count, float(self.generator.random()))
+        return along(self.archive.values, self.archive.objectives, count, float(self.generator.random()))
 
     def aims(self, count: int) -> Aims:
         """The ends and points along the front; fewer where designs are large."""
@@ -157,12 +139,6 @@ class State:
         along, relaxed, other = (self.scaled(count) for count in CHILDREN)
         at_end = np.where(np.isin(self.names, RELAXED), relaxed, other)
         return np.where(aims.single, at_end[np.argmax(aims.weights, axis=1)], along)
-
-    @property
-    def _front(self) -> FloatArray:
-        values = self.archive.values
-        order = np.argsort(values[:, 0], kind="stable")
-        return values[order]
 
     def best(self, aims: Aims) -> FloatArray:
         """The design (b, m, g) of the archive that serves each aim best."""

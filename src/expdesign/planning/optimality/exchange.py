@@ -9,6 +9,8 @@ from which that reading is eliminated. So exchanging one measurement costs the s
 the condition of Ã, which the ranking of exchanges can bear; the value that is reported is computed without them.
 """
 
+from math import prod
+
 import numpy as np
 
 from expdesign.arrays import BoolArray, FloatArray, IntArray
@@ -276,7 +278,7 @@ class Exchange:
 
 def _mixed(weights: FloatArray, sums: FloatArray) -> FloatArray:
     """Weighted sums (b, m, ...) of those of measurements (b, m, ...), with weights (b, m, m) or (m, m)."""
-    found: FloatArray = (weights @ sums.reshape(*sums.shape[:2], -1)).reshape(sums.shape)
+    found: FloatArray = (weights @ sums.reshape(*sums.shape[:2], prod(sums.shape[2:]))).reshape(sums.shape)
     return found
 
 

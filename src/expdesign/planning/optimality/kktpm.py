@@ -18,7 +18,7 @@ from expdesign.planning.optimality.differentiated import Differentiated, shared_
 from expdesign.planning.optimality.objectives import Objectives, tied
 from expdesign.planning.optimality.sqp import MARGIN, Limits
 from expdesign.planning.problem import DesignProblem
-from expdesign.planning.scalarisation import spans as objective_spans
+from expdesign.planning.scalarisation import spans
 
 _VANISHING = 1e-4
 """Part of an objective's span below which a root of a sum of squares is as small as it can be."""
@@ -30,10 +30,10 @@ _LARGEST = 1000
 """Variables of a design beyond which the least-squares problem takes longer than it tells."""
 
 
-def kktpm(problem: DesignProblem, variables: FloatArray, spans: FloatArray | None = None) -> FloatArray:
+def kktpm(problem: DesignProblem, variables: FloatArray) -> FloatArray:
     """KKT proximity (d,) of the designs of a front, variables (d, m, g); NaN where a design has no gradient.
 
-    The spans (k,) of the objectives are those of the designs given if left out: a front should then be given whole.
+    The spans of the objectives are those of the designs given: a front should be given whole.
     """
     objectives = Objectives(problem)
     if len(variables) == 0 or not objectives.differentiable[: objectives.count].all():
@@ -42,7 +42,7 @@ def kktpm(problem: DesignProblem, variables: FloatArray, spans: FloatArray | Non
     designs = Differentiated.of_designs(problem, variables)
     found = [objectives.pieces(k, designs) for k in range(objectives.count)]
     values = np.stack([pieces[0].value for pieces in found], axis=1)
-    span = objective_spans(values) if spans is None else spans
+    span = spans(values)
     free = (~space.discrete) & (space.upper > space.lower)
     width = np.where(free, space.upper - space.lower, 0.0)
     tie = tied(space, shared_series(problem, designs.quantities))

@@ -59,8 +59,8 @@ class MeasurementMaps:
         self.sharpness = np.sqrt(2.0) if problem.noise.shared_reference else 1.0
         self._scale = problem.loaded.scale
 
-    def relaxation(self, count: int | None = None) -> Relaxation:
-        """The convex problem for plans of `count` measurements (those of the configuration where left out)."""
+    def relaxation(self) -> Relaxation:
+        """The convex problem for plans of as many measurements as the configuration has."""
         targets = self.problem.targets
         rows = targets.blocks(targets.observation) * self._scale
         if targets.aggregate == "mean":
@@ -68,7 +68,7 @@ class MeasurementMaps:
         nuisance = int(self.common.sum())
         padded = np.concatenate([rows, np.zeros((*rows.shape[:2], nuisance))], axis=2)
         prior = np.diag(np.concatenate([np.zeros(rows.shape[-1]), np.ones(nuisance)]))
-        return Relaxation(padded, prior, self.problem.space.measurements if count is None else count)
+        return Relaxation(padded, prior, self.problem.space.measurements)
 
     def rows(self, variables: FloatArray, *, reference: bool = False) -> FloatArray:
         """R (j, k, q) of measurements with variables (j, g); [R, H] with the `reference` that they share."""
