@@ -74,11 +74,11 @@ def test_for_a_linear_effect_it_is_what_the_full_fit_gains(name: str) -> None:
     assert (found, dimension) == (pytest.approx(base.chi2 - whole.chi2, rel=1e-6), 1)
 
 
-ROWS, READINGS, WIDTH = 7, 3, 2
+ROWS, AXES, WIDTH = 7, 3, 2
 
 
 def parallel(generator: np.random.Generator) -> Array:
-    vectors, features = generator.normal(size=(ROWS, READINGS)), generator.normal(size=(ROWS, WIDTH))
+    vectors, features = generator.normal(size=(ROWS, AXES)), generator.normal(size=(ROWS, WIDTH))
     features[2] = 0.0
     block: Array = vectors[:, :, None] * features[:, None]
     return block
@@ -88,7 +88,7 @@ def parallel(generator: np.random.Generator) -> Array:
 def test_products_are_those_of_the_matrix(some: bool) -> None:
     generator = np.random.default_rng(0)
     block, scale = parallel(generator), np.array([2.0, 0.5])
-    kept = np.repeat(np.arange(ROWS) != 4, READINGS) if some else None
+    kept = np.repeat(np.arange(ROWS) != 4, AXES) if some else None
     factored, vectors = along(block)
     assert isinstance(factored, Along)
     found = Along(factored.whole, kept, scale, vectors)

@@ -71,7 +71,7 @@ def test_a_recorded_pose_out_of_reach_is_named_with_its_rows_and_no_swap() -> No
     frame.loc[frame["series"] == 2, "x_m"] = 0.4
     (finding,) = [each for each in found(frame) if "cannot have been" in each.what]
     assert "rows 5, 6, 7" in finding.what
-    assert "long (limits 0.25 to 0.37 m)" in finding.what
+    assert "m (limits 0.25 to 0.37 m)" in finding.what
     assert finding.otherwise
     assert "swapped" not in " ".join(each.likely for each in found(frame))
 
