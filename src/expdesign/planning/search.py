@@ -18,7 +18,7 @@ from pymoo.core.population import Population
 
 from expdesign.arrays import FloatArray, IntArray
 from expdesign.errors import InfeasibleError, InputError
-from expdesign.planning.criteria.criterion import Criterion, criterion_values, known_criteria
+from expdesign.planning.criteria.criterion import Criterion, criterion_values
 from expdesign.planning.front import (
     Front,
     drawn_with,
@@ -371,10 +371,9 @@ def all_criteria(
         given: values that are known already, by names.
     """
     assessment, given = problem.assessed(decisions), given or {}
-    known = {**known_criteria(), **{criterion.name: criterion for criterion in problem.further}}
     return {
         name: given[name] if name in given else criterion_values(criterion, assessment)
-        for name, criterion in known.items()
+        for name, criterion in problem.criteria.items()
     }
 
 

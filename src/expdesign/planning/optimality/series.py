@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations_with_replacement
+from math import comb
 
 import numpy as np
 
@@ -57,8 +58,7 @@ class Multisets:
         self.members: list[IntArray] = []
         total = 0
         for n in range(1, measurements + 1):
-            number = _multisets(options, n)
-            total += number
+            total += comb(options + n - 1, n)
             if n > 1 and total * max(options**2 * poses, 200) > 100 * _ENTRIES:
                 break
             listed = list(combinations_with_replacement(range(options), n))
@@ -83,17 +83,12 @@ class Multisets:
         """The best series at every pose, options with maps [R, H] (p, v, k, q + k), H the same for all of a pose and
         left out where no reference is shared.
         """
-        parts = [
-            self._best(dual, rows[start : start + self._together]) for start in range(0, len(rows), self._together)
-        ]
+        largest = max(len(members) for members in self.members)
+        together = max(1, _ENTRIES // max(largest, self.options**2))
+        parts = [self._best(dual, part) for part in np.split(rows, range(together, len(rows), together))]
         return BestSeries(
             *(np.concatenate([getattr(part, name) for part in parts]) for name in ("values", "chosen", "bound"))
         )
-
-    @property
-    def _together(self) -> int:
-        largest = max(len(members) for members in self.members)
-        return max(1, _ENTRIES // max(largest, self.options**2))
 
     def _best(self, dual: Dual, rows: FloatArray) -> BestSeries:
         gains, interactions = quadratic(dual, rows)
@@ -166,10 +161,3 @@ def longer(gains: FloatArray, interactions: FloatArray, n: int) -> FloatArray:
         length = np.clip(rise / np.maximum(2.0 * curvature, 1e-300), 0.0, 1.0)
         shares = shares + length[:, None] * direction
     return bound
-
-
-def _multisets(options: int, n: int) -> int:
-    number = 1
-    for i in range(n):
-        number = number * (options + i) // (i + 1)
-    return number
