@@ -178,7 +178,7 @@ def test_what_cannot_be_registered_is_refused(extended: None) -> None:
     class Half(Effect):
         physics = "half"
 
-    with pytest.raises(InputError, match=r"Half.*it lacks `components`, `describe`"):
+    with pytest.raises(InputError, match=r"Half.*it lacks `at`"):
         xd.extend(Half)
 
 

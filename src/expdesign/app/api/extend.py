@@ -1,6 +1,5 @@
 """`extend`: a robot family, a physics, a criterion, a load error or a port of your own, beside those of the package."""
 
-import inspect
 from typing import TypeVar
 
 from expdesign import plugins
@@ -29,7 +28,8 @@ def extend(cls: C) -> C:
     `expdesign.robots`, `expdesign.load_errors`, `expdesign.ports`), which commands and other processes know as well.
 
     Raises:
-        InputError: the class is nothing that can be added, is abstract, or has the name of another one.
+        InputError: the class is nothing that can be added, lacks what its base class asks for, or has the name of
+            another one.
     """
     if not isinstance(cls, type):
         raise InputError(f"`{cls!r}` is not a class", remedy=_remedy())
@@ -37,9 +37,12 @@ def extend(cls: C) -> C:
     base = next((base for base in KINDS if issubclass(cls, base)), None)
     if base is None:
         raise InputError("nothing that can be added", where=where, remedy=_remedy())
-    if inspect.isabstract(cls):
-        missing = ", ".join(sorted(f"`{name}`" for name in getattr(cls, "__abstractmethods__", ())))
-        raise InputError(f"it lacks {missing}", where=where, remedy="Define what its base class asks for.")
+    missing = sorted(f"`{name}`" for name in getattr(cls, "__abstractmethods__", ()))
+    places = next((each for each in cls.__mro__ if {"at", "components"} & set(vars(each))), None)
+    if base is Effect and places is Effect:
+        missing.append("`at`")
+    if missing:
+        raise InputError(f"it lacks {', '.join(missing)}", where=where, remedy="Define what its base class asks for.")
     plugins.add(cls)
     try:
         plugins.implementations(KINDS[base], base)
