@@ -96,5 +96,5 @@ def test_what_cannot_be_asked_for() -> None:
     frame = recordings(PLAIN, 60, 5)
     with pytest.raises(InputError, match="a drift needs times"):
         found(frame, "drift")
-    with pytest.raises(xd.ArgumentError, match="`gears` cannot be identified"):
+    with pytest.raises(xd.ArgumentError, match="`gears` is not in the list of what can be given"):
         xd.identify(ROBOT, frame, further=["gears"])  # type: ignore[list-item]

@@ -83,11 +83,16 @@ def output_folder(folder: Path, purpose: Purpose | None = None, *, force: bool =
         names = sorted(file.name for file in scratch.iterdir())
         if purpose is not None:
             require_free_names(folder, names, purpose, force=force)
-        place.mkdir(exist_ok=True)
-        for name in names:
-            os.replace(scratch / name, (place / name).resolve())
-        if purpose is not None:
-            note_written(place, names, purpose)
+        if place.exists():
+            for name in names:
+                os.replace(scratch / name, (place / name).resolve())
+            if purpose is not None:
+                note_written(place, names, purpose)
+        else:  # whoever is stopped leaves a whole folder, or none
+            if purpose is not None:
+                note_written(scratch, names, purpose, seen_from=place)
+            scratch.chmod(0o755)
+            os.replace(scratch, place)
         _LOG.debug("%s (%s)", folder, ", ".join(names))
 
 

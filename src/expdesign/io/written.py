@@ -105,10 +105,17 @@ def require_free_names(folder: Path, names: Iterable[str], purpose: Purpose, *, 
             require_free(path, purpose, force=force)
 
 
-def note_written(folder: Path, names: Iterable[str], purpose: Purpose) -> None:
-    """Enter files of a folder, and what they were written for, into its record."""
+def note_written(folder: Path, names: Iterable[str], purpose: Purpose, *, seen_from: Path | None = None) -> None:
+    """Enter files of a folder, and what they were written for, into its record.
+
+    Args:
+        folder: where the files lie.
+        names: of the files.
+        purpose: for which they were written.
+        seen_from: where the folder will lie, if it is a scratch folder.
+    """
     noted = {name: entry for name, entry in entries(folder).items() if (folder / name).exists()}
-    about = purpose.seen_from(folder)
+    about = purpose.seen_from(seen_from or folder)
     _write(folder, noted | {name: about | {"sha256": _digest(folder / name)} for name in names})
 
 
