@@ -113,3 +113,10 @@ def test_a_run_that_is_ended_has_its_usual_results(
     pareto = pd.read_csv(tmp_path / "out" / "pareto.csv")
     judged = xd.evaluate(config, tmp_path / "out" / "plan.csv").record
     assert judged["total"] == pytest.approx(pareto["total"].min(), rel=1e-9)
+
+
+def test_a_run_says_itself_before_its_bounds_are_known() -> None:
+    known: list[xd.RunResult] = []
+    xd.run("configs/bipod.yaml", searched=known.append, ended=lambda: bool(known))
+    assert known[0].record["duir_lower_bound"] is None
+    assert "recommended design" in known[0].summary

@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from expdesign.errors import InputError
-from expdesign.io.table import read_table
+from expdesign.io.excel import is_excel_name, sheet_rows
+from expdesign.io.table_text import Rows, decoded, separated
 
 RECORD = ".expdesign.json"
 """Name of the record in a folder."""
@@ -152,10 +153,17 @@ def _digest(path: Path) -> str:
 
 
 def _is_filled_sheet(path: Path) -> bool:
-    """Whether a table is a laboratory sheet into which readings were written."""
+    """Whether a table is a laboratory sheet into which readings were written, however badly the rest is written."""
     try:
-        table = read_table(path)
+        if is_excel_name(path):
+            rows: Rows = sheet_rows(path.read_bytes(), str(path))[0]
+        elif path.suffix.lower() == ".csv":
+            rows = separated(decoded(path.read_bytes(), str(path))[0], str(path))[0]
+        else:
+            return False
     except InputError:
         return False
-    readings = [name for name in table.columns if name.startswith(_READINGS)]
-    return table.has(*_OF_A_SHEET) and any((table.text(name) != "").any() for name in readings)
+    if not rows or not set(_OF_A_SHEET) <= set(rows[0][1]):
+        return False
+    columns = [index for index, name in enumerate(rows[0][1]) if name.startswith(_READINGS)]
+    return any(row[index].strip() for _, row in rows[1:] for index in columns if index < len(row))

@@ -88,7 +88,7 @@ class TargetResult:
             measured = np.where(room > 0.0, count * (self.expanded / room) ** 2, np.nan)
             needed = np.where(np.isnan(self.error), (self.factor * self.reading / self.tolerance) ** 2, measured)
         needed = np.ceil(needed[self.matters & (self.conformity != "conforms")] * (1.0 - 1e-12))
-        return None if np.isnan(needed).any() else int(needed.max(initial=count)) or None
+        return None if not np.isfinite(needed).all() else int(needed.max(initial=count)) or None
 
 
 def judge(

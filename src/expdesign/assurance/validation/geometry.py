@@ -16,7 +16,7 @@ import numpy as np
 
 from expdesign.arrays import FloatArray
 from expdesign.assurance.validation.compensation import settled
-from expdesign.errors import InputError
+from expdesign.errors import ConvergenceError, InputError
 from expdesign.mechanics.robots.parallel import ParallelRobot
 from expdesign.mechanics.symbolic import BatchFunction
 from expdesign.planning.plan import Plan
@@ -67,7 +67,11 @@ class GeometricPlant:
         load = np.broadcast_to(wrench, (count, len(wrench)))
         wanted = np.broadcast_to(target, (count, len(target)))
         unloaded, residual = settled(lambda x: wanted - self._deflection(x, geometry, compliance, load)[0], wanted)
-        pose = self.robot.pose_of(self._lengths(unloaded, geometry)[0] - lengths, unloaded)
+        try:
+            pose = self.robot.pose_of(self._lengths(unloaded, geometry)[0] - lengths, unloaded)
+        except ConvergenceError as error:
+            remedy = "Check the plan: it hardly identifies the geometry."
+            raise ConvergenceError("a commanded pose is not found", where="Monte-Carlo", remedy=remedy) from error
         own = np.broadcast_to(self.nominal, geometry.shape), np.broadcast_to(self.compliance, compliance.shape)
         return pose + self._deflection(pose, *own, load)[0] - target, residual
 

@@ -41,7 +41,7 @@ class Limits:
         self._decisions = np.flatnonzero(~space.discrete & (columns < space.n_pose))
         self._coordinates = columns[self._decisions]
         low, high = self._robot.limits
-        stroke = np.where(np.isfinite(high - low), high - low, 1.0)
+        stroke = np.where(np.isfinite(high - low) & (high > low), high - low, 1.0)  # a locked joint has none
         self._finite = np.flatnonzero(np.isfinite(np.concatenate([high, low])))
         signs = np.concatenate([np.ones(len(high)), -np.ones(len(low))])
         self._signed = (signs / np.tile(stroke, 2))[self._finite]

@@ -14,14 +14,14 @@ optimal, can therefore make the bound weaker but not wrong.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import Bounds, LinearConstraint, NonlinearConstraint, minimize
 
 from expdesign.arrays import FloatArray
+from expdesign.planning.optimality.quadratic import Programs, solve
 
 _TOGETHER = 50_000
 """Candidates whose sensitivities are computed together."""
-_TURNS, _ADDED = 60, 20
-"""Times that candidates may join, and how many do at most."""
+_TURNS, _ADDED, _STEPS = 60, 20, 40
+"""Times that candidates may join, how many do at most, and Newton steps in between."""
 _REGULARISATION = 1e-7
 """Part of the mean eigenvalue of an information that is added to all of them: where the optimum leaves parameters
 unidentified that no target needs, Q would hang on weights that count for nothing. The bound holds for any Q."""
@@ -88,7 +88,7 @@ def optimal_weights(
     weights = _start(relaxation, rows) if known is None else known.copy()
     for _ in range(_TURNS):
         chosen = np.flatnonzero(weights)
-        own, mixture = _solved(relaxation, rows[chosen], weights[chosen], tolerance**2)
+        own, mixture = _solved(relaxation, rows[chosen], weights[chosen], 1e-2 * tolerance)
         dual = dual_of(relaxation, rows[chosen], own, mixture)
         sensitivities = dual.sensitivities(rows)
         weights[chosen] = np.where(own > 1e-6, own, 0.0)
@@ -116,41 +116,56 @@ def _start(relaxation: Relaxation, rows: FloatArray) -> FloatArray:
 def _solved(
     relaxation: Relaxation, rows: FloatArray, weights: FloatArray, tolerance: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Optimal weights (j,) of few candidates, and the mixture (t,): the least of a bound on all v_t(w)."""
-    start = weights / weights.sum()
-    each = np.eye(len(relaxation.targets))
-    size = dual_of(relaxation, rows, start, each[0]).value
+    """Optimal weights (j,) of few candidates, and the mixture (t,): damped Newton steps, each a quadratic program."""
+    number, targets = len(weights), len(relaxation.targets)
+    level = np.append(np.ones(targets), 0.0)  # the last row: weights add up to 1
+    own, mixture = weights / weights.sum(), np.full(targets, 1.0 / targets)
+    values = dual_of(relaxation, rows, own, mixture).values
+    for _ in range(_STEPS):
+        # Where few candidates identify all that the targets need, X is nearly singular and its inverse indefinite.
+        sizes, axes = np.linalg.eigh(_information(relaxation, rows, own))
+        root = axes / np.sqrt(np.maximum(sizes, 1e-14 * sizes[-1]))
+        products = [rows @ (root @ root.T @ target.T) for target in relaxation.targets]
+        size = float(values.max())
+        gradients = -relaxation.count / size * np.array([(each**2).sum(axis=(1, 2)) for each in products])
+        hessian = np.zeros((number, number))
+        for part, each in zip(mixture, products, strict=True):
+            turned = ((rows @ root).swapaxes(1, 2) @ each).reshape(number, -1)
+            hessian += 2.0 * part * relaxation.count**2 / size * (turned @ turned.T)
+        program = Programs(
+            hessian=(hessian + 1e-9 * (1.0 + np.trace(hessian) / number) * np.eye(number))[None],
+            values=np.append(values / size, 0.0)[None],
+            rows=np.concatenate([gradients, np.ones((1, number))])[None],
+            level=level[None],
+            penalty=np.where(level > 0.0, 2.0, 1e2)[None],
+            low=-own[None] - 1e-12,
+            high=np.maximum(1.0 - own, 1e-3)[None],
+        )
+        step, multipliers = solve(program)
+        mixture = np.maximum(multipliers[0, :targets], 0.0)
+        mixture = mixture / mixture.sum()
+        for length in 0.5 ** np.arange(20):
+            trial = np.maximum(own + length * step[0], 0.0)
+            found = dual_of(relaxation, rows, trial / trial.sum(), mixture).values
+            if found.max() < size:
+                break
+        else:
+            break
+        own, values = trial / trial.sum(), found
+        if size - float(values.max()) < tolerance * size:
+            break
+    return own, mixture
 
-    def room(x: FloatArray) -> FloatArray:
-        found: FloatArray = x[-1] - dual_of(relaxation, rows, np.maximum(x[:-1], 0.0), each[0]).values / size
-        return found
 
-    def slopes(x: FloatArray) -> FloatArray:
-        duals = (dual_of(relaxation, rows, np.maximum(x[:-1], 0.0), one) for one in each)
-        return np.array([[*(relaxation.count / size * dual.sensitivities(rows)), 1.0] for dual in duals])
-
-    last = np.eye(len(rows) + 1)[-1]
-    found = minimize(  # type: ignore[call-overload]
-        lambda x: x @ last,
-        np.append(start, 1.0),
-        jac=lambda x: last,
-        bounds=Bounds(np.append(np.zeros(len(rows)), -np.inf), np.append(np.ones(len(rows)), np.inf)),
-        constraints=[LinearConstraint(1.0 - last, 1.0, 1.0), NonlinearConstraint(room, 0.0, np.inf, jac=slopes)],
-        method="SLSQP",
-        options={"ftol": tolerance, "maxiter": 80},
-    )
-    mixture = np.maximum(found.multipliers[1:], 0.0)
-    own = np.maximum(found.x[:-1], 0.0)
-    return own / own.sum(), mixture / mixture.sum()
+def _information(relaxation: Relaxation, rows: FloatArray, weights: FloatArray) -> FloatArray:
+    stacked = (np.sqrt(weights)[:, None, None] * rows).reshape(-1, rows.shape[-1])
+    matrix = relaxation.prior + relaxation.count * (stacked.T @ stacked)
+    return matrix + _REGULARISATION * np.trace(matrix) / len(matrix) * np.eye(len(matrix))
 
 
 def dual_of(relaxation: Relaxation, rows: FloatArray, weights: FloatArray, mixture: FloatArray) -> Dual:
     """Q = X⁻¹·Lᵀ at the given weights (j,) of candidates (j, k, q) and mixture (t,) of the targets."""
-    stacked = (np.sqrt(weights)[:, None, None] * rows).reshape(-1, rows.shape[-1])
-    information = relaxation.prior + relaxation.count * (stacked.T @ stacked)
-    inverse = np.linalg.inv(
-        information + _REGULARISATION * np.trace(information) / len(information) * np.eye(len(information))
-    )
+    inverse = np.linalg.inv(_information(relaxation, rows, weights))
     values = np.einsum("trq,qs,trs->t", relaxation.targets, inverse, relaxation.targets)
     root = (np.sqrt(mixture)[:, None, None] * relaxation.targets).reshape(-1, len(inverse))
     matrix = inverse @ root.T
