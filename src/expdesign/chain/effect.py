@@ -9,9 +9,10 @@ overrides the links at which it acts; each override takes what comes from the le
 At the neutral values of its parameters every effect is the identity, so that base model and effect are nested and their
 comparison is a test of the parameters.
 
-Most of it is data: places, parameters, words, and where it separates a form for each of its variants.
+Most of it is data: places, parameters and words; and where the physics is a law of one force or motion of an actuator,
+a form for each variant.
 
-To add an effect: one file in `chain/effects` with one subclass of `Effect`, or a class of a package of your own that is
+To add an effect: one subclass of `Effect` in a file of `chain/effects`, or a class of a package of your own that is
 registered (docs/extending.md). Identification, prediction, compensation, diagnosis and MEIR find it there.
 """
 

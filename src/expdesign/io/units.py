@@ -3,6 +3,9 @@
 A column's name ends with its unit (`dx_m`, `fx_kN`, `rz_deg`), and what stands before it says what is measured. The
 table of units is kept here instead of in a library such as pint: a few dozen linear factors are needed, and reading a
 table must neither wait for a library nor guess (`m` is a metre, never a minute; `mN` is a force, `Nm` a moment).
+
+A new unit is an entry of `_SCALED`, a sign that stands for one an entry of `_ALIASES`. Words in headers of trackers'
+lists (`inches`) are in `estimation/preparation/point_lists.py`.
 """
 
 import difflib

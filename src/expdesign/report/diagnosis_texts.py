@@ -151,6 +151,7 @@ VERDICTS = {
     "identified from the recordings, do.",
     "unexplained": "The model lacks physics that the library does not have. The mismatch is located below.",
 }
+"""What is said of each verdict (`diagnosis/verdict.py`), behind `Verdict: …` on the page and the terminal."""
 IN_DOUBT = "No known physics explains these recordings as they are. Check the recordings first."
 _COLUMN = re.compile(r"\b([a-z]+\d*)_(?:m|rad|N|Nm)\b")
 """A column of a pose, a load or a deflection, which prose names without its unit."""

@@ -1,1 +1,1 @@
-"""Physics that the base model leaves out, one effect per file (see `chain/effect.py` for how to add one)."""
+"""Physics that the base model leaves out, by where it acts (see `chain/effect.py` for how to add one)."""

@@ -1,7 +1,9 @@
 """The columns of recordings, declared once: name with unit, meaning, and what people call them.
 
 `RECORDED` is what readers take as known, `file-formats.md` shows, and messages ask after. A new column is an entry
-here, a field of `LoadedPoints` (`recordings.py`) and a line in `points_of` (`points.py`), where it is read and checked.
+here, a field of `LoadedPoints` (`recordings.py`) and a line in `points_of` (`points.py`), where it is read and checked;
+tables that are filled in list it in `filled_in.py`. A column of numbers that nothing knows needs none of this: a
+diagnosis compares it with what is left over as it is.
 `io/units.py` has what names without their unit measure, for columns in other units than SI.
 """
 

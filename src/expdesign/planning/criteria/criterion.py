@@ -31,7 +31,7 @@ class Criterion(ABC):
         title: for reports.
         unit: of its values.
         maximise: whether larger is better.
-        root_mean_square: whether it is the root of a sum of squares, which is at its least, with a kink, where it is 0.
+        root_mean_square: whether it is the root of a sum of squares, whose gradient jumps where it is 0.
         differentiable: whether its values have gradients; without them no design descends towards it, and designs have
             no KKT proximity.
         of_problem: whether it needs more than an assessment, so that it is made for one problem (`for_problem`).

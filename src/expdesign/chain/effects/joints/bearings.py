@@ -1,4 +1,4 @@
-"""Bearings and guides of an arm's joints, which yield off the joint's axis; play about it is in `backlash.py`."""
+"""Bearings and guides of an arm's joints, which yield off the joint's axis; play about the axis is in `backlash.py`."""
 
 from dataclasses import replace
 
