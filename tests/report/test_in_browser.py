@@ -97,7 +97,7 @@ class Screen:
         until(lambda: self.text("plan-title") == f"Plan of design {design + 1}")
         assert self.rows("plan") == plan_cells(plan_of(case.problem, case.front.decisions[design]))
         assert self.text("chosen-text").startswith(f"Design {design + 1}")
-        assert words.number(float(case.front.criteria["total"][design])) in self.text("chosen-text")
+        assert words.number(float(case.front.criteria["total"][design]), 4) in self.text("chosen-text")
         assert f"Plan of design {design + 1}:" in self.text("plan-caption")
         assert self.run("return document.querySelector('#designs input:checked').value") == str(design)
         ring = self.run("const trace = document.getElementById('front').data[3]; return [trace.x[0], trace.y[0]]")

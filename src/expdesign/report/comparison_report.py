@@ -160,6 +160,8 @@ def _near(judgement: Judgement) -> list[str]:
     """Designs whose accuracy cannot be told from the best, and how far the others are from it."""
     own, drawn = named(judgement), random_ones(judgement)
     own = own[np.isfinite(own["attained"])]
+    if own.empty:  # none of them identifies what the targets need
+        return []
     near = own[own["attained_ratio"] - 2.0 * own["attained_ratio_standard_error"] <= 1.01]
     worst = own.iloc[-1]
     text = (
